@@ -1,13 +1,16 @@
 //! Beginning runs in folders, and continuing them.
 
+use super::files::{copy_files, make_folder};
+use super::history::{DESIGNS, LINES, TABLE};
 use super::multistart;
 use super::run::{Observer, Run, SCENE, keep_scene, take_up};
-use super::snapshot::RunPlan;
+use super::snapshot::{RunPlan, Snapshot};
 use super::summary::Summary;
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::scene::UnstableStep;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// Carries out a plan in a new or empty folder.
@@ -98,6 +101,35 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
         return multistart::search(lock, &snapshot.plan, observer);
     }
     Run::open(lock, snapshot)?.finish(observer)
+}
+
+/// Delivers the robot of an unfinished run as it stands, in a new folder: the run itself stays as it is. Of a
+/// run with the caller's loss, `codesign` has to have that loss.
+///
+/// # Errors
+/// [`Error::Usage`] for a finished run, for several starts and before the first iteration; otherwise as
+/// [`resume`].
+pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) -> Result<Summary> {
+    let refused = |says: &str| Err(Error::Usage(format!("{}: {says}", folder.display())));
+    let Some((_lock, snapshot)) = take_up(folder)? else {
+        return refused("the run is finished");
+    };
+    let Some(progress) = snapshot.progress.as_deref() else {
+        return refused("several starts: name the folder of one");
+    };
+    let done = progress.iteration - progress.before_first();
+    let Some(done) = NonZeroUsize::new(done) else {
+        return refused("no iteration is done yet");
+    };
+    let mut plan = RunPlan::clone(&snapshot.plan);
+    plan.iterations = Some(done);
+    make_folder(into)?;
+    copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
+    Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
+    match codesign {
+        None => resume(into, &mut ()),
+        Some(codesign) => resume_with(into, codesign, &mut ()),
+    }
 }
 
 /// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does

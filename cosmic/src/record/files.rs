@@ -151,6 +151,18 @@ impl Format {
     }
 }
 
+/// Copies files of one folder to another.
+///
+/// # Errors
+/// [`Error::Read`]; [`Error::Write`].
+pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
+    names.iter().try_for_each(|name| {
+        let path = from.join(name);
+        let bytes = fs::read(&path).map_err(Error::reading(path))?;
+        write_atomic(&to.join(name), |file| file.write_all(&bytes))
+    })
+}
+
 /// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
 /// bits; one that is not finite becomes `null`.
 ///

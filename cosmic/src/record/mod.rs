@@ -16,7 +16,7 @@ pub mod multistart;
 mod carry_out;
 
 pub use agreement::check_one_run;
-pub use carry_out::{allow_unstable, optimise, optimise_with, resume, resume_with};
+pub use carry_out::{allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_with};
 pub use design_file::DesignFile;
 pub use multistart::MOST_RUNS;
 pub use run::{Observer, Run};

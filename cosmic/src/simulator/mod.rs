@@ -12,6 +12,7 @@ pub mod stability;
 mod step_check;
 mod trajectory;
 mod rollout;
+mod driven;
 mod blame;
 mod divergence;
 mod overflow;
@@ -19,6 +20,7 @@ mod loads;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
+pub use driven::Driven;
 pub use energy::Store;
 pub use loads::{BarLoad, Loads, Magnitude};
 pub use overflow::Overflow;

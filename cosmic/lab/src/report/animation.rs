@@ -2,14 +2,18 @@
 
 use std::io::{self, Write};
 
+use cosmic::record::TrajectoryFile;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::{
     Color, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke, Transform,
 };
 
+use super::files::RobotFiles;
 use super::motion::{Motion, PAYLOAD, SKELETON, View};
 
 const SIZE: [u16; 2] = [480, 240];
+/// The width of a [`frame`], pixels.
+pub const FRAME_WIDTH: usize = SIZE[0] as usize;
 /// Colour of the ticks on the ground.
 const TICK: [u8; 3] = [0x99; 3];
 /// Width of the picture in the world, in widths of the lattice.
@@ -50,6 +54,22 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
         encoder.write_frame(&frame).map_err(io::Error::other)?;
     }
     Ok(())
+}
+
+/// One moment of a rollout as a picture of 240 rows of 480 pixels, from the top left, with red, green and blue of
+/// each. `None` if there is no memory for it.
+///
+/// # Panics
+/// If the trajectory has no state of that index.
+pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> Option<Vec<u8>> {
+    let motion = Motion::new(robot, trajectory);
+    let drawn = Canvas::new(&motion, index)?.drawn();
+    let pixels = drawn.pixels().iter();
+    Some(
+        pixels
+            .flat_map(|p| [p.red(), p.green(), p.blue()])
+            .collect(),
+    )
 }
 
 /// The part of the segment inside the picture or a little beyond, or `None`.
@@ -128,7 +148,7 @@ impl<'m> Canvas<'m> {
     fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
         let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
         pixels.fill(Color::WHITE);
-        let side = motion.run.robot.lattice.side();
+        let side = motion.robot.lattice.side();
         let [x, _] = motion.camera(index);
         let view = View {
             // In the middle of the lower third.
@@ -173,7 +193,14 @@ impl<'m> Canvas<'m> {
     }
 
     /// The finished frame as indices into the palette.
-    fn draw(mut self, palette: &Palette) -> Vec<u8> {
+    fn draw(self, palette: &Palette) -> Vec<u8> {
+        let pixels = self.drawn();
+        let pixels = pixels.pixels().iter();
+        pixels.map(|pixel| palette.index(pixel)).collect()
+    }
+
+    /// The finished frame.
+    fn drawn(mut self) -> Pixmap {
         self.draw_ground();
         let path = self.motion.path();
         self.stroke(&path[..=self.index], PAYLOAD, 1.2);
@@ -185,8 +212,7 @@ impl<'m> Canvas<'m> {
         // A short line with round ends is a dot.
         let [x, y] = state.x[0];
         self.stroke(&[[x, y], [x + 1e-4, y]], PAYLOAD, 9.0);
-        let pixels = self.pixels.pixels().iter();
-        pixels.map(|pixel| palette.index(pixel)).collect()
+        self.pixels
     }
 
     fn draw_ground(&mut self) {

@@ -22,10 +22,12 @@ mod svg;
 mod ternary;
 mod work;
 
+pub use animation::{FRAME_WIDTH, frame};
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use files::{RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
+pub use page::player_page;
 pub(crate) use picture::{PICTURES, Picture};
 pub use work::write;

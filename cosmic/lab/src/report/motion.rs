@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::files::{RobotFiles, RunFiles};
+use super::files::RobotFiles;
 use cosmic::design::Material;
 use cosmic::ground::{Ground, Profile};
 use cosmic::lattice::State;
+use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
 /// Colour of passive edges.
@@ -52,9 +53,10 @@ impl View {
     }
 }
 
-/// A run's delivered rollout.
+/// A robot's rollout.
 pub(super) struct Motion<'r> {
-    pub(super) run: &'r RunFiles,
+    pub(super) robot: &'r RobotFiles,
+    trajectory: &'r TrajectoryFile,
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
     /// Nodes at which something is drawn.
@@ -66,35 +68,36 @@ pub(super) struct Motion<'r> {
 }
 
 impl<'r> Motion<'r> {
-    pub(super) fn new(run: &'r RunFiles) -> Self {
-        let largest = run.robot.scene.materials.max_strain[Material::Actuator as usize];
+    pub(super) fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
+        let largest = robot.scene.materials.max_strain[Material::Actuator as usize];
         Self {
-            run,
-            body: body(&run.robot),
-            seen: seen(&run.robot),
+            robot,
+            trajectory,
+            body: body(robot),
+            seen: seen(robot),
             limit: if largest > 0.0 { largest } else { 1.0 },
-            profile: run.robot.scene.physics.ground.resolved(),
+            profile: robot.scene.physics.ground.resolved(),
         }
     }
 
     pub(super) fn scene(&self) -> &'r Scene {
-        &self.run.robot.scene
+        &self.robot.scene
     }
 
     pub(super) fn states(&self) -> &'r [State<f64>] {
-        &self.run.trajectory.states
+        &self.trajectory.states
     }
 
     /// Seconds from the start to a state.
     pub(super) fn time(&self, index: usize) -> f64 {
-        self.run.trajectory.steps[index] as f64 * self.run.trajectory.dt
+        self.trajectory.steps[index] as f64 * self.trajectory.dt
     }
 
     /// The index of the last state at or before a time, or of the first state.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Half a step of tolerance: times are products of steps and dt.
-        let step = (time / self.run.trajectory.dt + 0.5) as usize;
-        let after = self.run.trajectory.steps.partition_point(|&s| s <= step);
+        let step = (time / self.trajectory.dt + 0.5) as usize;
+        let after = self.trajectory.steps.partition_point(|&s| s <= step);
         after.saturating_sub(1)
     }
 
@@ -115,7 +118,7 @@ impl<'r> Motion<'r> {
 
     /// The solid edges of a state; actuators last, so that they lie on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
-        let (design, lattice) = (&self.run.robot.design, &self.run.robot.lattice);
+        let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
             let [from, to] = design.edges[e].map(|node| state.x[node]);
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
@@ -172,7 +175,7 @@ impl<'r> Motion<'r> {
 
     /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
-        let width = self.run.robot.lattice.width();
+        let width = self.robot.lattice.width();
         let [low, high] = self.corners(state);
         let middle = 0.5 * (bar.from[0] + bar.to[0]);
         (low[0] - width..high[0] + width).contains(&middle)
@@ -213,7 +216,7 @@ impl<'r> Motion<'r> {
         if self.profile.is_flat() {
             return self.ground_height(x);
         }
-        let width = self.run.robot.lattice.width();
+        let width = self.robot.lattice.width();
         let places = (0..=FLOORS).map(|k| x + width * (f64::from(k) / f64::from(FLOORS) - 0.5));
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
@@ -222,7 +225,7 @@ impl<'r> Motion<'r> {
     /// it, and between its nodes a bar does not meet corners. `None` if the ground has none.
     pub(super) fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
-        let (ground, edges) = (self.ground(), solid_edges(&self.run.robot));
+        let (ground, edges) = (self.ground(), solid_edges(&self.robot));
         let edges: Vec<[usize; 2]> = edges.collect();
         let depths = self.states().iter().flat_map(|state| {
             let state = state.to_ground(&ground);
@@ -308,7 +311,7 @@ mod tests {
     #[test]
     fn bars_are_the_solid_edges_coloured_by_strain() {
         let results = results();
-        let motion = Motion::new(&results);
+        let motion = Motion::new(&results.robot, &results.trajectory);
         let rest = &motion.states()[0];
         let materials = &results.robot.design.materials;
         let count = |m| materials.iter().filter(|e| **e == m).count();
@@ -334,7 +337,7 @@ mod tests {
         let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
         let profile = Profile::new(points).unwrap();
         let results = results_on(profile.into());
-        let motion = Motion::new(&results);
+        let motion = Motion::new(&results.robot, &results.trajectory);
         let start = &motion.states()[0];
         let floor = |x: f64| motion.ground_height(x) - 0.1;
         // Sums of numbers below 1.
@@ -349,13 +352,16 @@ mod tests {
         let cut = motion.deepest_cut().unwrap();
         assert!((0.02..0.04).contains(&cut), "{cut}");
         let flat = results_on(GroundSettings::default());
-        assert_eq!(Motion::new(&flat).deepest_cut(), None);
+        assert_eq!(
+            Motion::new(&flat.robot, &flat.trajectory).deepest_cut(),
+            None
+        );
     }
 
     #[test]
     fn times_find_their_states() {
         let results = results();
-        let motion = Motion::new(&results);
+        let motion = Motion::new(&results.robot, &results.trajectory);
         let last = motion.states().len() - 1;
         assert_eq!(motion.duration(), 64.0 * 0.002);
         assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
@@ -365,7 +371,7 @@ mod tests {
     #[test]
     fn the_camera_looks_at_the_payload_s_body() {
         let results = results();
-        let motion = Motion::new(&results);
+        let motion = Motion::new(&results.robot, &results.trajectory);
         // The short layout: legs two cells high under one body as wide as the lattice.
         let state = &motion.states()[0];
         let [low, high] = bounds(motion.places(state));

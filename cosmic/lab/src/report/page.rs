@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::files::RobotFiles;
+use super::files::{RobotFiles, RunFiles};
 use super::motion::{Motion, PAYLOAD, SKELETON, bounds, hex};
 use super::numbers::with_numbers;
 use super::{html, layout, loads, ternary};
@@ -12,8 +12,13 @@ use cosmic::record::Summary;
 use std::slice::from_ref;
 
 /// The page of a run with its pictures of the robot and, if it has a history, of the convergence.
-pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) -> String {
-    let (run, summary) = (motion.run, &motion.run.summary);
+pub(super) fn of_run(
+    run: &RunFiles,
+    motion: &Motion,
+    robot: &str,
+    convergence: Option<&str>,
+) -> String {
+    let summary = &run.summary;
     let about = format!(
         "; {} iterations in {:.1} s; controller of iteration {}",
         summary.iterations, summary.seconds, summary.delivered_iteration,
@@ -29,9 +34,20 @@ pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) ->
         format!("<h2>Convergence</h2>\n{convergence}\n"),
         numbers(summary, motion.deepest_cut()),
         scene(&run.robot),
-        format!("<script>\n{}</script>\n", include_str!("page.js")),
+        script(),
     ];
     html::page(&run.title(), &body.concat())
+}
+
+/// A page with the four most important numbers of a run and the robot in motion: what a notebook shows.
+pub fn player_page(run: &RunFiles) -> String {
+    let motion = Motion::new(&run.robot, &run.trajectory);
+    let body = [figures(&run.summary), player(&motion), script()];
+    html::page(&run.title(), &body.concat())
+}
+
+fn script() -> String {
+    format!("<script>\n{}</script>\n", include_str!("page.js"))
 }
 
 /// The page of a design alone.
@@ -128,7 +144,7 @@ fn player(motion: &Motion) -> String {
 
 /// The data of the player: 25 frames a second, fewer for a long rollout, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
-    let robot = &motion.run.robot;
+    let robot = motion.robot;
     let (lattice, design) = (&robot.lattice, &robot.design);
     let (step, indices) = motion.every(0.04);
     let unit = 1e-3 * lattice.spacing;

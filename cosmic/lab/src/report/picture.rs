@@ -11,7 +11,9 @@ pub(crate) type Picture = (&'static str, fn(&RunFiles) -> String);
 /// volumes, measures and gradients over the iterations; the paths of the design vectors between the
 /// materials.
 pub(crate) const PICTURES: [Picture; 3] = [
-    ("robot", |run| robot::draw(&Motion::new(run))),
+    ("robot", |run| {
+        robot::draw(&Motion::new(&run.robot, &run.trajectory))
+    }),
     ("convergence", convergence::draw),
     ("ternary", ternary::draw_paths),
 ];

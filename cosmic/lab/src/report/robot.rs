@@ -113,7 +113,7 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
     let [wide, _] = motion.extent(&motion.states()[last]);
-    let width = 1.15 * wide.max(motion.run.robot.lattice.spacing);
+    let width = 1.15 * wide.max(motion.robot.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
         // They would cover one another.

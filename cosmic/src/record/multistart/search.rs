@@ -5,13 +5,12 @@ use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
 use crate::record::design_file::DESIGN;
-use crate::record::files::{sweep, write_atomic, write_json};
+use crate::record::files::{copy_files, sweep, write_json};
 use crate::record::history::{DESIGNS, LINES, TABLE};
 use crate::record::run::{Lock, Observer, begin, keep_scene};
 use crate::record::snapshot::{RunPlan, Search, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
-use std::fs;
 use std::path::Path;
 
 /// The most starts of a search, and the most runs of a sweep: each is a folder.
@@ -94,11 +93,11 @@ pub(in crate::record) fn search(
     };
     let Some(best) = delivered.into_iter().reduce(better) else {
         let (seed, error) = diverged.expect("a start that was not delivered diverged");
-        copy(&folder_of(folder, seed), folder, &[DIVERGED])?;
+        copy_files(&folder_of(folder, seed), folder, &[DIVERGED])?;
         return Err(error);
     };
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
-    copy(&folder_of(folder, best.seed), folder, &files)?;
+    copy_files(&folder_of(folder, best.seed), folder, &files)?;
     let summary = Summary {
         starts,
         seconds,
@@ -128,14 +127,6 @@ fn finish_left(
             Ok(_) | Err(Error::Diverged { .. }) => Ok(ended),
             Err(error) => Err(error),
         }
-    })
-}
-
-fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
-    names.iter().try_for_each(|name| {
-        let path = from.join(name);
-        let bytes = fs::read(&path).map_err(Error::reading(path))?;
-        write_atomic(&to.join(name), |file| file.write_all(&bytes))
     })
 }
 

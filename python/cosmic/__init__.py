@@ -1,0 +1,51 @@
+"""Co-design of truss-lattice robots: structure, material and neural control optimised together by
+gradients through a differentiable simulator.
+
+>>> import cosmic
+>>> run = cosmic.optimize("stability", seed=0)  # doctest: +SKIP
+>>> run.displacement                            # doctest: +SKIP
+4.2
+
+- :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
+- :class:`Simulator` steps robots, alone or many at once, with both derivative products.
+- :mod:`cosmic.jax` and :mod:`cosmic.torch` make a rollout a differentiable function of theirs, and
+  an objective of a function of theirs. :mod:`cosmic.gym` has environments for reinforcement learning.
+  Each is imported on demand and needs its package.
+"""
+
+from ._core import scenes
+from ._errors import (
+    DivergedError,
+    Error,
+    FileError,
+    InputError,
+    InterruptedError,
+    UnstableStepError,
+)
+from ._loss import Loss
+from ._run import Controller, Design, Run, load, optimize, resume
+from ._scene import Scene, SceneLike, as_scene
+from ._simulator import Inputs, Simulator, Trajectory
+
+__all__ = [
+    "Controller",
+    "Design",
+    "DivergedError",
+    "Error",
+    "FileError",
+    "InputError",
+    "Inputs",
+    "InterruptedError",
+    "Loss",
+    "Run",
+    "Scene",
+    "SceneLike",
+    "Simulator",
+    "Trajectory",
+    "UnstableStepError",
+    "as_scene",
+    "load",
+    "optimize",
+    "resume",
+    "scenes",
+]

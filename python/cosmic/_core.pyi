@@ -1,0 +1,108 @@
+"""The extension module: the library without its Python dress."""
+
+import os
+from collections.abc import Sequence
+from typing import Any, Callable, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+_Array = npt.NDArray[Any]
+_Floats = npt.NDArray[np.float64]
+_Path = str | os.PathLike[str]
+
+class Scene:
+    """A complete experiment: lattice, physics, schedule and every other setting."""
+
+    name: str
+    """The name in summaries."""
+    @staticmethod
+    def load(source: _Path) -> Scene:
+        """The built-in scene of a name, or the one in a file."""
+    @staticmethod
+    def parse(text: str) -> Scene:
+        """The scene of a TOML text, over the defaults."""
+    def overridden(self, text: str) -> Scene:
+        """This scene with the settings of a TOML text in place of its own."""
+    def to_toml(self) -> str:
+        """The complete scene as TOML."""
+
+def scenes() -> list[str]:
+    """The names of the built-in scenes, the default first."""
+
+class Simulator:
+    """A scene's lattice in its surroundings."""
+
+    def __init__(self, scene: Scene) -> None: ...
+    dt: float
+    steps: int
+    shapes: list[tuple[str, list[int]]]
+    edges: npt.NDArray[np.int64]
+    rest_length: _Floats
+    along: list[float]
+    def initial(self, seed: int) -> list[_Floats]: ...
+    def rollout(
+        self, arrays: Sequence[_Array], observed: list[int], first: int, projection: str, check: bool
+    ) -> tuple[_Array, _Array]: ...
+    def vjp(
+        self,
+        arrays: Sequence[_Array],
+        x_bar: _Array,
+        v_bar: _Array,
+        observed: list[int],
+        first: int,
+        projection: str,
+        bounded: bool,
+    ) -> list[_Array]: ...
+    def jvp(
+        self,
+        arrays: Sequence[_Array],
+        tangents: Sequence[_Array],
+        observed: list[int],
+        first: int,
+        projection: str,
+    ) -> list[_Array]: ...
+
+class Driven:
+    """A robot of given design vectors, whose actuators are held at activations from outside."""
+
+    def __init__(self, scene: Scene, z: _Floats) -> None: ...
+    actuators: list[int]
+    inputs: int
+    dt: float
+    steps: int
+    rest: _Floats
+    def along(self, x: _Floats) -> _Floats: ...
+    def advance(
+        self, activations: _Floats, x: _Floats, v: _Floats, first: int, steps: int
+    ) -> tuple[_Floats, _Floats, list[bool]]: ...
+    def observe(self, x: _Floats, v: _Floats, done: list[int]) -> _Floats: ...
+
+_Progress = Callable[[int, int, dict[str, Any]], object]
+
+def optimise(
+    scene: Scene,
+    name: str,
+    seed: int,
+    iterations: Optional[int],
+    folder: _Path,
+    begin_with: Optional[_Path],
+    loss: Any,
+    threads: int,
+    progress: Optional[_Progress],
+    warning: Callable[[str], object],
+) -> bool: ...
+def resume(
+    folder: _Path,
+    loss: Any,
+    threads: int,
+    progress: Optional[_Progress],
+    warning: Callable[[str], object],
+) -> bool: ...
+def deliver_so_far(folder: _Path, into: _Path, loss: Any) -> None: ...
+def load(folder: _Path) -> dict[str, Any]: ...
+def report(folder: _Path) -> list[os.PathLike[str]]: ...
+def player_page(folder: _Path) -> str: ...
+def frame(
+    scene: Scene, z: _Floats, steps: list[int], x: _Floats
+) -> npt.NDArray[np.uint8]: ...

@@ -1,0 +1,69 @@
+"""Losses written in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import InputError
+
+Floats = npt.NDArray[np.float64]
+#: Value, and gradients by positions and velocities, of states ``x`` and ``v``.
+ValueAndGradient = Callable[[Floats, Floats], tuple[float, Floats, Floats]]
+#: The steps that are looked at in a rollout of so many.
+Steps = Callable[[int], Sequence[int]]
+
+
+class Loss:
+    """A number to be made small, from states of a rollout, with its gradient.
+
+    ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)`` and returns
+    the loss and its gradients by both, each of that shape. :func:`cosmic.jax.loss` and
+    :func:`cosmic.torch.loss` make one of a function that returns the loss alone.
+
+    ``observed(steps)`` are the steps of the states, ascending, the last of them ``steps``; by
+    default the last alone. Robots are ranked by minus the loss, or, with ``is_far``, by how far
+    they get along the ground.
+    """
+
+    def __init__(
+        self,
+        function: ValueAndGradient,
+        observed: Optional[Steps] = None,
+        is_far: bool = False,
+    ) -> None:
+        self.function = function
+        self.is_far = is_far
+        self._observed = observed
+
+    def observed(self, steps: int) -> list[int]:
+        """The steps of the states that the loss looks at."""
+        if self._observed is None:
+            return [steps]
+        return [int(step) for step in self._observed(steps)]
+
+    def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
+        """The loss, and one vector of its gradient by positions and then by velocities."""
+        value, *gradients = self.function(x, v)
+        arrays = [np.asarray(gradient, np.float64) for gradient in gradients]
+        for name, array, like in zip(("x", "v"), arrays, (x, v)):
+            if array.shape != like.shape:
+                raise InputError(
+                    f"the gradient of the loss by {name}: expected the shape {like.shape}, "
+                    f"found {array.shape}"
+                )
+        if len(arrays) != 2:
+            raise InputError("the loss: expected a value and two gradients")
+        return float(value), np.concatenate([array.ravel() for array in arrays])
+
+
+def as_loss(loss: Any) -> Optional[Loss]:
+    """A loss, or the function of one."""
+    if loss is None or isinstance(loss, Loss):
+        return loss
+    if callable(loss):
+        return Loss(loss)
+    raise InputError(f"a loss is a function or a cosmic.Loss, not {type(loss).__name__}")

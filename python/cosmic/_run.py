@@ -1,0 +1,274 @@
+"""Finished runs, and designing new ones."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import os
+import shutil
+import tempfile
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._errors import InputError
+from ._loss import as_loss
+from ._scene import Scene, SceneLike, as_scene
+from ._simulator import Inputs, Simulator
+
+_Path = Union[str, "os.PathLike[str]"]
+_Floats = npt.NDArray[np.float64]
+_Whole = npt.NDArray[np.int64]
+#: Called after every iteration with its number, the last one's, and a few of its numbers.
+Progress = Callable[[int, int, dict[str, Any]], object]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A layout of materials on the edges of a lattice."""
+
+    edges: _Whole
+    """The two nodes of every edge, shape ``(edges, 2)``."""
+    z: _Floats
+    """Design vectors, ``(edges, 3)``; of zeros and ones once every edge has one material."""
+    materials: _Whole
+    """Per edge 0 for void, 1 for skeleton, 2 for actuator."""
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A network of one hidden layer, ``tanh(w2 tanh(w1 o + b1) + b2)``."""
+
+    w1: _Floats
+    """Shape ``(hidden, inputs)``."""
+    b1: _Floats
+    """Shape ``(hidden,)``."""
+    w2: _Floats
+    """Shape ``(edges, hidden)``."""
+    b2: _Floats
+    """Shape ``(edges,)``."""
+
+
+class Run:
+    """A robot that was designed: the result of :func:`optimize`, or of :func:`load`."""
+
+    folder: Path
+    """The run's folder; temporary unless one was named."""
+    scene: Scene
+    seed: int
+    design: Design
+    controller: Controller
+    summary: dict[str, Any]
+    """The numbers of ``summary.json``."""
+    history: dict[str, npt.NDArray[Any]]
+    """The columns of ``history.csv``, a row an iteration: ready for a data frame. Numbers that an
+    iteration does not have are NaN."""
+    trajectory: _Floats
+    """Positions in the delivered rollout, shape ``(states, nodes, 2)``, m."""
+    velocities: _Floats
+    """Velocities in it, of that shape, m/s."""
+    steps: _Whole
+    """The steps of these states."""
+    times: _Floats
+    """Their times, s."""
+
+    def __init__(self, folder: _Path, *, keep: Any = None) -> None:
+        self.folder = Path(folder)
+        # A temporary folder lives as long as the run.
+        self._keep = keep
+        read = _core.load(self.folder)
+        self.summary = json.loads(read["summary"])
+        self.seed = self.summary["seed"]
+        # By the file, not its text: a lattice of its own lies beside it.
+        self.scene = Scene.load(self.folder / "scene.toml")
+        self.design = Design(read["edges"], read["z"], read["materials"])
+        self.controller = Controller(read["w1"], read["b1"], read["w2"], read["b2"])
+        self.history = _columns(read["history"])
+        self.trajectory, self.velocities = read["x"], read["v"]
+        self.steps = read["steps"]
+        self.times = self.steps * read["dt"]
+        self._rest = read["rest"]
+
+    @property
+    def displacement(self) -> float:
+        """Median displacement of the payload along the ground over perturbed starts, m; NaN if
+        rollouts diverged."""
+        median = self.summary["displacement_p50"]
+        return float("nan") if median is None else float(median)
+
+    @property
+    def inputs(self) -> Inputs:
+        """The robot at rest, as inputs of a :class:`Simulator` of its scene."""
+        c, rest = self.controller, self._rest
+        return Inputs(self.design.z, c.w1, c.b1, c.w2, c.b2, rest, np.zeros_like(rest))
+
+    def simulator(self) -> Simulator:
+        """A simulator of the run's scene."""
+        return Simulator(self.scene)
+
+    def save(self, path: _Path) -> Path:
+        """Copies the run's folder to a new one."""
+        path = Path(path)
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise InputError(f"{path}: not a new or empty folder")
+        shutil.copytree(self.folder, path, dirs_exist_ok=True)
+        return path
+
+    def report(self, path: Optional[_Path] = None) -> Path:
+        """Writes the report: a page, pictures and an animation. They lie in the run's folder, or
+        beside a copy of the run in the new folder ``path``. Returns the page's path."""
+        folder = self.folder if path is None else self.save(path)
+        _core.report(folder)
+        return folder / "report.html"
+
+    def __repr__(self) -> str:
+        name, solid = self.summary["scene"], self.summary["V"]
+        return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m, V {solid:.3f}>"
+
+    def _repr_html_(self) -> str:
+        page = html.escape(_core.player_page(self.folder))
+        style = "width: 100%; height: 36em; border: 0"
+        return f'<iframe srcdoc="{page}" style="{style}" title="{html.escape(repr(self))}"></iframe>'
+
+
+def _columns(table: str) -> dict[str, npt.NDArray[Any]]:
+    """The columns of a table: numbers where all cells are, texts otherwise."""
+    rows = list(csv.reader(io.StringIO(table)))
+    return {name: _column(cells) for name, *cells in zip(*rows)} if rows else {}
+
+
+def _column(cells: list[str]) -> npt.NDArray[Any]:
+    try:
+        return np.array([float(cell or "nan") for cell in cells])
+    except ValueError:
+        return np.array(cells)
+
+
+def load(folder: _Path) -> Run:
+    """Reads the folder of a finished run."""
+    return Run(folder)
+
+
+def optimize(
+    scene: Optional[SceneLike] = None,
+    seed: int = 0,
+    *,
+    loss: Any = None,
+    iterations: Optional[int] = None,
+    start: Union[Run, _Path, None] = None,
+    out: Optional[_Path] = None,
+    threads: Optional[int] = None,
+    progress: Union[bool, Progress] = True,
+) -> Run:
+    """Designs a robot: structure, material and controller together.
+
+    ``scene`` is a name of :func:`scenes`, a path, TOML text, or a dictionary of settings in place
+    of a scene's own; the first scene if omitted. The result is that of the program ``cosmic
+    optimize`` for the scene and the seed, bit for bit, whatever the number of threads.
+
+    - ``loss``: a :class:`Loss`, :func:`cosmic.jax.loss` or :func:`cosmic.torch.loss` in place of
+      the scene's objective.
+    - ``iterations``: stop after so many; the phases stay where they are.
+    - ``start``: begin with the robot of a run, of its folder or of a ``design.json``.
+    - ``out``: a new or empty folder for the run, which can be resumed; temporary unless given.
+    - ``progress``: whether a bar is shown, or a function that is called after every iteration with
+      its number, the last one's, and a dictionary of numbers.
+
+    Ctrl-C stops with what there is: the robot as far as it got is returned, with a warning. What
+    is in ``out`` can then be gone on with by :func:`resume`.
+    """
+    given = as_scene(_core.scenes()[0] if scene is None else scene)
+    folder, keep = _folder(out)
+    if isinstance(start, Run):
+        start = start.folder
+    if start is not None and os.path.isdir(start):
+        start = os.path.join(start, "design.json")
+    own = as_loss(loss)
+    with _Bar(f"{given.name} seed {seed}", progress) as bar:
+        interrupted = _core.optimise(
+            given, given.name, seed, iterations, folder, start, own, threads or 0, bar, _warn
+        )
+    return _result(folder, keep, own, interrupted)
+
+
+def resume(
+    folder: _Path,
+    *,
+    loss: Any = None,
+    threads: Optional[int] = None,
+    progress: Union[bool, Progress] = True,
+) -> Run:
+    """Continues the run in a folder; a finished one is only read. A run for a loss of Python is
+    continued with that loss or not at all."""
+    own = as_loss(loss)
+    with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
+        interrupted = _core.resume(folder, own, threads or 0, bar, _warn)
+    return _result(Path(folder), None, own, interrupted)
+
+
+def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
+    """The folder of a run, and what keeps a temporary one."""
+    if out is not None:
+        return Path(out), None
+    keep = tempfile.TemporaryDirectory(prefix="cosmic-", ignore_cleanup_errors=True)
+    return Path(keep.name), keep
+
+
+def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
+    if not interrupted:
+        return Run(folder, keep=keep)
+    so_far, kept = _folder(None)
+    _core.deliver_so_far(folder, so_far, loss)
+    run = Run(so_far, keep=kept)
+    done = run.summary["iterations"]
+    go_on = "" if keep else f"; go on by cosmic.resume({os.fspath(folder)!r})"
+    _warn(f"interrupted after iteration {done}: this is the robot as far as it got{go_on}")
+    return run
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, stacklevel=4)
+
+
+class _Bar:
+    """A progress bar in a terminal or a notebook, or the caller's function."""
+
+    def __init__(self, title: str, progress: Union[bool, Progress]) -> None:
+        self.title = title
+        self.progress = progress
+        self.bar: Any = None
+        self.displacement: Optional[float] = None
+
+    def __enter__(self) -> Optional[Progress]:
+        if callable(self.progress):
+            return self.progress
+        return self._show if self.progress else None
+
+    def _show(self, iteration: int, last: int, numbers: dict[str, Any]) -> None:
+        if self.bar is None:
+            self.bar = _tqdm()(total=last, initial=iteration - 1, desc=self.title, leave=False)
+        if numbers["displacement"] is not None:
+            self.displacement = numbers["displacement"]
+        far = "" if self.displacement is None else f", {self.displacement:.3f} m"
+        self.bar.set_postfix_str(numbers["phase"].replace("_", " ") + far, refresh=False)
+        self.bar.update(iteration - self.bar.n)
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
+
+
+def _tqdm() -> Any:
+    with warnings.catch_warnings():
+        # Without ipywidgets a notebook shows the bar of a terminal, which is as good.
+        warnings.simplefilter("ignore")
+        from tqdm.auto import tqdm
+    return tqdm

@@ -1,0 +1,177 @@
+"""Rollouts and their derivatives over NumPy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._errors import InputError
+from ._scene import Scene, SceneLike, as_scene
+
+#: An array of floats in single or double precision.
+Array = npt.NDArray[Any]
+#: Steps to look at: every so many, or a list of them.
+Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
+
+
+class Inputs(NamedTuple):
+    """Everything that a rollout depends on and is differentiated by.
+
+    Each array may have one more axis in front, for several robots; those without it are shared.
+    A named tuple is a tree of arrays to JAX and torch.
+    """
+
+    z: Array
+    """Design vectors, shape ``(edges, 3)``: void, skeleton, actuator."""
+    w1: Array
+    """First weights of the controller, ``(hidden, inputs)``."""
+    b1: Array
+    """First biases, ``(hidden,)``."""
+    w2: Array
+    """Second weights, ``(edges, hidden)``."""
+    b2: Array
+    """Second biases, ``(edges,)``."""
+    x0: Array
+    """Initial positions, ``(nodes, 2)``, m."""
+    v0: Array
+    """Initial velocities, ``(nodes, 2)``, m/s."""
+
+
+class Trajectory(NamedTuple):
+    """States of a rollout; of several robots with one more axis in front."""
+
+    x: Array
+    """Positions, shape ``(states, nodes, 2)``, m."""
+    v: Array
+    """Velocities, ``(states, nodes, 2)``, m/s."""
+
+
+class Simulator:
+    """A scene's lattice in its surroundings, ready to step robots.
+
+    ``projection`` says how design vectors become mixtures of materials: ``"performance"``,
+    ``"stability"``, or ``"none"`` where they are mixtures themselves. With ``"auto"`` design
+    vectors of zeros and ones, as finished robots have them, are taken as they are, and all others
+    go through the performance projection.
+
+    Arrays in single precision are simulated in single precision, all others in double.
+    """
+
+    def __init__(self, scene: SceneLike, projection: str = "auto") -> None:
+        self.scene: Scene = as_scene(scene)
+        self.projection = projection
+        self._core = _core.Simulator(self.scene)
+        self.dt: float = self._core.dt
+        """Length of a step, s."""
+        self.steps: int = self._core.steps
+        """The number of steps of a whole rollout."""
+        self.shapes: dict[str, tuple[int, ...]] = {
+            name: tuple(shape) for name, shape in self._core.shapes
+        }
+        """The shapes of the arrays of :class:`Inputs`."""
+        self.edges: npt.NDArray[np.int64] = self._core.edges
+        """The two nodes of every edge, shape ``(edges, 2)``."""
+        self.rest_length: npt.NDArray[np.float64] = self._core.rest_length
+        """Rest length of every edge, m."""
+        self.along: npt.NDArray[np.float64] = np.array(self._core.along)
+        """The unit vector along the ground, in which distances are measured."""
+
+    def initial(self, seed: int = 0) -> Inputs:
+        """The inputs that an optimisation of this seed begins with."""
+        return Inputs(*self._core.initial(seed))
+
+    def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
+        """The steps that a rollout looks at: ``observed`` itself, or every so many steps of
+        ``steps`` (all, unless given), and the last."""
+        if isinstance(observed, (int, np.integer)):
+            last = self.steps if steps is None else int(steps)
+            if last < 0 or observed < 1:
+                raise InputError(f"steps: {last}, every {observed}: expected 0 or more, and 1 or more")
+            return [*range(0, last, int(observed)), last]
+        if steps is not None:
+            raise InputError("give `steps`, or `observed` as a list that ends with the last step")
+        listed = np.asarray(observed)
+        if listed.ndim != 1 or not np.issubdtype(listed.dtype, np.integer) or np.any(listed < 0):
+            raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
+        return [int(step) for step in listed]
+
+    def rollout(
+        self,
+        inputs: Inputs,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+        *,
+        first: int = 0,
+        check: bool = True,
+    ) -> Trajectory:
+        """Steps a robot, or several at once, from their starts.
+
+        ``first`` is the number of steps that were done before, for a rollout that goes on from
+        another's last state. A rollout that diverges raises :class:`DivergedError` with where and
+        why, or with ``check=False`` returns what numbers there are.
+        """
+        arrays = _prepared(inputs)
+        seen = self.observed(steps, observed)
+        return Trajectory(*self._core.rollout(arrays, seen, first, self.projection, check))
+
+    def vjp(
+        self,
+        inputs: Inputs,
+        cotangents: Trajectory,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+        *,
+        first: int = 0,
+        bounded: bool = False,
+    ) -> Inputs:
+        """The vector-Jacobian product of :meth:`rollout`: the gradient, by every input, of the sum
+        of states times cotangents. Of several robots each has its own, also by what they share.
+
+        With ``bounded`` cotangents are held back on their way as the scene's
+        ``gradient.cotangent_bound`` says, which long rollouts of robots with contacts need to be
+        of use; without it the gradient is exact.
+        """
+        arrays = _prepared(inputs)
+        dtype = arrays[0].dtype
+        seen = self.observed(steps, observed)
+        x_bar, v_bar = (np.ascontiguousarray(bar, dtype) for bar in cotangents)
+        return Inputs(
+            *self._core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded)
+        )
+
+    def jvp(
+        self,
+        inputs: Inputs,
+        tangents: Inputs,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+        *,
+        first: int = 0,
+    ) -> tuple[Trajectory, Trajectory]:
+        """The states of :meth:`rollout`, and their derivatives along ``tangents``."""
+        arrays = _prepared(inputs)
+        along = _prepared(tangents, arrays[0].dtype)
+        seen = self.observed(steps, observed)
+        x, v, dx, dv = self._core.jvp(arrays, along, seen, first, self.projection)
+        return Trajectory(x, v), Trajectory(dx, dv)
+
+    def __repr__(self) -> str:
+        return f"Simulator({self.scene!r}, projection={self.projection!r})"
+
+
+def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
+    """The arrays in C order and of one type; copied only where they are not."""
+    if len(inputs) != len(Inputs._fields):
+        raise InputError(f"expected the {len(Inputs._fields)} arrays of Inputs, found {len(inputs)}")
+    arrays = [np.asarray(array) for array in inputs]
+    for name, array in zip(Inputs._fields, arrays):
+        if array.dtype.kind not in "fiu":
+            raise InputError(f"{name} is of type {array.dtype}: expected float32 or float64")
+    if dtype is None:
+        single = all(array.dtype == np.float32 for array in arrays)
+        dtype = np.dtype(np.float32 if single else np.float64)
+    return [np.ascontiguousarray(array, dtype) for array in arrays]

@@ -1,0 +1,173 @@
+"""A rollout as a function of JAX, and objectives written in JAX.
+
+>>> import cosmic, cosmic.jax, jax
+>>> sim = cosmic.Simulator("stability")
+>>> def height(inputs):
+...     seen = cosmic.jax.rollout(sim, inputs, steps=200, observed=50)
+...     return seen.x[:, 0, 1].mean()
+>>> gradient = jax.jit(jax.grad(height))(sim.initial())
+>>> gradient.z.shape
+(110, 3)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Optional
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ._loss import Loss, Steps
+from ._simulator import Inputs, Observed, Simulator, Trajectory
+
+__all__ = ["loss", "rollout"]
+
+
+class _Plan:
+    """What a rollout looks at: static for JAX, equal for equal rollouts, so that compiled functions
+    are found again."""
+
+    def __init__(
+        self, simulator: Simulator, observed: list[int], first: int, bounded: bool
+    ) -> None:
+        self.simulator = simulator
+        self.observed = observed
+        self.first = first
+        self.bounded = bounded
+        self._key = (id(simulator), tuple(observed), first, bounded)
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Plan) and self._key == other._key
+
+    def shape(self) -> tuple[int, ...]:
+        nodes, _ = self.simulator.shapes["x0"]
+        return (len(self.observed), nodes, 2)
+
+    def run(self, *arrays: Any) -> Trajectory:
+        inputs, batch = _flattened(arrays, self.simulator)
+        seen = self.simulator.rollout(
+            inputs, observed=self.observed, first=self.first, check=False
+        )
+        return Trajectory(*(_shaped(array, batch, 3) for array in seen))
+
+    def pull(self, x_bar: Any, v_bar: Any, *arrays: Any) -> Inputs:
+        inputs, batch = _flattened(arrays, self.simulator)
+        bars = [np.asarray(bar).reshape((-1,) * bool(batch) + self.shape()) for bar in (x_bar, v_bar)]
+        gradient = self.simulator.vjp(
+            inputs,
+            Trajectory(*bars),
+            observed=self.observed,
+            first=self.first,
+            bounded=self.bounded,
+        )
+        shapes = self.simulator.shapes.values()
+        return Inputs(*(_shaped(g, batch, len(s)) for g, s in zip(gradient, shapes)))
+
+
+def _flattened(arrays: tuple[Any, ...], simulator: Simulator) -> tuple[Inputs, tuple[int, ...]]:
+    """Arrays whose batch axes, all alike, are one axis; an axis of length 1 is shared."""
+    given = [np.asarray(array) for array in arrays]
+    bases = [len(shape) for shape in simulator.shapes.values()]
+    axes = [array.shape[: array.ndim - base] for array, base in zip(given, bases)]
+    batch = np.broadcast_shapes(*axes)
+    if not batch:
+        return Inputs(*given), ()
+    flat = []
+    for array, base, own in zip(given, bases, axes):
+        core = array.shape[array.ndim - base :]
+        if all(length == 1 for length in own):
+            flat.append(array.reshape(core))
+        else:
+            flat.append(np.broadcast_to(array, batch + core).reshape((-1,) + core))
+    if all(array.ndim == base for array, base in zip(flat, bases)):
+        # Every axis has length 1: one robot, which keeps them.
+        flat = [array[None] for array in flat]
+    return Inputs(*flat), batch
+
+
+def _shaped(array: Any, batch: tuple[int, ...], base: int) -> Any:
+    return array.reshape(batch + array.shape[array.ndim - base :]) if batch else array
+
+
+@partial(jax.custom_vjp, nondiff_argnums=(0,))
+def _rollout(plan: _Plan, inputs: Inputs) -> Trajectory:
+    dtype = jnp.result_type(*inputs)
+    shape = jax.ShapeDtypeStruct(plan.shape(), dtype)
+    arrays = [jnp.asarray(array, dtype) for array in inputs]
+    # Arrays that vmap does not map over arrive with an axis of length 1, and stay shared.
+    seen: Trajectory = jax.pure_callback(
+        plan.run, Trajectory(shape, shape), *arrays, vmap_method="expand_dims"
+    )
+    return seen
+
+
+def _forward(plan: _Plan, inputs: Inputs) -> tuple[Trajectory, Inputs]:
+    return _rollout(plan, inputs), inputs
+
+
+def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inputs]:
+    dtype = jnp.result_type(*inputs)
+    arrays = [jnp.asarray(array, dtype) for array in inputs]
+    shapes = Inputs(
+        *(jax.ShapeDtypeStruct(s, dtype) for s in plan.simulator.shapes.values())
+    )
+    gradient = jax.pure_callback(
+        plan.pull, shapes, *cotangents, *arrays, vmap_method="expand_dims"
+    )
+    return (Inputs(*(g.astype(jnp.result_type(a)) for g, a in zip(gradient, inputs))),)
+
+
+_rollout.defvjp(_forward, _backward)
+
+
+def rollout(
+    simulator: Simulator,
+    inputs: Inputs,
+    steps: Optional[int] = None,
+    observed: Observed = 16,
+    *,
+    first: int = 0,
+    bounded: bool = False,
+) -> Trajectory:
+    """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``.
+
+    In double precision where the inputs are, which JAX wants to be told by
+    ``jax.config.update("jax_enable_x64", True)``. A rollout that diverges gives numbers that are
+    not finite. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
+    """
+    plan = _Plan(simulator, simulator.observed(steps, observed), first, bounded)
+    arrays = Inputs(*(jnp.asarray(array) for array in inputs))
+    seen: Trajectory = _rollout(plan, arrays)
+    return seen
+
+
+def loss(
+    function: Optional[Callable[[Any, Any], Any]] = None,
+    *,
+    observed: Optional[Steps] = None,
+    is_far: bool = False,
+) -> Any:
+    """An objective for :func:`cosmic.optimize` of a function of JAX, also as a decorator.
+
+    ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
+    ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`.
+
+    >>> @cosmic.jax.loss(observed=lambda steps: range(steps // 2, steps + 1, 64))
+    ... def high(x, v):
+    ...     return -x[:, 0, 1].mean()
+    """
+    if function is None:
+        return partial(loss, observed=observed, is_far=is_far)
+    compiled = jax.jit(jax.value_and_grad(function, argnums=(0, 1)))
+
+    def value_and_gradient(x: Any, v: Any) -> tuple[float, Any, Any]:
+        value, (x_bar, v_bar) = compiled(x, v)
+        return float(value), np.asarray(x_bar), np.asarray(v_bar)
+
+    return Loss(value_and_gradient, observed, is_far)

@@ -1,0 +1,264 @@
+//! Arrays in and out.
+
+use crate::errors::refused;
+use autodiff::Real;
+use cosmic::controller::Controller;
+use cosmic::inputs::Inputs;
+use cosmic::lattice::State;
+use cosmic::simulator::Trajectory;
+use numpy::{
+    Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+
+/// A type of floats in arrays.
+pub(crate) trait Number: Real + Element + Into<f64> {}
+impl Number for f32 {}
+impl Number for f64 {}
+
+/// The sizes of a robot: what arrays have to fit.
+#[derive(Clone, Copy)]
+pub(crate) struct Sizes {
+    pub(crate) nodes: usize,
+    pub(crate) edges: usize,
+    pub(crate) inputs: usize,
+    pub(crate) hidden: usize,
+}
+
+/// Names of the arrays of [`Inputs`], in their order.
+pub(crate) const NAMES: [&str; 7] = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
+
+impl Sizes {
+    /// The shapes of the arrays of [`Inputs`].
+    pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
+        let Self {
+            nodes,
+            edges,
+            inputs,
+            hidden,
+        } = *self;
+        [
+            vec![edges, 3],
+            vec![hidden, inputs],
+            vec![hidden],
+            vec![edges, hidden],
+            vec![edges],
+            vec![nodes, 2],
+            vec![nodes, 2],
+        ]
+    }
+}
+
+/// An array that is at hand.
+pub(crate) struct Given<'py, R: Number> {
+    array: PyReadonlyArrayDyn<'py, R>,
+    name: String,
+}
+
+impl<'py, R: Number> Given<'py, R> {
+    /// An argument of a given name.
+    pub(crate) fn new(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let array = object.cast::<PyArrayDyn<R>>().map_err(|_| {
+            refused(format!(
+                "{name}: expected an array of {}",
+                numpy::dtype::<R>(object.py())
+            ))
+        })?;
+        let array = array.try_readonly().map_err(|_| {
+            refused(format!(
+                "{name}: the array is being written to by someone else"
+            ))
+        })?;
+        let name = name.to_owned();
+        Ok(Self { array, name })
+    }
+
+    pub(crate) fn shape(&self) -> &[usize] {
+        self.array.shape()
+    }
+
+    /// The numbers in C order, all of them finite.
+    pub(crate) fn finite(&self) -> PyResult<&[R]> {
+        let numbers = self.numbers()?;
+        let Some(wrong) = numbers.iter().position(|&x| !x.into().is_finite()) else {
+            return Ok(numbers);
+        };
+        let place = index(wrong, self.shape());
+        let value: f64 = numbers[wrong].into();
+        Err(refused(format!(
+            "{}{place:?} is {value}: expected finite numbers",
+            self.name
+        )))
+    }
+
+    /// The numbers in C order.
+    pub(crate) fn numbers(&self) -> PyResult<&[R]> {
+        self.array.as_slice().map_err(|_| {
+            refused(format!(
+                "{}: expected an array that is contiguous in C order",
+                self.name
+            ))
+        })
+    }
+
+    /// Checks the shape, before which there may be one more axis: its length.
+    pub(crate) fn batch(&self, shape: &[usize]) -> PyResult<Option<usize>> {
+        let found = self.shape();
+        match found.strip_suffix(shape) {
+            Some([]) => Ok(None),
+            Some([0]) => Err(refused(format!("{}: a batch of no robots", self.name))),
+            Some([count]) => Ok(Some(*count)),
+            _ => {
+                let batched: Vec<String> = shape.iter().map(usize::to_string).collect();
+                Err(refused(format!(
+                    "{}: expected the shape {shape:?}, or (batch, {}) for several robots, found {found:?}",
+                    self.name,
+                    batched.join(", ")
+                )))
+            }
+        }
+    }
+}
+
+/// The index of an element in an array of this shape.
+fn index(mut position: usize, shape: &[usize]) -> Vec<usize> {
+    let mut index: Vec<usize> = (shape.iter().rev())
+        .map(|&length| {
+            let at = position % length.max(1);
+            position /= length.max(1);
+            at
+        })
+        .collect();
+    index.reverse();
+    index
+}
+
+/// The inputs of one robot or of several. What all share is there once.
+pub(crate) struct Batch<R> {
+    z: Vec<Vec<[R; 3]>>,
+    controllers: Vec<Controller<R>>,
+    starts: Vec<State<R>>,
+    /// How many robots there are; `None` for one whose arrays have no axis for it.
+    pub(crate) size: Option<usize>,
+}
+
+impl<R: Number> Batch<R> {
+    /// Reads the seven arrays of [`NAMES`], each with an axis for robots in front or shared by them.
+    pub(crate) fn new(arrays: &[Given<R>], sizes: &Sizes) -> PyResult<Self> {
+        let shapes = sizes.shapes();
+        let mut size: Option<(usize, &str)> = None;
+        let mut counts = [1; 7];
+        let mut data: [&[R]; 7] = [&[]; 7];
+        for (k, array) in arrays.iter().enumerate() {
+            data[k] = array.finite()?;
+            let Some(count) = array.batch(&shapes[k])? else {
+                continue;
+            };
+            counts[k] = count;
+            match size {
+                Some((other, name)) if other != count => {
+                    return Err(refused(format!(
+                        "{}: {count} robots, but {name} has {other}",
+                        array.name
+                    )));
+                }
+                _ => size = Some((count, NAMES[k])),
+            }
+        }
+        let part = |k: usize, robot: usize| {
+            let length = data[k].len() / counts[k];
+            &data[k][if counts[k] == 1 { 0 } else { robot * length }..][..length]
+        };
+        let many = |blocks: &[usize]| blocks.iter().map(|&k| counts[k]).max().unwrap_or(1);
+        let pairs = |k: usize, robot: usize| part(k, robot).as_chunks().0.to_vec();
+        let controller = |robot: usize| Controller {
+            hidden: sizes.hidden,
+            inputs: sizes.inputs,
+            w1: part(1, robot).to_vec(),
+            b1: part(2, robot).to_vec(),
+            w2: part(3, robot).to_vec(),
+            b2: part(4, robot).to_vec(),
+        };
+        let start = |robot: usize| State {
+            x: pairs(5, robot),
+            v: pairs(6, robot),
+        };
+        Ok(Self {
+            z: (0..counts[0])
+                .map(|robot| part(0, robot).as_chunks().0.to_vec())
+                .collect(),
+            controllers: (0..many(&[1, 2, 3, 4])).map(controller).collect(),
+            starts: (0..many(&[5, 6])).map(start).collect(),
+            size: size.map(|(count, _)| count),
+        })
+    }
+
+    /// One robot.
+    pub(crate) fn of(inputs: Inputs<R>) -> Self {
+        Self {
+            z: vec![inputs.z],
+            controllers: vec![inputs.controller],
+            starts: vec![inputs.start],
+            size: None,
+        }
+    }
+
+    /// The number of robots.
+    pub(crate) fn robots(&self) -> usize {
+        self.size.unwrap_or(1)
+    }
+
+    /// The controller of all robots, if they share one.
+    pub(crate) fn shared_controller(&self) -> Option<&Controller<R>> {
+        match &self.controllers[..] {
+            [controller] => Some(controller),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn z(&self, robot: usize) -> &[[R; 3]] {
+        &self.z[robot % self.z.len()]
+    }
+
+    pub(crate) fn controller(&self, robot: usize) -> &Controller<R> {
+        &self.controllers[robot % self.controllers.len()]
+    }
+
+    pub(crate) fn start(&self, robot: usize) -> &State<R> {
+        &self.starts[robot % self.starts.len()]
+    }
+
+    pub(crate) fn inputs(&self, robot: usize) -> Inputs<R> {
+        Inputs {
+            z: self.z(robot).to_vec(),
+            controller: self.controller(robot).clone(),
+            start: self.start(robot).clone(),
+        }
+    }
+}
+
+/// An array of these numbers.
+pub(crate) fn array<'py, T: Element>(
+    py: Python<'py>,
+    numbers: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    numbers.into_pyarray(py).reshape(shape.to_vec())
+}
+
+/// A shape behind the axis of several robots.
+pub(crate) fn behind(batch: Option<usize>, shape: &[usize]) -> Vec<usize> {
+    batch.into_iter().chain(shape.iter().copied()).collect()
+}
+
+/// Positions and velocities of trajectories, one after the other.
+pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> [Vec<R>; 2] {
+    let states = || trajectories.iter().flat_map(|seen| &seen.states);
+    let numbers = states().map(|state| 2 * state.x.len()).sum();
+    let mut flat = [Vec::with_capacity(numbers), Vec::with_capacity(numbers)];
+    for state in states() {
+        flat[0].extend_from_slice(state.x.as_flattened());
+        flat[1].extend_from_slice(state.v.as_flattened());
+    }
+    flat
+}

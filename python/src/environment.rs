@@ -1,0 +1,227 @@
+//! Robots that a policy drives.
+
+use crate::arrays::{Given, Sizes, array, flattened};
+use crate::errors::{raised, refused};
+use crate::pool;
+use crate::scene::Scene;
+use cosmic::codesign::CoDesign;
+use cosmic::controller::{observation, observation_length};
+use cosmic::design::{dominant, one_hot};
+use cosmic::ground::Ground;
+use cosmic::lattice::{Body, State};
+use cosmic::projection::Projection;
+use cosmic::scene::{ControllerSettings, PhysicsSettings};
+use cosmic::simulator::{Driven as Library, Span, Trajectory};
+use cosmic::task::together;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+/// A robot of given design vectors, whose actuators are held at activations from outside.
+#[pyclass(frozen, module = "cosmic._core")]
+pub(crate) struct Driven {
+    driven: Library,
+    body: Body<f64>,
+    ground: Ground,
+    physics: PhysicsSettings,
+    settings: ControllerSettings,
+    rest: State<f64>,
+    sizes: Sizes,
+    actuators: Vec<usize>,
+}
+
+type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+impl Driven {
+    /// The states of robots, one after the other.
+    fn states(&self, x: &Bound<PyAny>, v: &Bound<PyAny>) -> PyResult<Vec<State<f64>>> {
+        let shape = [self.sizes.nodes, 2];
+        let [x, v] = [Given::<f64>::new("x", x)?, Given::<f64>::new("v", v)?];
+        let robots = x.batch(&shape)?;
+        if robots.is_none() || v.batch(&shape)? != robots {
+            return Err(refused(
+                "x, v: expected the shape (robots, nodes, 2) of both".to_owned(),
+            ));
+        }
+        let length = 2 * self.sizes.nodes;
+        let pairs = x
+            .finite()?
+            .chunks_exact(length)
+            .zip(v.finite()?.chunks_exact(length));
+        let state = |(x, v): (&[f64], &[f64])| State {
+            x: x.as_chunks().0.to_vec(),
+            v: v.as_chunks().0.to_vec(),
+        };
+        Ok(pairs.map(state).collect())
+    }
+}
+
+#[pymethods]
+impl Driven {
+    /// Prepares the robot of design vectors of shape `(edges, 3)`.
+    #[new]
+    fn new(scene: &Scene, z: &Bound<PyAny>) -> PyResult<Self> {
+        let codesign = CoDesign::new(&scene.scene).map_err(raised)?;
+        let task = codesign.task();
+        let (scene, lattice) = (&scene.scene, &task.lattice);
+        let sizes = Sizes {
+            nodes: lattice.nodes(),
+            edges: lattice.edges.len(),
+            inputs: observation_length(&scene.controller, lattice.nodes()),
+            hidden: 1,
+        };
+        let z = Given::<f64>::new("z", z)?;
+        if z.batch(&[sizes.edges, 3])?.is_some() {
+            return Err(refused("z: expected one design".to_owned()));
+        }
+        let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
+        let materials: Vec<_> = z.iter().map(dominant).collect();
+        // A layout is its own mixture (D7).
+        let mixture = if one_hot(&materials) == z {
+            z
+        } else {
+            task.mixture(Projection::Performance, &z)
+        };
+        let body = task.body(&mixture);
+        let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
+        Ok(Self {
+            driven: Library::new(lattice, &scene.physics, &scene.controller),
+            actuators: (0..sizes.edges).filter(strains).collect(),
+            ground: task.ground(),
+            physics: scene.physics.clone(),
+            settings: scene.controller.clone(),
+            rest: lattice.state_at_rest(),
+            body,
+            sizes,
+        })
+    }
+
+    /// The edges that activations move.
+    #[getter]
+    fn actuators(&self) -> Vec<usize> {
+        self.actuators.clone()
+    }
+
+    /// The length of an observation.
+    #[getter]
+    fn inputs(&self) -> usize {
+        self.sizes.inputs
+    }
+
+    /// Length of a step, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.physics.dt
+    }
+
+    /// The number of steps of a whole rollout.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.physics.steps
+    }
+
+    /// Positions at rest, shape `(nodes, 2)`.
+    #[getter]
+    fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        array(
+            py,
+            self.rest.x.as_flattened().to_vec(),
+            &[self.sizes.nodes, 2],
+        )
+    }
+
+    /// The payload's position along the ground of each robot, m.
+    fn along<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
+        let states = self.states(x, x)?;
+        let along = states
+            .iter()
+            .map(|state| self.ground.vector_to_ground(state.x[0])[0]);
+        array(py, along.collect(), &[states.len()])
+    }
+
+    /// Holds activations of shape `(robots, edges)` for some steps, of which `first` were done before.
+    /// Returns positions and velocities, each of shape `(robots, nodes, 2)`, and whether each robot diverged.
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        activations: &Bound<'py, PyAny>,
+        x: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        first: usize,
+        steps: usize,
+    ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>)> {
+        let starts = self.states(x, v)?;
+        let robots = starts.len();
+        let held = Given::<f64>::new("activations", activations)?;
+        if held.batch(&[self.sizes.edges])? != Some(robots) {
+            return Err(refused(format!(
+                "activations: expected the shape ({robots}, edges)"
+            )));
+        }
+        let held: Vec<Vec<f64>> = held
+            .finite()?
+            .chunks_exact(self.sizes.edges)
+            .map(<[f64]>::to_vec)
+            .collect();
+        if steps == 0 || first.saturating_add(steps) > self.physics.steps {
+            let last = self.physics.steps;
+            return Err(refused(format!(
+                "steps {first} to {first} + {steps}: the scene's last is {last}"
+            )));
+        }
+        let span = Span {
+            first,
+            ..Span::from_start(vec![steps])
+        };
+        let group = |robots: std::ops::Range<usize>| {
+            let held: Vec<&[f64]> = held[robots.clone()].iter().map(Vec::as_slice).collect();
+            self.driven.held(&self.body, &held, &starts[robots], &span)
+        };
+        let seen: Vec<Trajectory<f64>> = if robots == 1 {
+            py.detach(|| group(0..1))
+        } else {
+            let pool = pool::shared()?;
+            py.detach(|| {
+                pool.install(|| {
+                    let together = together(robots);
+                    let groups = (0..robots.div_ceil(together)).into_par_iter();
+                    let groups =
+                        groups.map(|k| group(k * together..((k + 1) * together).min(robots)));
+                    groups.collect::<Vec<_>>().concat()
+                })
+            })
+        };
+        let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
+        let [x, v] = flattened(&seen);
+        let shape = [robots, self.sizes.nodes, 2];
+        Ok((array(py, x, &shape)?, array(py, v, &shape)?, diverged))
+    }
+
+    /// The observation of each robot as the paper's controller has it, after so many steps of each.
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        x: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        done: Vec<usize>,
+    ) -> PyResult<Floats<'py>> {
+        let states = self.states(x, v)?;
+        if done.len() != states.len() {
+            return Err(refused(format!(
+                "expected the steps of {} robots",
+                states.len()
+            )));
+        }
+        let seen = states.iter().zip(done).flat_map(|(state, done)| {
+            let time = done as f64 * self.physics.dt;
+            observation(
+                &self.settings,
+                time,
+                state,
+                &self.body.presence,
+                &self.ground,
+            )
+        });
+        array(py, seen.collect(), &[states.len(), self.sizes.inputs])
+    }
+}

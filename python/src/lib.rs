@@ -1,0 +1,29 @@
+//! The extension module `cosmic._core`: the library behind the package `cosmic`.
+//!
+//! It has no numerics: arrays come in, the library works without the interpreter's lock, arrays go
+//! out. What needs no speed is written in Python, in `cosmic/*.py`.
+
+mod errors;
+mod arrays;
+mod pool;
+mod scene;
+mod simulator;
+mod environment;
+mod loss;
+mod optimise;
+mod run;
+
+/// The extension module.
+#[pyo3::pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::environment::Driven;
+    #[pymodule_export]
+    use crate::optimise::{deliver_so_far, optimise, resume};
+    #[pymodule_export]
+    use crate::run::{frame, load, player_page, report};
+    #[pymodule_export]
+    use crate::scene::{Scene, scenes};
+    #[pymodule_export]
+    use crate::simulator::Simulator;
+}

@@ -1,0 +1,134 @@
+//! Losses written in Python.
+
+use crate::errors::refused;
+use autodiff::Real;
+use autodiff::custom::{Rule, apply};
+use cosmic::objective::Loss;
+use cosmic::simulator::Trajectory;
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The first exception of a loss. After it every value is NaN, and the run is stopped.
+pub(crate) type Failure = Arc<Mutex<Option<PyErr>>>;
+
+/// Takes the exception out.
+pub(crate) fn taken(failure: &Failure) -> Option<PyErr> {
+    failure
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take()
+}
+
+/// A loss whose value and gradient an object of Python gives: `cosmic._loss.Loss`.
+pub(crate) struct PythonLoss {
+    object: Arc<Py<PyAny>>,
+    failure: Failure,
+}
+
+impl PythonLoss {
+    pub(crate) fn new(object: Py<PyAny>, failure: Failure) -> Self {
+        let object = Arc::new(object);
+        Self { object, failure }
+    }
+
+    fn or_default<T: Default>(&self, result: PyResult<T>) -> T {
+        noted(&self.failure, result).unwrap_or_default()
+    }
+}
+
+/// The value, or `None` and its exception kept.
+fn noted<T>(failure: &Failure, result: PyResult<T>) -> Option<T> {
+    result
+        .map_err(|error| {
+            let mut kept = failure.lock().unwrap_or_else(PoisonError::into_inner);
+            kept.get_or_insert(error);
+        })
+        .ok()
+}
+
+impl Loss for PythonLoss {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        let call = |py: Python| {
+            self.object
+                .call_method1(py, "observed", (steps,))?
+                .extract(py)
+        };
+        self.or_default(Python::attach(call))
+    }
+
+    fn is_far(&self) -> bool {
+        let read = |py: Python| self.object.getattr(py, "is_far")?.extract(py);
+        self.or_default(Python::attach(read))
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let of = |states: fn(&cosmic::lattice::State<R>) -> &[[R; 2]]| {
+            let states = trajectory.states.iter().flat_map(states);
+            states.flatten().copied().collect::<Vec<R>>()
+        };
+        let numbers = [of(|state| &state.x), of(|state| &state.v)].concat();
+        let call = Call {
+            object: Arc::clone(&self.object),
+            failure: Arc::clone(&self.failure),
+            steps: trajectory.steps.clone(),
+            gradient: Arc::default(),
+        };
+        apply(call, &numbers)
+    }
+}
+
+/// One call of a loss: positions of all states observed, then velocities. All number types of an
+/// optimisation are of first order, so that floats are all that Python ever sees.
+#[derive(Clone)]
+struct Call {
+    object: Arc<Py<PyAny>>,
+    failure: Failure,
+    steps: Vec<usize>,
+    /// The gradient, kept from the value for the partials, which follow it.
+    gradient: Arc<Mutex<Vec<f64>>>,
+}
+
+impl Call {
+    /// Value and gradient from Python.
+    fn ask(&self, numbers: &[f64]) -> PyResult<(f64, Vec<f64>)> {
+        Python::attach(|py| {
+            let (x, v) = numbers.split_at(numbers.len() / 2);
+            let shape = [self.steps.len(), x.len() / 2 / self.steps.len().max(1), 2];
+            let array = |part: &[f64]| part.to_vec().into_pyarray(py).reshape(shape);
+            let arguments = (self.steps.clone(), array(x)?, array(v)?);
+            let answer = self
+                .object
+                .call_method1(py, "value_and_gradient", arguments)?;
+            let (value, gradient): (f64, Bound<PyArray1<f64>>) = answer.extract(py)?;
+            let gradient: PyReadonlyArray1<f64> = gradient.readonly();
+            let gradient = gradient.as_slice()?.to_vec();
+            if gradient.len() != numbers.len() {
+                let (expected, found) = (numbers.len(), gradient.len());
+                return Err(refused(format!(
+                    "the loss: expected a gradient of {expected} numbers, found {found}"
+                )));
+            }
+            Ok((value, gradient))
+        })
+    }
+}
+
+impl Rule for Call {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        let numbers: Vec<f64> = x.iter().map(|x| x.primal()).collect();
+        let lost = || (f64::NAN, vec![f64::NAN; numbers.len()]);
+        // States that diverged are no news, and would be refused.
+        let is_finite = numbers.iter().all(|x| x.is_finite());
+        let asked = is_finite
+            .then(|| noted(&self.failure, self.ask(&numbers)))
+            .flatten();
+        let (value, gradient) = asked.unwrap_or_else(lost);
+        *self.gradient.lock().unwrap_or_else(PoisonError::into_inner) = gradient;
+        R::lit(value)
+    }
+
+    fn partials<R: Real>(&self, _: &[R], _: R) -> Vec<R> {
+        R::lits(&self.gradient.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}

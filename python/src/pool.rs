@@ -1,0 +1,33 @@
+//! Threads for batches.
+
+use pyo3::PyResult;
+use pyo3::exceptions::PyRuntimeError;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::process;
+use std::sync::{Arc, Mutex};
+
+/// The pool of a process. A forked process has a copy of its parent's, whose threads are gone: it makes
+/// its own.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// The pool of this process: one thread per core, or as many as `RAYON_NUM_THREADS` says.
+pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
+    let mut kept = POOL.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let process = process::id();
+    if let Some((owner, pool)) = &*kept
+        && *owner == process
+    {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = Arc::new(made(0)?);
+    *kept = Some((process, Arc::clone(&pool)));
+    Ok(pool)
+}
+
+/// A pool of so many threads; 0 for one per core.
+pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| {
+        PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}"))
+    })
+}

@@ -1,0 +1,134 @@
+//! Finished runs: their arrays, pages and pictures.
+
+use crate::arrays::{Given, array};
+use crate::errors::{raised, refused};
+use cosmic::controller::Controller;
+use cosmic::design::{dominant, one_hot};
+use cosmic::lattice::{Lattice, State};
+use cosmic::record::history::TABLE;
+use cosmic::record::run::SCENE;
+use cosmic::record::summary::SUMMARY;
+use cosmic::record::{DesignFile, TrajectoryFile};
+use cosmic_lab::report::{FRAME_WIDTH, RobotFiles, RunFiles};
+use numpy::PyArray3;
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The text of a file, empty if it is not there.
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_default()
+}
+
+/// The arrays and texts of a finished run.
+#[pyfunction]
+pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
+    let run = py.detach(|| RunFiles::read(&folder)).map_err(raised)?;
+    let (design, trajectory) = (&run.robot.design, &run.trajectory);
+    let weights = &design.controller;
+    let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
+    let (hidden, inputs) = (weights.b1.len(), weights.w1.first().map_or(0, Vec::len));
+    let floats = |numbers: &[f64], shape: &[usize]| array(py, numbers.to_vec(), shape);
+    let states = trajectory.states.len();
+    let coordinates = |of: fn(&State<f64>) -> &[[f64; 2]]| -> Vec<f64> {
+        trajectory
+            .states
+            .iter()
+            .flat_map(of)
+            .flatten()
+            .copied()
+            .collect()
+    };
+    let whole = |numbers: Vec<i64>, shape: &[usize]| array(py, numbers, shape);
+    let ends = design.edges.as_flattened().iter().map(|&node| node as i64);
+    let materials = design.materials.iter().map(|&material| material as i64);
+    let steps = trajectory.steps.iter().map(|&step| step as i64);
+    let rest = &run.robot.lattice.positions;
+    let read = PyDict::new(py);
+    read.set_item("edges", whole(ends.collect(), &[edges, 2])?)?;
+    read.set_item("materials", whole(materials.collect(), &[edges])?)?;
+    read.set_item("z", floats(design.z.as_flattened(), &[edges, 3])?)?;
+    read.set_item("w1", floats(&weights.w1.concat(), &[hidden, inputs])?)?;
+    read.set_item("b1", floats(&weights.b1, &[hidden])?)?;
+    read.set_item("w2", floats(&weights.w2.concat(), &[edges, hidden])?)?;
+    read.set_item("b2", floats(&weights.b2, &[edges])?)?;
+    read.set_item("rest", floats(rest.as_flattened(), &[nodes, 2])?)?;
+    read.set_item("steps", whole(steps.collect(), &[states])?)?;
+    read.set_item(
+        "x",
+        floats(&coordinates(|state| &state.x), &[states, nodes, 2])?,
+    )?;
+    read.set_item(
+        "v",
+        floats(&coordinates(|state| &state.v), &[states, nodes, 2])?,
+    )?;
+    read.set_item("dt", trajectory.dt)?;
+    read.set_item("summary", text(&folder.join(SUMMARY)))?;
+    read.set_item("history", text(&folder.join(TABLE)))?;
+    read.set_item("scene", text(&folder.join(SCENE)))?;
+    Ok(read)
+}
+
+/// Writes the report of a run, and returns the paths of its files.
+#[pyfunction]
+pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
+    py.detach(|| cosmic_lab::report::write(&folder)).map_err(raised)
+}
+
+/// A page with the robot of a run in motion.
+#[pyfunction]
+pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
+    let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder)?));
+    py.detach(page).map_err(raised)
+}
+
+/// The last of these positions of a robot as a picture; shape `(rows, columns, 3)`.
+#[pyfunction]
+pub(crate) fn frame<'py>(
+    py: Python<'py>,
+    scene: &crate::scene::Scene,
+    z: &Bound<'py, PyAny>,
+    steps: Vec<usize>,
+    x: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let scene = &scene.scene;
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let (edges, nodes) = (lattice.edges.len(), lattice.nodes());
+    let [z, x] = [Given::<f64>::new("z", z)?, Given::<f64>::new("x", x)?];
+    let states = x.batch(&[nodes, 2])?;
+    if z.shape() != [edges, 3] || states.is_none_or(|count| count != steps.len()) {
+        return Err(refused(format!(
+            "expected z of the shape ({edges}, 3) and x of the shape ({}, {nodes}, 2)",
+            steps.len()
+        )));
+    }
+    let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
+    let materials: Vec<_> = z.iter().map(dominant).collect();
+    let controller = Controller::xavier(&scene.controller, &lattice, 0);
+    let design = DesignFile::new(&lattice, &one_hot(&materials), &materials, &controller);
+    let state = |x: &[f64]| {
+        let x: Vec<[f64; 2]> = x.as_chunks().0.to_vec();
+        State {
+            v: vec![[0.0; 2]; x.len()],
+            x,
+        }
+    };
+    let trajectory = TrajectoryFile {
+        dt: scene.physics.dt,
+        steps,
+        states: x.finite()?.chunks_exact(2 * nodes).map(state).collect(),
+    };
+    let robot = RobotFiles {
+        scene: scene.clone(),
+        lattice,
+        design,
+    };
+    let last = trajectory.states.len() - 1;
+    let drawn = py.detach(|| cosmic_lab::report::frame(&robot, &trajectory, last));
+    let drawn = drawn.ok_or_else(|| PyMemoryError::new_err("no memory for the picture"))?;
+    let rows = drawn.len() / 3 / FRAME_WIDTH;
+    let drawn = array(py, drawn, &[rows, FRAME_WIDTH, 3])?;
+    Ok(drawn.cast_into()?)
+}

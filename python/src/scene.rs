@@ -1,0 +1,68 @@
+//! Scenes.
+
+use crate::errors::raised;
+use cosmic::scene;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// A complete experiment: lattice, physics, schedule and every other setting.
+#[pyclass(frozen, module = "cosmic._core")]
+pub(crate) struct Scene {
+    pub(crate) scene: scene::Scene,
+    /// The name in summaries.
+    #[pyo3(get)]
+    name: String,
+}
+
+#[pymethods]
+impl Scene {
+    /// The built-in scene of a name, or the one in a file.
+    #[staticmethod]
+    fn load(source: PathBuf) -> PyResult<Self> {
+        let stem = source.file_stem().unwrap_or(source.as_os_str());
+        let name = stem.to_string_lossy().into_owned();
+        // A path that is not UTF-8 is no built-in name.
+        let scene = match source.to_str() {
+            Some(text) => scene::Scene::load(text),
+            None => scene::Scene::read(&source),
+        };
+        let scene = scene.map_err(raised)?;
+        Ok(Self { scene, name })
+    }
+
+    /// The scene of a TOML text, over the defaults.
+    #[staticmethod]
+    fn parse(text: &str) -> PyResult<Self> {
+        let scene = scene::Scene::parse("scene", text).map_err(raised)?;
+        let name = "scene".to_owned();
+        Ok(Self { scene, name })
+    }
+
+    /// This scene with the settings of a TOML text in place of its own.
+    fn overridden(&self, text: &str) -> PyResult<Self> {
+        Ok(Self {
+            scene: self.scene.with("overrides", text).map_err(raised)?,
+            name: self.name.clone(),
+        })
+    }
+
+    /// The complete scene as TOML.
+    fn to_toml(&self) -> String {
+        self.scene.to_toml()
+    }
+
+    fn __repr__(&self) -> String {
+        let lattice = &self.scene.lattice;
+        let steps = self.scene.physics.steps;
+        format!(
+            "<Scene {}: {} x {} cells, {steps} steps>",
+            self.name, lattice.columns, lattice.rows
+        )
+    }
+}
+
+/// The names of the built-in scenes, the default first.
+#[pyfunction]
+pub(crate) fn scenes() -> Vec<&'static str> {
+    scene::all().iter().map(|scene| scene.name).collect()
+}

@@ -1,0 +1,514 @@
+//! Rollouts and their derivatives.
+
+use crate::arrays::{Batch, Given, NAMES, Number, Sizes, array, behind, flattened};
+use crate::errors::{raised, refused};
+use crate::pool;
+use crate::scene::Scene;
+use autodiff::{CotangentBound, Real};
+use cosmic::codesign::CoDesign;
+use cosmic::controller::{Controller, observation_length};
+use cosmic::error::Error;
+use cosmic::inputs::{ALL, Inputs};
+use cosmic::lattice::State;
+use cosmic::projection::Projection;
+use cosmic::scene;
+use cosmic::simulator::{Span, Trajectory};
+use cosmic::task::{Task, together};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A scene's lattice in its surroundings.
+#[pyclass(frozen, module = "cosmic._core")]
+pub(crate) struct Simulator {
+    scene: scene::Scene,
+    task: Task,
+    sizes: Sizes,
+}
+
+/// How design vectors become mixtures of materials.
+#[derive(Clone, Copy)]
+enum Mixing {
+    /// By a projection.
+    By(Projection),
+    /// They are mixtures themselves.
+    AsGiven,
+}
+
+impl Mixing {
+    /// By its name; `auto` takes design vectors of zeros and ones as they are (D7).
+    fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
+        let decided = || {
+            z.as_flattened()
+                .iter()
+                .all(|&x| [0.0, 1.0].contains(&x.into()))
+        };
+        match name {
+            "auto" if decided() => Ok(Self::AsGiven),
+            "auto" | "performance" => Ok(Self::By(Projection::Performance)),
+            "stability" => Ok(Self::By(Projection::Stability)),
+            "none" => Ok(Self::AsGiven),
+            _ => Err(refused(format!(
+                "projection: {name:?}: allowed: \"auto\", \"performance\", \"stability\", \"none\""
+            ))),
+        }
+    }
+
+    fn mixture<R: Real>(self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+        match self {
+            Self::By(projection) => task.mixture(projection, z),
+            Self::AsGiven => z.to_vec(),
+        }
+    }
+}
+
+/// A rollout that is asked for: inputs with the axis of robots or without, and what is looked at.
+struct Asked<R> {
+    batch: Batch<R>,
+    mixing: Vec<Mixing>,
+    span: Span,
+}
+
+impl<R: Number> Asked<R> {
+    fn new(
+        simulator: &Simulator,
+        arrays: &[Bound<PyAny>],
+        span: Span,
+        projection: &str,
+    ) -> PyResult<Self> {
+        let given = NAMES
+            .iter()
+            .zip(arrays)
+            .map(|(name, object)| Given::new(name, object));
+        let given: Vec<Given<R>> = given.collect::<PyResult<_>>()?;
+        let batch = Batch::new(&given, &simulator.sizes)?;
+        let mixing = (0..batch.robots()).map(|robot| Mixing::of(projection, batch.z(robot)));
+        Ok(Self {
+            mixing: mixing.collect::<PyResult<_>>()?,
+            batch,
+            span,
+        })
+    }
+
+    /// The mixture of a robot.
+    fn mixture(&self, task: &Task, robot: usize) -> Vec<[R; 3]> {
+        self.mixing[robot].mixture(task, self.batch.z(robot))
+    }
+
+    fn one(&self, task: &Task, robot: usize) -> Trajectory<R> {
+        let (controller, start) = (self.batch.controller(robot), self.batch.start(robot));
+        task.rollout(&self.mixture(task, robot), controller, start, &self.span)
+    }
+
+    /// Robots that share the controller, side by side in lanes.
+    fn several(
+        &self,
+        task: &Task,
+        controller: &Controller<R>,
+        robots: Range<usize>,
+    ) -> Vec<Trajectory<R>> {
+        let mixtures: Vec<_> = robots
+            .clone()
+            .map(|robot| self.mixture(task, robot))
+            .collect();
+        let starts: Vec<&State<R>> = robots.map(|robot| self.batch.start(robot)).collect();
+        task.rollout_many(&mixtures, controller, &starts, &self.span)
+    }
+
+    /// The states of every robot that are looked at.
+    fn rollouts(&self, task: &Task) -> Vec<Trajectory<R>> {
+        let robots = self.batch.robots();
+        if robots == 1 {
+            return vec![self.one(task, 0)];
+        }
+        let Some(controller) = self.batch.shared_controller() else {
+            return (0..robots)
+                .into_par_iter()
+                .map(|robot| self.one(task, robot))
+                .collect();
+        };
+        let together = together(robots);
+        let groups = (0..robots.div_ceil(together)).into_par_iter().map(|group| {
+            let first = group * together;
+            self.several(task, controller, first..(first + together).min(robots))
+        });
+        groups.collect::<Vec<_>>().concat()
+    }
+
+    /// As [`rollouts`](Self::rollouts), or the divergence of the first robot that has one, with its number.
+    fn checked(&self, task: &Task) -> Result<Vec<Trajectory<R>>, (usize, Error)> {
+        let mut seen = self.rollouts(task);
+        for (robot, seen) in seen.iter_mut().enumerate() {
+            let last = seen.states.last().map(|state| state.map(Into::into));
+            if last.is_some_and(|state: State<f64>| !state.is_absurd()) {
+                continue;
+            }
+            // Watched rollouts are conservative: again in double precision, step by step.
+            let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
+            let (start, controller) = (start.map(Into::into), controller.map(Into::into));
+            let mixture: Vec<[f64; 3]> = self
+                .mixture(task, robot)
+                .iter()
+                .map(|shares| shares.map(Into::into))
+                .collect();
+            let guarded = task.guarded(&mixture, &controller, &start, &self.span);
+            if let Some(divergence) = &guarded.divergence {
+                return Err((robot, Error::from(divergence)));
+            }
+            let span = Span {
+                watched: false,
+                ..self.span.clone()
+            };
+            let plain = Self {
+                batch: Batch::of(self.batch.inputs(robot)),
+                mixing: vec![self.mixing[robot]],
+                span,
+            };
+            *seen = plain.one(task, 0);
+        }
+        Ok(seen)
+    }
+}
+
+/// The observed positions of a robot, then the velocities.
+fn seen<R: Real>(task: &Task, mixing: Mixing, inputs: &Inputs<R>, span: &Span) -> Vec<R> {
+    let mixture = mixing.mixture(task, &inputs.z);
+    let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, span);
+    flattened(&[seen]).concat()
+}
+
+/// Positions and velocities.
+type Seen<'py> = [Bound<'py, PyAny>; 2];
+
+impl Simulator {
+    /// Checks steps and looks at them.
+    fn span(&self, observed: Vec<usize>, first: usize) -> PyResult<Span> {
+        let planned = self.scene.physics.steps;
+        let Some(&last) = observed.last() else {
+            return Err(refused("observed: expected one step or more".to_owned()));
+        };
+        if !observed.is_sorted_by(|a, b| a < b) {
+            return Err(refused(format!(
+                "observed: expected steps that ascend, found {observed:?}"
+            )));
+        }
+        if first.saturating_add(last) > planned {
+            let wanted = first.saturating_add(last);
+            return Err(refused(format!(
+                "step {wanted} is beyond the scene's last, {planned}: set physics.steps higher"
+            )));
+        }
+        Ok(Span {
+            first,
+            ..Span::from_start(observed)
+        })
+    }
+
+    fn shape(&self, batch: Option<usize>, span: &Span) -> Vec<usize> {
+        behind(batch, &[span.observed.len(), self.sizes.nodes, 2])
+    }
+
+    fn rollout_in<'py, R: Number>(
+        &self,
+        py: Python<'py>,
+        arrays: &[Bound<'py, PyAny>],
+        span: Span,
+        projection: &str,
+        check: bool,
+    ) -> PyResult<Seen<'py>> {
+        let span = Span {
+            watched: check,
+            ..span
+        };
+        let asked = Asked::<R>::new(self, arrays, span, projection)?;
+        let work = || {
+            let seen = if check {
+                asked.checked(&self.task)
+            } else {
+                Ok(asked.rollouts(&self.task))
+            };
+            seen.map(|seen| flattened(&seen))
+        };
+        let done = in_pool(py, asked.batch.robots(), work)?;
+        let [x, v] = done.map_err(|(robot, error)| match asked.batch.size {
+            None => raised(error),
+            Some(_) => of_robot(robot, error),
+        })?;
+        let shape = self.shape(asked.batch.size, &asked.span);
+        Ok([
+            array(py, x, &shape)?.into_any(),
+            array(py, v, &shape)?.into_any(),
+        ])
+    }
+
+    fn vjp_in<'py, R: Number>(
+        &self,
+        py: Python<'py>,
+        arrays: &[Bound<'py, PyAny>],
+        cotangents: [&Bound<'py, PyAny>; 2],
+        span: Span,
+        projection: &str,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let asked = Asked::<R>::new(self, arrays, span, projection)?;
+        let shape = self.shape(asked.batch.size, &asked.span);
+        let [x_bar, v_bar] = [
+            cotangent::<R>("x_bar", cotangents[0], &shape)?,
+            cotangent::<R>("v_bar", cotangents[1], &shape)?,
+        ];
+        let robots = asked.batch.robots();
+        let length = x_bar.len() / robots;
+        let product = |robot: usize| {
+            let part = |bar: &[R]| bar[robot * length..][..length].to_vec();
+            let cotangents = [part(&x_bar), part(&v_bar)].concat();
+            let mixing = asked.mixing[robot];
+            let inputs = asked.batch.inputs(robot);
+            let function = |inputs: &Inputs<_>| seen(&self.task, mixing, inputs, &asked.span);
+            inputs.vjp(ALL, function, &cotangents).1
+        };
+        let gradients: Vec<Vec<R>> = in_pool(py, robots, || each(robots, product))?;
+        let shapes = self.sizes.shapes();
+        let mut begin = 0;
+        let blocks = shapes.iter().map(|shape| {
+            let length: usize = shape.iter().product();
+            let block = begin..begin + length;
+            begin += length;
+            let numbers = gradients
+                .iter()
+                .flat_map(|gradient| &gradient[block.clone()]);
+            let numbers: Vec<R> = numbers.copied().collect();
+            Ok(array(py, numbers, &behind(asked.batch.size, shape))?.into_any())
+        });
+        blocks.collect()
+    }
+
+    fn jvp_in<'py, R: Number>(
+        &self,
+        py: Python<'py>,
+        arrays: &[Bound<'py, PyAny>],
+        tangents: &[Bound<'py, PyAny>],
+        span: Span,
+        projection: &str,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let asked = Asked::<R>::new(self, arrays, span, projection)?;
+        let along = Asked::<R>::new(self, tangents, asked.span.clone(), "none")?;
+        if along
+            .batch
+            .size
+            .is_some_and(|size| Some(size) != asked.batch.size)
+        {
+            return Err(refused(
+                "tangents: a batch, and the inputs are not one of that size".to_owned(),
+            ));
+        }
+        let robots = asked.batch.robots();
+        let product = |robot: usize| {
+            let (mixing, inputs) = (asked.mixing[robot], asked.batch.inputs(robot));
+            let tangents = along.batch.inputs(robot % along.batch.robots());
+            inputs.jvp(&tangents, |inputs| {
+                seen(&self.task, mixing, inputs, &asked.span)
+            })
+        };
+        let products: Vec<(Vec<R>, Vec<R>)> = in_pool(py, robots, || each(robots, product))?;
+        let shape = self.shape(asked.batch.size, &asked.span);
+        let (values, slopes): (Vec<_>, Vec<_>) = products.into_iter().unzip();
+        let mut arrays = Vec::new();
+        for found in [values, slopes] {
+            let half = found[0].len() / 2;
+            for part in [0..half, half..2 * half] {
+                let numbers = found.iter().flat_map(|numbers| &numbers[part.clone()]);
+                arrays.push(array::<R>(py, numbers.copied().collect(), &shape)?.into_any());
+            }
+        }
+        Ok(arrays)
+    }
+}
+
+/// Runs without the interpreter's lock; several robots share the pool.
+fn in_pool<T: Send>(py: Python, robots: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    if robots == 1 {
+        return Ok(py.detach(work));
+    }
+    let pool = pool::shared()?;
+    Ok(py.detach(|| pool.install(work)))
+}
+
+/// A function of every robot's number.
+fn each<T: Send>(robots: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    match robots {
+        1 => vec![of(0)],
+        _ => (0..robots).into_par_iter().map(of).collect(),
+    }
+}
+
+fn of_robot(robot: usize, error: Error) -> PyErr {
+    crate::errors::DivergedError::new_err(format!("robot {robot}: {}", error.within()))
+}
+
+fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> PyResult<Vec<R>> {
+    let given = Given::<R>::new(name, object)?;
+    if given.shape() != shape {
+        let found = given.shape();
+        return Err(refused(format!(
+            "{name}: expected the shape {shape:?}, found {found:?}"
+        )));
+    }
+    Ok(given.numbers()?.to_vec())
+}
+
+/// True for arrays in single precision.
+fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
+    match arrays {
+        [first, ..] if arrays.len() == NAMES.len() => Ok(first.cast::<PyArrayDyn<f32>>().is_ok()),
+        _ => Err(refused(format!(
+            "expected the {} arrays of Inputs",
+            NAMES.len()
+        ))),
+    }
+}
+
+#[pymethods]
+impl Simulator {
+    /// Prepares rollouts of a scene's lattice.
+    #[new]
+    fn new(scene: &Scene) -> PyResult<Self> {
+        let scene = scene.scene.clone();
+        let codesign = CoDesign::new(&scene).map_err(raised)?;
+        let task = codesign.task().clone();
+        let nodes = task.lattice.nodes();
+        let sizes = Sizes {
+            nodes,
+            edges: task.lattice.edges.len(),
+            inputs: observation_length(&scene.controller, nodes),
+            hidden: scene.controller.hidden,
+        };
+        Ok(Self { scene, task, sizes })
+    }
+
+    /// Length of a step, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.scene.physics.dt
+    }
+
+    /// The number of steps of a whole rollout.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.scene.physics.steps
+    }
+
+    /// The shapes of the arrays of `Inputs`, by their names.
+    #[getter]
+    fn shapes(&self) -> Vec<(&'static str, Vec<usize>)> {
+        NAMES.into_iter().zip(self.sizes.shapes()).collect()
+    }
+
+    /// Nodes `[i, j]` of every edge, shape `(edges, 2)`.
+    #[getter]
+    fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
+        let ends = self.task.lattice.edges.as_flattened().iter();
+        array(
+            py,
+            ends.map(|&node| node as i64).collect(),
+            &[self.sizes.edges, 2],
+        )
+    }
+
+    /// Rest length of every edge, m.
+    #[getter]
+    fn rest_length<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        array(
+            py,
+            self.task.lattice.rest_length.clone(),
+            &[self.sizes.edges],
+        )
+    }
+
+    /// The unit vector along the ground, in which distances are measured.
+    #[getter]
+    fn along(&self) -> [f64; 2] {
+        self.task.ground().tangent()
+    }
+
+    /// The seven arrays that a seed starts from.
+    fn initial<'py>(
+        &self,
+        py: Python<'py>,
+        seed: u64,
+    ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
+        let codesign = CoDesign::new(&self.scene).map_err(raised)?;
+        let progress = codesign.begin(seed).map_err(raised)?;
+        let inputs = Inputs {
+            z: progress.z,
+            controller: progress.controller,
+            start: self.task.lattice.state_at_rest(),
+        };
+        let blocks = ALL.iter().zip(self.sizes.shapes());
+        blocks
+            .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
+            .collect()
+    }
+
+    /// Positions and velocities after the observed steps. `first` is the number of steps before the start.
+    fn rollout<'py>(
+        &self,
+        py: Python<'py>,
+        arrays: Vec<Bound<'py, PyAny>>,
+        observed: Vec<usize>,
+        first: usize,
+        projection: &str,
+        check: bool,
+    ) -> PyResult<Seen<'py>> {
+        let span = self.span(observed, first)?;
+        if is_single(&arrays)? {
+            self.rollout_in::<f32>(py, &arrays, span, projection, check)
+        } else {
+            self.rollout_in::<f64>(py, &arrays, span, projection, check)
+        }
+    }
+
+    /// The cotangents of the seven arrays, from those of positions and velocities.
+    #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
+    fn vjp<'py>(
+        &self,
+        py: Python<'py>,
+        arrays: Vec<Bound<'py, PyAny>>,
+        x_bar: &Bound<'py, PyAny>,
+        v_bar: &Bound<'py, PyAny>,
+        observed: Vec<usize>,
+        first: usize,
+        projection: &str,
+        bounded: bool,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let gradient = &self.scene.gradient;
+        let every = gradient.cotangent_every;
+        let bound = gradient.cotangent_bound.filter(|_| bounded);
+        let span = Span {
+            cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
+            ..self.span(observed, first)?
+        };
+        if is_single(&arrays)? {
+            self.vjp_in::<f32>(py, &arrays, [x_bar, v_bar], span, projection)
+        } else {
+            self.vjp_in::<f64>(py, &arrays, [x_bar, v_bar], span, projection)
+        }
+    }
+
+    /// Positions, velocities, and the tangents of both along those of the seven arrays.
+    fn jvp<'py>(
+        &self,
+        py: Python<'py>,
+        arrays: Vec<Bound<'py, PyAny>>,
+        tangents: Vec<Bound<'py, PyAny>>,
+        observed: Vec<usize>,
+        first: usize,
+        projection: &str,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let span = self.span(observed, first)?;
+        if is_single(&arrays)? && is_single(&tangents)? {
+            self.jvp_in::<f32>(py, &arrays, &tangents, span, projection)
+        } else {
+            self.jvp_in::<f64>(py, &arrays, &tangents, span, projection)
+        }
+    }
+}
