@@ -23,6 +23,9 @@ from ._simulator import Simulator
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
+#: No observation is larger: beyond 1e6 m or m/s a robot counts as diverged, and scales are below 1000.
+_BOUND = 1e9
+
 _Floats = npt.NDArray[np.float64]
 
 
@@ -56,7 +59,7 @@ class _Walk:
         self.v = np.zeros_like(self.x)
         self.done = np.zeros(robots, np.int64)
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.core.actuators),), np.float32)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (self.core.inputs,), np.float64)
+        self.observation_space = spaces.Box(-_BOUND, _BOUND, (self.core.inputs,), np.float64)
 
     def begin(self, robot: int, random: np.random.Generator) -> None:
         """Sets a robot back to its start, every coordinate moved a little at random."""

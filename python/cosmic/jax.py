@@ -50,48 +50,55 @@ class _Plan:
         return (len(self.observed), nodes, 2)
 
     def run(self, *arrays: Any) -> Trajectory:
-        inputs, batch = _flattened(arrays, self.simulator)
+        inputs, _, batch = _one_axis(arrays, self.bases())
         seen = self.simulator.rollout(
-            inputs, observed=self.observed, first=self.first, check=False
+            Inputs(*inputs), observed=self.observed, first=self.first, check=False
         )
-        return Trajectory(*(_shaped(array, batch, 3) for array in seen))
+        return Trajectory(*(_axes_again(array, batch, 3) for array in seen))
 
-    def pull(self, x_bar: Any, v_bar: Any, *arrays: Any) -> Inputs:
-        inputs, batch = _flattened(arrays, self.simulator)
-        bars = [np.asarray(bar).reshape((-1,) * bool(batch) + self.shape()) for bar in (x_bar, v_bar)]
+    def pull(self, *arrays: Any) -> Inputs:
+        inputs, bars, batch = _one_axis(arrays, self.bases(), 2)
         gradient = self.simulator.vjp(
-            inputs,
+            Inputs(*inputs),
             Trajectory(*bars),
             observed=self.observed,
             first=self.first,
             bounded=self.bounded,
         )
-        shapes = self.simulator.shapes.values()
-        return Inputs(*(_shaped(g, batch, len(s)) for g, s in zip(gradient, shapes)))
+        pairs = zip(gradient, self.bases())
+        return Inputs(*(_axes_again(array, batch, base) for array, base in pairs))
+
+    def bases(self) -> list[int]:
+        """How many axes each array of one robot has."""
+        return [len(shape) for shape in self.simulator.shapes.values()]
 
 
-def _flattened(arrays: tuple[Any, ...], simulator: Simulator) -> tuple[Inputs, tuple[int, ...]]:
-    """Arrays whose batch axes, all alike, are one axis; an axis of length 1 is shared."""
+_Arrays = list[Any]
+
+
+def _one_axis(
+    arrays: tuple[Any, ...], bases: list[int], bars: int = 0
+) -> tuple[_Arrays, _Arrays, tuple[int, ...]]:
+    """Inputs and then cotangents whose axes in front are one axis, and what these axes were. Inputs
+    whose axes have length 1 are shared."""
     given = [np.asarray(array) for array in arrays]
-    bases = [len(shape) for shape in simulator.shapes.values()]
-    axes = [array.shape[: array.ndim - base] for array, base in zip(given, bases)]
+    cores = [array.shape[array.ndim - base :] for array, base in zip(given, bases + [3] * bars)]
+    axes = [array.shape[: array.ndim - len(core)] for array, core in zip(given, cores)]
     batch = np.broadcast_shapes(*axes)
     if not batch:
-        return Inputs(*given), ()
-    flat = []
-    for array, base, own in zip(given, bases, axes):
-        core = array.shape[array.ndim - base :]
-        if all(length == 1 for length in own):
-            flat.append(array.reshape(core))
-        else:
-            flat.append(np.broadcast_to(array, batch + core).reshape((-1,) + core))
-    if all(array.ndim == base for array, base in zip(flat, bases)):
-        # Every axis has length 1: one robot, which keeps them.
-        flat = [array[None] for array in flat]
-    return Inputs(*flat), batch
+        return given[: len(bases)], given[len(bases) :], batch
+
+    def spread(k: int) -> Any:
+        return np.broadcast_to(given[k], batch + cores[k]).reshape((-1, *cores[k]))
+
+    is_shared = [all(length == 1 for length in axes[k]) for k in range(len(bases))]
+    # One input at least has the axis, so that there are so many robots.
+    is_shared[-1] = is_shared[-1] and not all(is_shared)
+    inputs = [given[k].reshape(cores[k]) if is_shared[k] else spread(k) for k in range(len(bases))]
+    return inputs, [spread(len(bases) + k) for k in range(bars)], batch
 
 
-def _shaped(array: Any, batch: tuple[int, ...], base: int) -> Any:
+def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
     return array.reshape(batch + array.shape[array.ndim - base :]) if batch else array
 
 
@@ -118,7 +125,7 @@ def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inpu
         *(jax.ShapeDtypeStruct(s, dtype) for s in plan.simulator.shapes.values())
     )
     gradient = jax.pure_callback(
-        plan.pull, shapes, *cotangents, *arrays, vmap_method="expand_dims"
+        plan.pull, shapes, *arrays, *cotangents, vmap_method="expand_dims"
     )
     return (Inputs(*(g.astype(jnp.result_type(a)) for g, a in zip(gradient, inputs))),)
 

@@ -225,7 +225,7 @@ impl<'r> Motion<'r> {
     /// it, and between its nodes a bar does not meet corners. `None` if the ground has none.
     pub(super) fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
-        let (ground, edges) = (self.ground(), solid_edges(&self.robot));
+        let (ground, edges) = (self.ground(), solid_edges(self.robot));
         let edges: Vec<[usize; 2]> = edges.collect();
         let depths = self.states().iter().flat_map(|state| {
             let state = state.to_ground(&ground);
