@@ -44,6 +44,9 @@ class Simulator:
     def rollout(
         self, arrays: Sequence[_Array], observed: list[int], first: int, projection: str, check: bool
     ) -> tuple[_Array, _Array]: ...
+    def library_seconds(
+        self, arrays: Sequence[_Array], observed: list[int], rounds: int
+    ) -> float: ...
     def vjp(
         self,
         arrays: Sequence[_Array],

@@ -194,7 +194,7 @@ def optimize(
     own = as_loss(loss)
     with _Bar(f"{given.name} seed {seed}", progress) as bar:
         interrupted = _core.optimise(
-            given, given.name, seed, iterations, folder, start, own, threads or 0, bar, _warn
+            given, given.name, seed, iterations, folder, start, own, _threads(threads), bar, _warn
         )
     return _result(folder, keep, own, interrupted)
 
@@ -210,8 +210,17 @@ def resume(
     continued with that loss or not at all."""
     own = as_loss(loss)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
-        interrupted = _core.resume(folder, own, threads or 0, bar, _warn)
+        interrupted = _core.resume(folder, own, _threads(threads), bar, _warn)
     return _result(Path(folder), None, own, interrupted)
+
+
+def _threads(threads: Optional[int]) -> int:
+    """How many the library is asked for: 0 for one per core."""
+    if threads is None:
+        return 0
+    if threads < 1:
+        raise InputError(f"threads: {threads}: expected 1 or more")
+    return threads
 
 
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:

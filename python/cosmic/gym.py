@@ -1,7 +1,10 @@
 """Environments of gymnasium: a policy drives one design.
 
->>> import cosmic.gym
->>> env = cosmic.gym.WalkEnv("stability", design="uniform")  # doctest: +SKIP
+>>> import cosmic.gym, gymnasium
+>>> env = gymnasium.make("cosmic/Walk-v0", robot="three_legged")
+>>> many = gymnasium.make_vec("cosmic/Walk-v0", 64, robot="three_legged")
+>>> env.action_space.shape, many.observation_space.shape
+((28,), (64, 156))
 """
 
 from __future__ import annotations
@@ -228,3 +231,10 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
     def _info(self) -> dict[str, Any]:
         walk = self._walk
         return {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
+
+
+gymnasium.register(
+    "cosmic/Walk-v0",
+    entry_point="cosmic.gym:WalkEnv",
+    vector_entry_point="cosmic.gym:WalkVectorEnv",
+)

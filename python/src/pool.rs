@@ -1,5 +1,6 @@
 //! Threads for batches.
 
+use crate::errors::refused;
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -24,8 +25,14 @@ pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
+/// The most threads that are started: starting more takes longer than a run.
+const MOST: usize = 1024;
+
 /// A pool of so many threads; 0 for one per core.
 pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
+    if threads > MOST {
+        return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));
+    }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|error| {
         PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}"))

@@ -74,7 +74,8 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
 /// Writes the report of a run, and returns the paths of its files.
 #[pyfunction]
 pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-    py.detach(|| cosmic_lab::report::write(&folder)).map_err(raised)
+    py.detach(|| cosmic_lab::report::write(&folder))
+        .map_err(raised)
 }
 
 /// A page with the robot of a run in motion.

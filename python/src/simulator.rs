@@ -1,6 +1,8 @@
 //! Rollouts and their derivatives.
 
-use crate::arrays::{Batch, Given, NAMES, Number, Sizes, array, behind, flattened};
+use crate::arrays::{
+    Batch, Given, NAMES, Number, Sizes, array, behind, flattened, flattened_side_by_side,
+};
 use crate::errors::{raised, refused};
 use crate::pool;
 use crate::scene::Scene;
@@ -18,6 +20,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::time::Instant;
 
 /// A scene's lattice in its surroundings.
 #[pyclass(frozen, module = "cosmic._core")]
@@ -136,38 +139,34 @@ impl<R: Number> Asked<R> {
         groups.collect::<Vec<_>>().concat()
     }
 
-    /// As [`rollouts`](Self::rollouts), or the divergence of the first robot that has one, with its number.
+    /// As [`rollouts`](Self::rollouts), or the divergence of the first robot whose last state is absurd, with
+    /// its number: what is not finite stays so.
     fn checked(&self, task: &Task) -> Result<Vec<Trajectory<R>>, (usize, Error)> {
-        let mut seen = self.rollouts(task);
-        for (robot, seen) in seen.iter_mut().enumerate() {
+        let seen = self.rollouts(task);
+        let is_absurd = |seen: &Trajectory<R>| {
             let last = seen.states.last().map(|state| state.map(Into::into));
-            if last.is_some_and(|state: State<f64>| !state.is_absurd()) {
-                continue;
-            }
-            // Watched rollouts are conservative: again in double precision, step by step.
-            let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
-            let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-            let mixture: Vec<[f64; 3]> = self
-                .mixture(task, robot)
-                .iter()
-                .map(|shares| shares.map(Into::into))
-                .collect();
-            let guarded = task.guarded(&mixture, &controller, &start, &self.span);
-            if let Some(divergence) = &guarded.divergence {
-                return Err((robot, Error::from(divergence)));
-            }
-            let span = Span {
-                watched: false,
-                ..self.span.clone()
-            };
-            let plain = Self {
-                batch: Batch::of(self.batch.inputs(robot)),
-                mixing: vec![self.mixing[robot]],
-                span,
-            };
-            *seen = plain.one(task, 0);
+            last.is_some_and(|state: State<f64>| state.is_absurd())
+        };
+        match seen.iter().position(is_absurd) {
+            None => Ok(seen),
+            Some(robot) => Err((robot, self.divergence(task, robot))),
         }
-        Ok(seen)
+    }
+
+    /// Where and why a robot's rollout diverges, in double precision.
+    fn divergence(&self, task: &Task, robot: usize) -> Error {
+        let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
+        let (start, controller) = (start.map(Into::into), controller.map(Into::into));
+        let mixture = self.mixture(task, robot);
+        let mixture: Vec<[f64; 3]> = mixture
+            .iter()
+            .map(|shares| shares.map(Into::into))
+            .collect();
+        let guarded = task.guarded(&mixture, &controller, &start, &self.span);
+        guarded.divergence.as_ref().map_or_else(
+            || Error::NoFigure("diverged in single precision, and not in double".to_owned()),
+            Error::from,
+        )
     }
 }
 
@@ -217,10 +216,6 @@ impl Simulator {
         projection: &str,
         check: bool,
     ) -> PyResult<Seen<'py>> {
-        let span = Span {
-            watched: check,
-            ..span
-        };
         let asked = Asked::<R>::new(self, arrays, span, projection)?;
         let work = || {
             let seen = if check {
@@ -228,7 +223,10 @@ impl Simulator {
             } else {
                 Ok(asked.rollouts(&self.task))
             };
-            seen.map(|seen| flattened(&seen))
+            seen.map(|seen| match &seen[..] {
+                [one] => flattened(std::slice::from_ref(one)),
+                several => flattened_side_by_side(several),
+            })
         };
         let done = in_pool(py, asked.batch.robots(), work)?;
         let [x, v] = done.map_err(|(robot, error)| match asked.batch.size {
@@ -465,6 +463,28 @@ impl Simulator {
         } else {
             self.rollout_in::<f64>(py, &arrays, span, projection, check)
         }
+    }
+
+    /// The least seconds, of so many rounds, that the library takes for the rollouts alone: what
+    /// `benches/overhead.py` compares a call with.
+    fn library_seconds<'py>(
+        &self,
+        py: Python<'py>,
+        arrays: Vec<Bound<'py, PyAny>>,
+        observed: Vec<usize>,
+        rounds: usize,
+    ) -> PyResult<f64> {
+        let span = self.span(observed, 0)?;
+        let asked = Asked::<f64>::new(self, &arrays, span, "auto")?;
+        let work = || {
+            let seconds = (0..rounds).map(|_| {
+                let began = Instant::now();
+                std::hint::black_box(asked.rollouts(&self.task));
+                began.elapsed().as_secs_f64()
+            });
+            seconds.fold(f64::INFINITY, f64::min)
+        };
+        in_pool(py, asked.batch.robots(), work)
     }
 
     /// The cotangents of the seven arrays, from those of positions and velocities.
