@@ -7,6 +7,7 @@ mod errors;
 mod arrays;
 mod pool;
 mod scene;
+mod asked;
 mod simulator;
 mod environment;
 mod loss;

@@ -1,25 +1,22 @@
 //! Rollouts and their derivatives.
 
 use crate::arrays::{
-    Batch, Given, NAMES, Number, Sizes, array, behind, flattened, flattened_side_by_side,
+    Given, NAMES, Number, Sizes, array, behind, flattened, flattened_side_by_side,
 };
+use crate::asked::{Asked, each, in_pool, seen};
 use crate::errors::{raised, refused};
-use crate::pool;
 use crate::scene::Scene;
 use autodiff::{CotangentBound, Real};
 use cosmic::codesign::CoDesign;
-use cosmic::controller::{Controller, observation_length};
+use cosmic::controller::observation_length;
 use cosmic::error::Error;
 use cosmic::inputs::{ALL, Inputs};
-use cosmic::lattice::State;
-use cosmic::projection::Projection;
 use cosmic::scene;
-use cosmic::simulator::{Span, Trajectory};
-use cosmic::task::{Task, together};
+use cosmic::simulator::Span;
+use cosmic::task::Task;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use std::ops::Range;
 use std::time::Instant;
 
 /// A scene's lattice in its surroundings.
@@ -28,153 +25,6 @@ pub(crate) struct Simulator {
     scene: scene::Scene,
     task: Task,
     sizes: Sizes,
-}
-
-/// How design vectors become mixtures of materials.
-#[derive(Clone, Copy)]
-enum Mixing {
-    /// By a projection.
-    By(Projection),
-    /// They are mixtures themselves.
-    AsGiven,
-}
-
-impl Mixing {
-    /// By its name; `auto` takes design vectors of zeros and ones as they are (D7).
-    fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
-        let decided = || {
-            z.as_flattened()
-                .iter()
-                .all(|&x| [0.0, 1.0].contains(&x.into()))
-        };
-        match name {
-            "auto" if decided() => Ok(Self::AsGiven),
-            "auto" | "performance" => Ok(Self::By(Projection::Performance)),
-            "stability" => Ok(Self::By(Projection::Stability)),
-            "none" => Ok(Self::AsGiven),
-            _ => Err(refused(format!(
-                "projection: {name:?}: allowed: \"auto\", \"performance\", \"stability\", \"none\""
-            ))),
-        }
-    }
-
-    fn mixture<R: Real>(self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        match self {
-            Self::By(projection) => task.mixture(projection, z),
-            Self::AsGiven => z.to_vec(),
-        }
-    }
-}
-
-/// A rollout that is asked for: inputs with the axis of robots or without, and what is looked at.
-struct Asked<R> {
-    batch: Batch<R>,
-    mixing: Vec<Mixing>,
-    span: Span,
-}
-
-impl<R: Number> Asked<R> {
-    fn new(
-        simulator: &Simulator,
-        arrays: &[Bound<PyAny>],
-        span: Span,
-        projection: &str,
-    ) -> PyResult<Self> {
-        let given = NAMES
-            .iter()
-            .zip(arrays)
-            .map(|(name, object)| Given::new(name, object));
-        let given: Vec<Given<R>> = given.collect::<PyResult<_>>()?;
-        let batch = Batch::new(&given, &simulator.sizes)?;
-        let mixing = (0..batch.robots()).map(|robot| Mixing::of(projection, batch.z(robot)));
-        Ok(Self {
-            mixing: mixing.collect::<PyResult<_>>()?,
-            batch,
-            span,
-        })
-    }
-
-    /// The mixture of a robot.
-    fn mixture(&self, task: &Task, robot: usize) -> Vec<[R; 3]> {
-        self.mixing[robot].mixture(task, self.batch.z(robot))
-    }
-
-    fn one(&self, task: &Task, robot: usize) -> Trajectory<R> {
-        let (controller, start) = (self.batch.controller(robot), self.batch.start(robot));
-        task.rollout(&self.mixture(task, robot), controller, start, &self.span)
-    }
-
-    /// Robots that share the controller, side by side in lanes.
-    fn several(
-        &self,
-        task: &Task,
-        controller: &Controller<R>,
-        robots: Range<usize>,
-    ) -> Vec<Trajectory<R>> {
-        let mixtures: Vec<_> = robots
-            .clone()
-            .map(|robot| self.mixture(task, robot))
-            .collect();
-        let starts: Vec<&State<R>> = robots.map(|robot| self.batch.start(robot)).collect();
-        task.rollout_many(&mixtures, controller, &starts, &self.span)
-    }
-
-    /// The states of every robot that are looked at.
-    fn rollouts(&self, task: &Task) -> Vec<Trajectory<R>> {
-        let robots = self.batch.robots();
-        if robots == 1 {
-            return vec![self.one(task, 0)];
-        }
-        let Some(controller) = self.batch.shared_controller() else {
-            return (0..robots)
-                .into_par_iter()
-                .map(|robot| self.one(task, robot))
-                .collect();
-        };
-        let together = together(robots);
-        let groups = (0..robots.div_ceil(together)).into_par_iter().map(|group| {
-            let first = group * together;
-            self.several(task, controller, first..(first + together).min(robots))
-        });
-        groups.collect::<Vec<_>>().concat()
-    }
-
-    /// As [`rollouts`](Self::rollouts), or the divergence of the first robot whose last state is absurd, with
-    /// its number: what is not finite stays so.
-    fn checked(&self, task: &Task) -> Result<Vec<Trajectory<R>>, (usize, Error)> {
-        let seen = self.rollouts(task);
-        let is_absurd = |seen: &Trajectory<R>| {
-            let last = seen.states.last().map(|state| state.map(Into::into));
-            last.is_some_and(|state: State<f64>| state.is_absurd())
-        };
-        match seen.iter().position(is_absurd) {
-            None => Ok(seen),
-            Some(robot) => Err((robot, self.divergence(task, robot))),
-        }
-    }
-
-    /// Where and why a robot's rollout diverges, in double precision.
-    fn divergence(&self, task: &Task, robot: usize) -> Error {
-        let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
-        let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-        let mixture = self.mixture(task, robot);
-        let mixture: Vec<[f64; 3]> = mixture
-            .iter()
-            .map(|shares| shares.map(Into::into))
-            .collect();
-        let guarded = task.guarded(&mixture, &controller, &start, &self.span);
-        guarded.divergence.as_ref().map_or_else(
-            || Error::NoFigure("diverged in single precision, and not in double".to_owned()),
-            Error::from,
-        )
-    }
-}
-
-/// The observed positions of a robot, then the velocities.
-fn seen<R: Real>(task: &Task, mixing: Mixing, inputs: &Inputs<R>, span: &Span) -> Vec<R> {
-    let mixture = mixing.mixture(task, &inputs.z);
-    let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, span);
-    flattened(&[seen]).concat()
 }
 
 /// Positions and velocities.
@@ -216,7 +66,7 @@ impl Simulator {
         projection: &str,
         check: bool,
     ) -> PyResult<Seen<'py>> {
-        let asked = Asked::<R>::new(self, arrays, span, projection)?;
+        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let work = || {
             let seen = if check {
                 asked.checked(&self.task)
@@ -248,7 +98,7 @@ impl Simulator {
         span: Span,
         projection: &str,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let asked = Asked::<R>::new(self, arrays, span, projection)?;
+        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let shape = self.shape(asked.batch.size, &asked.span);
         let [x_bar, v_bar] = [
             cotangent::<R>("x_bar", cotangents[0], &shape)?,
@@ -288,8 +138,8 @@ impl Simulator {
         span: Span,
         projection: &str,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let asked = Asked::<R>::new(self, arrays, span, projection)?;
-        let along = Asked::<R>::new(self, tangents, asked.span.clone(), "none")?;
+        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
         if along
             .batch
             .size
@@ -319,23 +169,6 @@ impl Simulator {
             }
         }
         Ok(arrays)
-    }
-}
-
-/// Runs without the interpreter's lock; several robots share the pool.
-fn in_pool<T: Send>(py: Python, robots: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    if robots == 1 {
-        return Ok(py.detach(work));
-    }
-    let pool = pool::shared()?;
-    Ok(py.detach(|| pool.install(work)))
-}
-
-/// A function of every robot's number.
-fn each<T: Send>(robots: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    match robots {
-        1 => vec![of(0)],
-        _ => (0..robots).into_par_iter().map(of).collect(),
     }
 }
 
@@ -475,7 +308,7 @@ impl Simulator {
         rounds: usize,
     ) -> PyResult<f64> {
         let span = self.span(observed, 0)?;
-        let asked = Asked::<f64>::new(self, &arrays, span, "auto")?;
+        let asked = Asked::<f64>::new(&self.sizes, &arrays, span, "auto")?;
         let work = || {
             let seconds = (0..rounds).map(|_| {
                 let began = Instant::now();
