@@ -10,7 +10,6 @@ use numpy::{
     Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 /// A type of floats in arrays.
 pub(crate) trait Number: Real + Element + Into<f64> {}
@@ -252,25 +251,4 @@ pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> [Vec<R>; 2] 
         flat[1].extend_from_slice(state.v.as_flattened());
     }
     flat
-}
-
-/// As [`flattened`], each trajectory by a thread of the pool that this runs in.
-pub(crate) fn flattened_side_by_side<R: Real>(trajectories: &[Trajectory<R>]) -> [Vec<R>; 2] {
-    let numbers = |seen: &Trajectory<R>| seen.states.iter().map(|state| 2 * state.x.len()).sum();
-    let length: usize = trajectories.first().map_or(0, numbers);
-    [0, 1].map(|part| {
-        let mut flat = vec![R::zero(); length * trajectories.len()];
-        let places = flat.par_chunks_mut(length.max(1)).zip(trajectories);
-        places.for_each(|(place, seen)| {
-            let states = seen.states.iter();
-            let states = states.map(|state| [&state.x, &state.v][part].as_flattened());
-            let mut rest = place;
-            for state in states {
-                let (here, after) = rest.split_at_mut(state.len());
-                here.copy_from_slice(state);
-                rest = after;
-            }
-        });
-        flat
-    })
 }

@@ -4,7 +4,6 @@ use crate::arrays::{Batch, Given, NAMES, Number, Sizes, flattened};
 use crate::errors::refused;
 use crate::pool;
 use autodiff::Real;
-use cosmic::controller::Controller;
 use cosmic::error::Error;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
@@ -84,56 +83,56 @@ impl<R: Number> Asked<R> {
         self.mixing[robot].mixture(task, self.batch.z(robot))
     }
 
-    fn one(&self, task: &Task, robot: usize) -> Trajectory<R> {
-        let (controller, start) = (self.batch.controller(robot), self.batch.start(robot));
-        task.rollout(&self.mixture(task, robot), controller, start, &self.span)
+    /// How many robots a thread steps side by side.
+    fn together(&self) -> usize {
+        match (self.batch.robots(), self.batch.shared_controller()) {
+            (1, _) | (_, None) => 1,
+            (robots, Some(_)) => together(robots),
+        }
     }
 
-    /// Robots that share the controller, side by side in lanes.
-    fn several(
-        &self,
-        task: &Task,
-        controller: &Controller<R>,
-        robots: Range<usize>,
-    ) -> Vec<Trajectory<R>> {
-        let mixtures: Vec<_> = robots
-            .clone()
-            .map(|robot| self.mixture(task, robot))
-            .collect();
+    /// Steps some robots, of which several share the controller.
+    fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
+        let mixtures = robots.clone().map(|robot| self.mixture(task, robot));
+        let mixtures: Vec<_> = mixtures.collect();
+        let controller = self.batch.controller(robots.start);
         let starts: Vec<&State<R>> = robots.map(|robot| self.batch.start(robot)).collect();
         task.rollout_many(&mixtures, controller, &starts, &self.span)
     }
 
-    /// The states of every robot that are looked at.
-    pub(crate) fn rollouts(&self, task: &Task) -> Vec<Trajectory<R>> {
-        let robots = self.batch.robots();
-        if robots == 1 {
-            return vec![self.one(task, 0)];
-        }
-        let Some(controller) = self.batch.shared_controller() else {
-            return (0..robots)
-                .into_par_iter()
-                .map(|robot| self.one(task, robot))
-                .collect();
-        };
-        let together = together(robots);
-        let groups = (0..robots.div_ceil(together)).into_par_iter().map(|group| {
+    /// The states of every robot that are looked at, by the library alone.
+    pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
+        let (robots, together) = (self.batch.robots(), self.together());
+        each(robots.div_ceil(together), |group| {
             let first = group * together;
-            self.several(task, controller, first..(first + together).min(robots))
-        });
-        groups.collect::<Vec<_>>().concat()
+            self.group(task, first..(first + together).min(robots))
+        })
     }
 
-    /// As [`rollouts`](Self::rollouts), or the divergence of the first robot whose last state is absurd, with
-    /// its number: what is not finite stays so.
-    pub(crate) fn checked(&self, task: &Task) -> Result<Vec<Trajectory<R>>, (usize, Error)> {
-        let seen = self.rollouts(task);
-        let is_absurd = |seen: &Trajectory<R>| {
-            let last = seen.states.last().map(|state| state.map(Into::into));
-            last.is_some_and(|state: State<f64>| state.is_absurd())
+    /// Positions and velocities of all robots. With `check` the divergence of the first robot whose last
+    /// state is absurd, with its number: what is not finite stays so.
+    pub(crate) fn flat(&self, task: &Task, check: bool) -> Result<[Vec<R>; 2], (usize, Error)> {
+        let (robots, together) = (self.batch.robots(), self.together());
+        let length = self.span.observed.len() * 2 * task.lattice.nodes();
+        let [mut x, mut v] = [(); 2].map(|()| vec![R::zero(); robots * length]);
+        let places = x.chunks_mut(together * length);
+        let places = places.zip(v.chunks_mut(together * length)).enumerate();
+        // Every thread writes its robots' states into their place and lets go of them.
+        let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
+            let first = group * together;
+            let seen = self.group(task, first..(first + together).min(robots));
+            let parts = x.chunks_exact_mut(length).zip(v.chunks_exact_mut(length));
+            for (seen, (x, v)) in seen.iter().zip(parts) {
+                copy(seen, x, v);
+            }
+            seen.iter().position(is_absurd).map(|robot| first + robot)
         };
-        match seen.iter().position(is_absurd) {
-            None => Ok(seen),
+        let absurd = match robots {
+            1 => places.map(step).next().flatten(),
+            _ => places.par_bridge().filter_map(step).min(),
+        };
+        match absurd.filter(|_| check) {
+            None => Ok([x, v]),
             Some(robot) => Err((robot, self.divergence(task, robot))),
         }
     }
@@ -153,6 +152,21 @@ impl<R: Number> Asked<R> {
             Error::from,
         )
     }
+}
+
+/// Copies positions and velocities of the states to their places.
+fn copy<R: Real>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
+    let nodes = seen.states.first().map_or(1, |state| 2 * state.x.len());
+    let places = x.chunks_exact_mut(nodes).zip(v.chunks_exact_mut(nodes));
+    for (state, (x, v)) in seen.states.iter().zip(places) {
+        x.copy_from_slice(state.x.as_flattened());
+        v.copy_from_slice(state.v.as_flattened());
+    }
+}
+
+fn is_absurd<R: Number>(seen: &Trajectory<R>) -> bool {
+    let last = seen.states.last().map(|state| state.map(Into::into));
+    last.is_some_and(|state: State<f64>| state.is_absurd())
 }
 
 /// The observed positions of a robot, then the velocities.

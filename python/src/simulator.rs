@@ -1,12 +1,10 @@
 //! Rollouts and their derivatives.
 
-use crate::arrays::{
-    Given, NAMES, Number, Sizes, array, behind, flattened, flattened_side_by_side,
-};
+use crate::arrays::{Given, NAMES, Number, Sizes, array, behind};
 use crate::asked::{Asked, each, in_pool, seen};
 use crate::errors::{raised, refused};
 use crate::scene::Scene;
-use autodiff::{CotangentBound, Real};
+use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
 use cosmic::controller::observation_length;
 use cosmic::error::Error;
@@ -16,7 +14,6 @@ use cosmic::simulator::Span;
 use cosmic::task::Task;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// A scene's lattice in its surroundings.
@@ -67,17 +64,7 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Seen<'py>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
-        let work = || {
-            let seen = if check {
-                asked.checked(&self.task)
-            } else {
-                Ok(asked.rollouts(&self.task))
-            };
-            seen.map(|seen| match &seen[..] {
-                [one] => flattened(std::slice::from_ref(one)),
-                several => flattened_side_by_side(several),
-            })
-        };
+        let work = || asked.flat(&self.task, check);
         let done = in_pool(py, asked.batch.robots(), work)?;
         let [x, v] = done.map_err(|(robot, error)| match asked.batch.size {
             None => raised(error),
