@@ -228,3 +228,11 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
     def _info(self) -> dict[str, Any]:
         walk = self._walk
         return {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
+
+
+# Also by `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)`, and by `make_vec`.
+gymnasium.register(
+    id="cosmic/Walk-v0",
+    entry_point="cosmic.gym:WalkEnv",
+    vector_entry_point="cosmic.gym:WalkVectorEnv",
+)
