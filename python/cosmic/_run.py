@@ -22,9 +22,10 @@ import numpy.typing as npt
 from . import _core
 from ._checks import seed as as_seed
 from ._checks import whole
+from ._core import Scene
 from ._errors import InputError
 from ._loss import as_loss
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator
 
 _Path = Union[str, "os.PathLike[str]"]

@@ -11,8 +11,9 @@ import numpy.typing as npt
 from . import _core
 from ._checks import seed as as_seed
 from ._checks import whole
+from ._core import Scene
 from ._errors import InputError
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 
 #: An array of floats in single or double precision.
 Array = npt.NDArray[Any]

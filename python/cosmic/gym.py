@@ -121,7 +121,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         scatter: float = 1e-3,
         render_mode: Optional[str] = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
+        if render_mode not in (None, "rgb_array"):
             raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
         self._walk = _Walk(robot, z, 1, frame_skip, scatter)
         self.action_space = self._walk.action_space

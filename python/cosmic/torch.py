@@ -70,7 +70,7 @@ def rollout(
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` of tensors, for ``autograd``.
 
-    A rollout that diverges gives numbers that are not finite. For ``bounded`` see
+    A rollout that diverges gives what numbers there are. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.
     """
     options = {

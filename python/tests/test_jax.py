@@ -140,7 +140,15 @@ def test_nested_vmap(sim: cosmic.Simulator) -> None:
             assert np.array_equal(grid[i, j], of(designs[i], starts[j]))
 
 
-def test_divergence_is_not_finite_numbers_or_large_ones(sim: cosmic.Simulator) -> None:
+def test_what_is_not_there_is_refused(sim: cosmic.Simulator) -> None:
+    inputs, of = robot(sim, 0), number(sim)
+    with pytest.raises(TypeError, match="forward-mode"):
+        jax.jvp(of, (inputs,), (inputs,))
+    with pytest.raises(ValueError, match="do not support JVP"):
+        jax.grad(lambda z: jnp.sum(jax.grad(of)(inputs._replace(z=z)).z))(inputs.z)
+
+
+def test_a_rollout_that_diverges_returns_what_there_is(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     seen = cosmic.jax.rollout(sim, inputs._replace(v0=inputs.v0 + 1e9))
     assert not np.all(np.abs(seen.x) < 1e6)

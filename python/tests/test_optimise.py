@@ -143,6 +143,17 @@ def test_folders_that_do_not_serve_are_refused(run: cosmic.Run, tmp_path: Path) 
         cosmic.optimize(SCENE, start=tmp_path / "missing", progress=False)
 
 
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(cosmic.FileError, match="cannot write .*file"):
+        cosmic.optimize(SCENE, out=tmp_path / "file/run", progress=False)
+
+
+def test_a_step_that_is_too_long_is_told() -> None:
+    with pytest.raises(cosmic.UnstableStepError, match="set physics.dt to"):
+        cosmic.optimize({**SCENE, "physics.dt": 0.02}, progress=False)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [("seed", -1), ("seed", 2**64), ("iterations", 0), ("threads", 0), ("threads", 10**9)],

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Builds the wheel from source, installs it in a virtual environment, and runs the tests there, those of
+# the types among them. The environment is kept in the folder $1, or in target/venv.
+set -euo pipefail
+cd "$(dirname "$0")"
+here=$PWD
+mkdir -p "${1:-target/venv}"
+venv=$(cd "${1:-target/venv}" && pwd)
+python=$venv/bin/python
+most=$((10 * 1024 * 1024))
+
+say() { printf '\n== python: %s\n' "$1"; }
+
+log=$(mktemp)
+elsewhere=$(mktemp -d)
+trap 'rm -rf "$log" "$elsewhere"' EXIT
+
+# Installs, or ends all this where the registry cannot be reached; anything else that goes wrong is a failure.
+install() {
+  if "$python" -m pip install --quiet --retries 2 --disable-pip-version-check "$@" >"$log" 2>&1; then
+    return
+  fi
+  if grep -qE 'connection broken by|Max retries exceeded|Read timed out' "$log"; then
+    echo 'SKIPPED: the registry of Python packages cannot be reached: the package is not tested'
+    exit 0
+  fi
+  cat "$log" >&2
+  exit 1
+}
+
+if ! python3 -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
+  echo 'SKIPPED: no python3 of version 3.10 or later with venv: the package is not tested'
+  exit 0
+fi
+
+say "an environment in $venv"
+python3 -m venv "$venv"
+install 'maturin>=1.8,<2'
+
+say 'the wheel from source'
+rm -rf target/wheels
+"$python" -m maturin build --release --quiet --out target/wheels
+wheel=$(echo "$here"/target/wheels/*.whl)
+size=$(wc -c <"$wheel")
+echo "$(basename "$wheel"): $size bytes"
+if [ "$size" -gt "$most" ]; then
+  echo "the wheel has more than $most bytes" >&2
+  exit 1
+fi
+
+say 'its installation, with what the tests need'
+install --force-reinstall --no-deps "$wheel"
+install "$wheel[test]"
+
+# From a folder where the sources are not found in place of what was installed.
+cd "$elsewhere"
+export PYTHONDONTWRITEBYTECODE=1
+say 'tests of what is installed'
+"$python" -c "
+import cosmic, sys
+print(cosmic.__file__)
+sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not what was installed')"
+"$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/tests"
