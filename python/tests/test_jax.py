@@ -61,6 +61,21 @@ def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
     assert same(gradient, sim.vjp(inputs, bars, *SPAN))
 
 
+def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+
+    def of(inputs: cosmic.Inputs) -> cosmic.Trajectory:
+        return cosmic.jax.rollout(sim, inputs, *SPAN, first=100, bounded=True)
+
+    seen, pull = jax.vjp(of, inputs)
+    assert same(seen, sim.rollout(inputs, *SPAN, first=100))
+    assert not same(seen, sim.rollout(inputs, *SPAN))
+    (gradient,) = pull(seen)
+    bars = cosmic.Trajectory(*(np.asarray(array) for array in seen))
+    assert same(gradient, sim.vjp(inputs, bars, *SPAN, first=100, bounded=True))
+    assert not same(gradient, sim.vjp(inputs, bars, *SPAN, first=100))
+
+
 def test_compiled_functions_give_the_same(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     compiled = jax.jit(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))

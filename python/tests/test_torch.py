@@ -45,6 +45,17 @@ def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
     assert same([array.grad.numpy() for array in inputs], expected)
 
 
+def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> None:
+    plain = robot(sim, 0)
+    inputs = cosmic.torch.inputs(plain, requires_grad=True)
+    seen = cosmic.torch.rollout(sim, inputs, *SPAN, first=100, bounded=True)
+    expected = sim.rollout(plain, *SPAN, first=100)
+    assert same([array.detach().numpy() for array in seen], expected)
+    torch.autograd.backward(list(seen), [array.detach() for array in seen])
+    gradient = sim.vjp(plain, expected, *SPAN, first=100, bounded=True)
+    assert same([array.grad.numpy() for array in inputs], gradient)
+
+
 def test_what_robots_share_has_the_sum_of_their_gradients(sim: cosmic.Simulator) -> None:
     shared = NAMES[1:5]
     plain = stacked([robot(sim, seed) for seed in range(3)], shared)
