@@ -13,7 +13,7 @@ gradients through a differentiable simulator.
   Each is imported on demand and needs its package.
 """
 
-from ._core import scenes
+from ._core import Scene, scenes
 from ._errors import (
     DivergedError,
     Error,
@@ -24,7 +24,7 @@ from ._errors import (
 )
 from ._loss import Loss
 from ._run import Controller, Design, Run, load, optimize, resume
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator, Trajectory
 
 __all__ = [

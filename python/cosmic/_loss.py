@@ -47,7 +47,10 @@ class Loss:
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
         """The loss, and one vector of its gradient by positions and then by velocities."""
-        value, *gradients = self.function(x, v)
+        answer = self.function(x, v)
+        if not isinstance(answer, tuple) or len(answer) != 3:
+            raise InputError("the loss: expected a value and its gradients by x and by v")
+        value, *gradients = answer
         arrays = [np.asarray(gradient, np.float64) for gradient in gradients]
         for name, array, like in zip(("x", "v"), arrays, (x, v)):
             if array.shape != like.shape:
@@ -55,8 +58,6 @@ class Loss:
                     f"the gradient of the loss by {name}: expected the shape {like.shape}, "
                     f"found {array.shape}"
                 )
-        if len(arrays) != 2:
-            raise InputError("the loss: expected a value and two gradients")
         return float(value), np.concatenate([array.ravel() for array in arrays])
 
 

@@ -124,7 +124,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         scatter: float = 1e-3,
         render_mode: Optional[str] = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
+        if render_mode not in (None, "rgb_array"):
             raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
         self._walk = _Walk(robot, z, 1, frame_skip, scatter)
         self.action_space = self._walk.action_space
@@ -233,8 +233,9 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
 
 
+# Also by `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)`, and by `make_vec`.
 gymnasium.register(
-    "cosmic/Walk-v0",
+    id="cosmic/Walk-v0",
     entry_point="cosmic.gym:WalkEnv",
     vector_entry_point="cosmic.gym:WalkVectorEnv",
 )
