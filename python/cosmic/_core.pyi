@@ -26,6 +26,9 @@ class Scene:
         """This scene with the settings of a TOML text in place of its own."""
     def to_toml(self) -> str:
         """The complete scene as TOML."""
+    @staticmethod
+    def restore(text: str) -> Scene:
+        """The scene of a text that `pickle` keeps."""
 
 def scenes() -> list[str]:
     """The names of the built-in scenes, the default first."""

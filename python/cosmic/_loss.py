@@ -43,7 +43,10 @@ class Loss:
         """The steps of the states that the loss looks at."""
         if self._observed is None:
             return [steps]
-        return [int(step) for step in self._observed(steps)]
+        observed = [int(step) for step in self._observed(steps)]
+        if any(step < 0 for step in observed):
+            raise InputError(f"the loss observes {observed}: expected steps from 0 to {steps}")
+        return observed
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
         """The loss, and one vector of its gradient by positions and then by velocities."""

@@ -161,6 +161,9 @@ class Simulator:
         x, v, dx, dv = self._core.jvp(arrays, along, seen, first, self.projection)
         return Trajectory(x, v), Trajectory(dx, dv)
 
+    def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str]]:
+        return Simulator, (self.scene, self.projection)
+
     def __repr__(self) -> str:
         return f"Simulator({self.scene!r}, projection={self.projection!r})"
 

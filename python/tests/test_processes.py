@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -32,6 +34,14 @@ def test_two_threads_optimise_at_once(run: cosmic.Run) -> None:
         first, second = pool.map(work, [SEED, SEED + 1])
     assert is_same_run(first.folder, run.folder)
     assert not is_same_run(second.folder, run.folder)
+
+
+def test_a_simulator_goes_to_another_process_as_it_is(sim: cosmic.Simulator) -> None:
+    one = robot(sim, 0)
+    for other in (pickle.loads(pickle.dumps(sim)), copy.deepcopy(sim)):
+        assert other.scene.to_toml() == sim.scene.to_toml()
+        assert other.scene.name == sim.scene.name
+        assert same(other.rollout(one), sim.rollout(one))
 
 
 FORKS = """

@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::thread;
+use std::time::Duration;
 
 /// Many runs from a frozen plan, shared by any number of processes
 #[derive(Debug, Args)]
@@ -149,8 +151,9 @@ fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<(
     }
     let runs = plan.runs();
     let pool = crate::runs::pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen()?);
-    let ended = pool.install(|| match index {
+    let interrupt = Interrupt::listen()?;
+    let mut progress = Progress::new(output, interrupt.clone());
+    let mut once = || match index {
         Index::Number(index) if index >= runs => Err(Error::Usage(format!(
             "there is no run {index}: the plan has {runs}, from 0 on"
         ))),
@@ -159,7 +162,20 @@ fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<(
             Ok(Some(Ended { index, outcome }))
         }
         _ => sweep.run_next(&mut progress),
-    });
+    };
+    let ended = loop {
+        match pool.install(&mut once) {
+            // Whether the holder on another host lives is told by waiting.
+            Ok(Some(ended)) if ended.outcome == RunOutcome::Watched => {
+                if interrupt.is_asked() {
+                    let (done, total) = (plan.over(folder), runs);
+                    break Err(Error::Stopped { done, total });
+                }
+                thread::sleep(Duration::from_secs(1));
+            }
+            ended => break ended,
+        }
+    };
     drop(progress);
     match ended? {
         Some(Ended { index, outcome }) if outcome == RunOutcome::Taken => {
