@@ -51,17 +51,21 @@ class Loss:
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
         """The loss, and one vector of its gradient by positions and then by velocities."""
         answer = self.function(x, v)
-        if not isinstance(answer, tuple) or len(answer) != 3:
-            raise InputError("the loss: expected a value and its gradients by x and by v")
-        value, *gradients = answer
-        arrays = [np.asarray(gradient, np.float64) for gradient in gradients]
-        for name, array, like in zip(("x", "v"), arrays, (x, v)):
-            if array.shape != like.shape:
+        if not isinstance(answer, (tuple, list)) or len(answer) != 3:
+            raise InputError(
+                "the loss: expected three things, a value and the gradients by positions and "
+                f"velocities, found {answer!r}"
+            )
+        value, *gradients = map(np.asarray, answer)
+        if value.ndim != 0 or value.dtype.kind not in "fiu":
+            raise InputError(f"the loss: expected a number, found {answer[0]!r}")
+        for name, array, like in zip(("x", "v"), gradients, (x, v)):
+            if array.shape != like.shape or array.dtype.kind not in "fiu":
                 raise InputError(
-                    f"the gradient of the loss by {name}: expected the shape {like.shape}, "
-                    f"found {array.shape}"
+                    f"the gradient of the loss by {name}: expected floats of the shape "
+                    f"{like.shape}, found {array.dtype} of the shape {array.shape}"
                 )
-        return float(value), np.concatenate([array.ravel() for array in arrays])
+        return float(value), np.concatenate([np.float64(array).ravel() for array in gradients])
 
 
 def as_loss(loss: Any) -> Optional[Loss]:

@@ -154,7 +154,8 @@ class Simulator:
         *,
         first: int = 0,
     ) -> tuple[Trajectory, Trajectory]:
-        """The states of :meth:`rollout`, and their derivatives along ``tangents``."""
+        """The states of :meth:`rollout`, but for last bits, and their derivatives along
+        ``tangents``."""
         arrays = _prepared(inputs)
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -170,8 +171,9 @@ class Simulator:
 
 def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
     """The arrays in C order and of one type; copied only where they are not."""
-    if len(inputs) != len(Inputs._fields):
-        raise InputError(f"expected the {len(Inputs._fields)} arrays of Inputs, found {len(inputs)}")
+    count = len(Inputs._fields)
+    if not isinstance(inputs, (tuple, list)) or len(inputs) != count:
+        raise InputError(f"expected the {count} arrays of Inputs, found {inputs!r:.60}")
     return _floats(Inputs._fields, inputs, dtype)
 
 

@@ -100,6 +100,6 @@ def loss(
             gradients = torch.autograd.grad(value, states, allow_unused=True)
         zeros = (np.zeros_like(x), np.zeros_like(v))
         x_bar, v_bar = (z if g is None else g.numpy() for g, z in zip(gradients, zeros))
-        return float(value), x_bar, v_bar
+        return float(value.detach()), x_bar, v_bar
 
     return Loss(value_and_gradient, observed, is_far)

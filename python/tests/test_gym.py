@@ -129,7 +129,8 @@ def test_the_robot_of_a_run_is_driven(run: cosmic.Run) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"frame_skip": 0}, "frame_skip: 0: allowed: 1 to 256"),
+        ({"frame_skip": 0}, "frame_skip: 0: expected a whole number, 1 to 256"),
+        ({"scatter": float("nan")}, "scatter: nan: expected a length"),
         ({"render_mode": "human"}, "render_mode: 'human'"),
         ({"z": np.zeros((3, 3))}, "z: expected the shape"),
         ({"z": np.tile([1.0, 0.0, 0.0], (20, 1))}, "no actuator"),
@@ -140,3 +141,31 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], says: str) -> No
         cosmic.gym.WalkEnv(SCENE, **arguments)
     with pytest.raises(cosmic.InputError, match="num_envs: 0"):
         cosmic.gym.WalkVectorEnv(0, SCENE)
+
+
+def test_an_episode_begins_with_reset_and_ends() -> None:
+    env = cosmic.gym.WalkEnv(SCENE, render_mode="rgb_array", **FRAMES)
+    action = np.zeros(env.action_space.shape, np.float32)
+    for call in (env.render, lambda: env.step(action)):
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            call()
+    env.reset(seed=0)
+    over = False
+    while not over:
+        over = env.step(action)[3]
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(action)
+
+
+def test_wrong_actions_are_refused_and_change_nothing() -> None:
+    env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
+    env.reset(seed=0)
+    size = env.action_space.shape[0]
+    for action, says in [(np.zeros(1), r"action: expected the shape"), (np.full(size, np.nan), "finite")]:
+        with pytest.raises(cosmic.InputError, match=says):
+            env.step(action)
+    _, _, _, _, info = env.step(np.zeros(size))
+    assert info["time"] == pytest.approx(env.metadata["render_fps"] ** -1)
+    many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
+    with pytest.raises(cosmic.InputError, match="1 seeds for 2 robots"):
+        many.reset(seed=[1])

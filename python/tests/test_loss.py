@@ -51,15 +51,24 @@ def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (lambda x, v: 1.0, "expected a value and its gradients"),
-        (lambda x, v: (1.0, x), "expected a value and its gradients"),
-        (lambda x, v: (1.0, x[0], v), r"by x: expected the shape \(1, 9, 2\), found \(9, 2\)"),
-        (lambda x, v: (1.0, x, 0.0), r"by v: expected the shape \(1, 9, 2\), found \(\)"),
+        (lambda x, v: 1.0, "expected three things"),
+        (lambda x, v: (1.0, x), "expected three things"),
+        (lambda x, v: (x, x, v), "expected a number"),
+        (lambda x, v: (1j, x, v), "expected a number"),
+        (lambda x, v: (1.0, x[0], v), r"by x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
+        (lambda x, v: (1.0, x, 0.0), r"by v: .* of the shape \(1, 9, 2\), found .*\(\)"),
+        (lambda x, v: (1.0, 1j * x, v), "by x: .*found complex128"),
     ],
 )
 def test_wrong_answers_of_a_loss_are_named(answer: Any, says: str) -> None:
     with pytest.raises(cosmic.InputError, match=says):
         cosmic.optimize(SCENE, loss=answer, progress=False)
+
+
+def test_steps_before_the_start_are_refused() -> None:
+    loss = cosmic.Loss(final, lambda steps: [-1, steps])
+    with pytest.raises(cosmic.InputError, match=r"observes \[-1, 128\]: expected steps from 0"):
+        cosmic.optimize(SCENE, loss=loss, progress=False)
 
 
 @pytest.mark.parametrize("observed", [[5, 3], [5], []])
