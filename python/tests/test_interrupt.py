@@ -31,7 +31,7 @@ print(json.dumps([run.summary["iterations"], text, files, moved]))
 """
 
 #: So many iterations that the signal comes in their midst.
-LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 400}}
+LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
 
 
 def interrupted(out: Path | str) -> tuple[int, str]:
@@ -53,7 +53,7 @@ def interrupted(out: Path | str) -> tuple[int, str]:
 def test_an_interrupted_run_is_returned_and_goes_on(tmp_path: Path) -> None:
     out = tmp_path / "run"
     iterations, warning = interrupted(out)
-    assert 3 <= iterations < 400
+    assert 3 <= iterations < 800
     assert f"after iteration {iterations}:" in warning and f"cosmic.resume('{out}')" in warning
     with pytest.raises(cosmic.FileError):
         cosmic.load(out)
@@ -63,5 +63,5 @@ def test_an_interrupted_run_is_returned_and_goes_on(tmp_path: Path) -> None:
 
 def test_a_run_without_a_folder_is_returned_as_well() -> None:
     iterations, warning = interrupted("")
-    assert 3 <= iterations < 400
+    assert 3 <= iterations < 800
     assert warning.endswith("the robot as far as it got")
