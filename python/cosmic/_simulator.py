@@ -172,8 +172,10 @@ class Simulator:
 def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
     """The arrays in C order and of one type; copied only where they are not."""
     count = len(Inputs._fields)
-    if not isinstance(inputs, (tuple, list)) or len(inputs) != count:
-        raise InputError(f"expected the {count} arrays of Inputs, found {inputs!r:.60}")
+    is_list = isinstance(inputs, (tuple, list))
+    if not is_list or len(inputs) != count:
+        found = len(inputs) if is_list else type(inputs).__name__
+        raise InputError(f"expected the {count} arrays of Inputs, found {found}")
     return _floats(Inputs._fields, inputs, dtype)
 
 

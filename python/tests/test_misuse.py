@@ -14,6 +14,7 @@ Call = Callable[[cosmic.Simulator, cosmic.Inputs, cosmic.Trajectory], Any]
 
 #: What is done wrong, and words of the message.
 WRONG: dict[str, tuple[Call, list[str]]] = {
+    "no arrays": (lambda sim, i, t: sim.rollout(None, 32), ["7 arrays", "found NoneType"]),
     "too few arrays": (lambda sim, i, t: sim.rollout(i[:6], 32), ["7 arrays", "found 6"]),
     "complex": (lambda sim, i, t: sim.rollout(i._replace(w2=1j * i.w2)), ["w2", "complex128"]),
     "objects": (lambda sim, i, t: sim.rollout(i._replace(b1=None)), ["b1", "object"]),
