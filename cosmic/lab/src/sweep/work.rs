@@ -179,7 +179,7 @@ impl Sweep<'_> {
                 continue;
             }
             // Nothing is left, or other processes are at work on all that is left.
-            if taken == 0 || taken == left.len() {
+            if taken + watched == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
