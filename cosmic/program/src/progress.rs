@@ -4,7 +4,6 @@ use crate::arguments::Output;
 use crate::interrupt::Interrupt;
 use crate::output::{counted, metres, note};
 use cosmic::codesign::Record;
-use cosmic::error::Result;
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -163,14 +162,19 @@ pub(super) struct Many {
 
 impl Many {
     /// For a plan of which `over` runs are over.
-    pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
-        Ok(Self {
+    pub(super) fn new(
+        output: &Output,
+        interrupt: Interrupt,
+        plan: &SweepPlan,
+        over: usize,
+    ) -> Self {
+        Self {
             quiet: output.quiet,
-            interrupt: Interrupt::listen()?,
+            interrupt,
             titles: (0..plan.runs()).map(|index| title(plan, index)).collect(),
             done: AtomicUsize::new(over),
             pace: Pace::new(over),
-        })
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! `cosmic study`.
 
 use crate::arguments::{Work, count, seed};
-use crate::output::answer_written;
+use crate::interrupt::Interrupt;
+use crate::output::{answer_planned, answer_written};
 use crate::progress::Many;
 use clap::{Args, Subcommand};
 use cosmic::error::Result;
@@ -54,6 +55,9 @@ struct Options {
     /// Folder for the runs; an interrupted study goes on there [default: runs/study-NAME]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
+    /// Freeze the plan in folder S and end; `sweep run S` does the runs, `study ... --runs S` the rest
+    #[arg(long, value_name = "S", conflicts_with_all = ["runs", "out", "threads"])]
+    plan: Option<PathBuf>,
     /// Stop every run after this many iterations, to try a study in little
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
@@ -81,7 +85,8 @@ impl Arguments {
                 text: Scene::text(path)?,
             },
         };
-        let runs = options.runs.clone().unwrap_or_else(|| kind.folder());
+        let folder = options.plan.as_ref().or(options.runs.as_ref());
+        let runs = folder.cloned().unwrap_or_else(|| kind.folder());
         let study = Study {
             kind,
             first_seed: options.first_seed,
@@ -92,10 +97,15 @@ impl Arguments {
             runs,
             python: python.to_owned(),
         };
+        if options.plan.is_some() {
+            let runs = study.plan_runs()?.runs();
+            return answer_planned(&options.work.output, &study.runs, runs);
+        }
         let plan = study.prepare()?;
-        let overseer = Many::new(&options.work.output, &plan, plan.over(&study.runs))?;
+        let (output, over) = (&options.work.output, plan.over(&study.runs));
+        let overseer = Many::new(output, Interrupt::listen()?, &plan, over);
         study.simulate(&plan, options.work.threads, &overseer)?;
         let written = study.write()?;
-        answer_written(&options.work.output, &written)
+        answer_written(output, &written)
     }
 }

@@ -215,3 +215,48 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let runs = bench.json("p/paper.json")["rows"].as_array().unwrap().len();
     assert_eq!(runs, 16);
 }
+
+/// A study that is planned, done by processes of `sweep run`, and written is the study in one go.
+#[test]
+fn processes_do_the_runs_of_a_planned_study() {
+    let bench = bench(LITTLE);
+    let options = "--base base.toml --seeds 1 --iterations 8";
+    let said = bench
+        .cosmic(&format!("study ablation {options} --plan cut-runs"))
+        .ok();
+    assert_eq!(said.out, "cut-runs: 8 runs\n");
+    let mut at_work = Vec::new();
+    for index in [
+        "6", "auto", "3-4", "auto", "7", "auto", "1,5", "auto", "auto",
+    ] {
+        at_work.push(bench.start(&format!("sweep run cut-runs --threads 1 --index {index}")));
+        if at_work.len() == 3 {
+            for child in at_work.drain(..) {
+                let output = child.wait_with_output().unwrap();
+                // Another process may be at work on the run.
+                assert!(matches!(output.status.code(), Some(0 | 2)), "{output:?}");
+            }
+        }
+    }
+    assert_eq!(
+        bench.cosmic("sweep status cut-runs --json").json()["left"],
+        ""
+    );
+    // Every run was measured when it ended, so that writing simulates nothing.
+    let checks: Vec<_> = fs::read_dir(bench.path("cut-runs/runs")).unwrap().collect();
+    let is_measured = |run: &fs::DirEntry| run.path().join("check.json").exists();
+    assert_eq!(
+        checks
+            .iter()
+            .filter(|run| is_measured(run.as_ref().unwrap()))
+            .count(),
+        8
+    );
+    let said = study(&bench, "ablation", "cut", "--seeds 1 --iterations 8").ok();
+    assert_eq!(ended(&said), 0, "{said:?}");
+    study(&bench, "ablation", "whole", "--seeds 1 --iterations 8").ok();
+    assert_eq!(results(&bench, "cut"), results(&bench, "whole"));
+    let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
+    let says = "cut-runs: the runs there are of other scenes or another number of iterations";
+    bench.cosmic(other).fails(2, &[says]);
+}

@@ -168,7 +168,6 @@ fn a_sweep_goes_on_until_nothing_is_left() {
 #[test]
 fn an_edited_plan_is_refused() {
     let bench = planned(&small(), "--iterations 4");
-    bench.cosmic("sweep run s --index 0").ok();
     let plan = bench.read("s/plan.json");
     let edits = [
         (
@@ -182,12 +181,17 @@ fn an_edited_plan_is_refused() {
             "steps = 65",
             "`tiny: physics.steps` is 65, where it was 64",
         ),
+        (
+            "\"cosmic_version\":\"",
+            "\"cosmic_version\":\"9.",
+            "`cosmic_version` is 9.",
+        ),
     ];
     for (old, new, says) in edits {
         let edited = plan.replacen(old, new, 1);
         assert_ne!(edited, plan, "{old}");
         bench.write("s/plan.json", edited);
-        for command in ["run", "status", "merge"] {
+        for command in ["run", "status", "merge", "prune", "script --slurm"] {
             bench
                 .cosmic(&format!("sweep {command} s"))
                 .fails(2, &[says, "s/plan.json"]);
@@ -242,6 +246,105 @@ fn status_and_merge_read_what_is_there() {
 }
 
 #[test]
+fn a_grid_plans_every_combination() {
+    let bench = Bench::default();
+    let plan = |how: &str| bench.cosmic(&format!("sweep plan tiny.toml {how}"));
+    let grid = "--grid physics.gravity=3.7,9.81 --grid schedule.horizon=[16,32],[32,32]";
+    let said = plan(&format!("{grid} --seeds 2 --iterations 2 --out s")).ok();
+    assert_eq!(said.out, "s: 8 runs\n");
+    let planned = bench.json("s/plan.json");
+    let scenes = planned["scenes"].as_array().unwrap();
+    let names: Vec<_> = scenes.iter().map(|s| s["name"].as_str().unwrap()).collect();
+    let expected = [
+        "3.7+horizon=16,32",
+        "3.7+horizon=32,32",
+        "9.81+horizon=16,32",
+        "9.81+horizon=32,32",
+    ];
+    assert_eq!(names, expected.map(|end| format!("tiny+gravity={end}")));
+    let text = scenes[1]["scene"].as_str().unwrap();
+    assert!(
+        text.contains("gravity = 3.7\n") && text.contains("horizon = [32, 32]\n"),
+        "{text}"
+    );
+    assert!(!text.contains('#'), "{text}");
+    let said = bench.cosmic("sweep run s --index 5,0-1 --threads 2").ok();
+    assert_eq!(said.error.lines().count(), 3, "{said:?}");
+    let told = bench.cosmic("sweep status s --json").json();
+    assert_eq!(told["left"], "2-4,6-7");
+    assert_eq!(told["runs"][5]["scene"], "tiny+gravity=9.81+horizon=16,32");
+    let kept = bench.read("s/runs/tiny+gravity=9.81+horizon=16,32-1/scene.toml");
+    assert!(kept.contains("gravity = 9.81\n"), "{kept}");
+    let text = bench.cosmic("sweep status s").ok().out;
+    assert!(text.contains("\nleft: 2-4,6-7\n"), "{text}");
+    for (how, says) in [
+        ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
+        ("--grid physics.gravity", "no `=` is there"),
+    ] {
+        plan(&format!("{how} --seeds 1 --out t")).fails(2, &[says]);
+    }
+    assert!(!bench.path("t").exists());
+}
+
+/// Whatever the order in which runs are done.
+#[test]
+fn merged_results_do_not_depend_on_the_order() {
+    let bench = planned(&small(), "--iterations 3");
+    bench
+        .cosmic("sweep plan tiny.toml --seeds 3 --iterations 3 --out t")
+        .ok();
+    for (sweep, order) in [("s", ["2", "0", "1"]), ("t", ["0", "1", "2"])] {
+        for index in order {
+            bench
+                .cosmic(&format!("sweep run {sweep} --index {index}"))
+                .ok();
+        }
+        bench.cosmic(&format!("sweep merge {sweep}")).ok();
+        fs::create_dir(bench.path(&format!("{sweep}-merged"))).unwrap();
+        for name in ["results.json", "results.csv"] {
+            let [from, to] =
+                [sweep.to_owned(), format!("{sweep}-merged")].map(|f| bench.path(&f).join(name));
+            fs::rename(from, to).unwrap();
+        }
+    }
+    assert_eq!(bench.results("s-merged"), bench.results("t-merged"));
+}
+
+#[test]
+fn a_pruned_sweep_has_the_same_results() {
+    let bench = planned(&small(), "--iterations 3");
+    bench.cosmic("sweep run s --index 0-1").ok();
+    let merged = || {
+        bench.cosmic("sweep merge s").ok();
+        ["s/results.json", "s/results.csv"].map(|name| bench.read(name))
+    };
+    let before = (merged(), bench.cosmic("sweep status s").out);
+    let names = [
+        "trajectory.json",
+        "history.jsonl",
+        "history.csv",
+        "designs.jsonl",
+        "snapshot.json",
+    ];
+    let size = |run: &str, name: &str| {
+        fs::metadata(bench.path(&format!("s/runs/{run}/{name}"))).map(|m| m.len())
+    };
+    let bytes: u64 = names
+        .iter()
+        .map(|name| size("tiny-0", name).unwrap() + size("tiny-1", name).unwrap())
+        .sum();
+    let told = bench.cosmic("sweep prune s --json").json();
+    assert_eq!(told, json!({ "runs": 2, "bytes": bytes }));
+    assert!(names.iter().all(|name| size("tiny-0", name).is_err()));
+    assert!(size("tiny-1", "design.json").is_ok());
+    assert_eq!((merged(), bench.cosmic("sweep status s").out), before);
+    assert_eq!(bench.cosmic("sweep prune s").out, "0 runs, 0 bytes\n");
+    // Nothing of it is done again.
+    let said = bench.cosmic("sweep run s").ok();
+    assert_eq!(said.error.lines().count(), 1, "{said:?}");
+}
+
+#[test]
 fn a_diverged_run_is_over() {
     let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
     bench.cosmic("sweep plan tiny.toml --seeds 1 --out s").ok();
@@ -267,6 +370,11 @@ fn what_cannot_be_is_refused() {
             "two scenes are called `tiny`",
         ),
         ("run s --index 3", 2, "there is no run 3: the plan has 3"),
+        (
+            "run s --index 0-1,3",
+            2,
+            "there is no run 3: the plan has 3",
+        ),
         ("run s --index some", 2, "a run's number, `auto` or `all`"),
         (
             "plan tiny.toml --seeds 99999999999 --out u",

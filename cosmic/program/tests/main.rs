@@ -23,6 +23,7 @@ mod cli_own;
 mod cli_refused;
 mod cli_report;
 mod cli_scene;
+mod cli_script;
 mod cli_search;
 mod cli_set;
 mod cli_study;

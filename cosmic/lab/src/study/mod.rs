@@ -2,8 +2,7 @@
 //! in another simulator.
 //!
 //! A [`Study`] is a sweep with a document. [`prepare`](Study::prepare) freezes its plan,
-//! [`simulate`](Study::simulate) completes the runs and measures each delivered design at half the time
-//! step and with the goal behind, [`write`](Study::write) reads the records and writes Markdown, CSV,
+//! [`simulate`](Study::simulate) completes the runs and takes each one's [`Measurement`], [`write`](Study::write) reads the records and writes Markdown, CSV,
 //! JSON and figures. All numbers except wall times follow from the plan.
 
 mod trials;
@@ -21,7 +20,9 @@ mod ablation;
 mod findings;
 mod transfer;
 mod figures;
+mod measurement;
 mod work;
 
+pub use measurement::Measurement;
 pub use settings::Study;
 pub use trials::{Base, StudyKind};

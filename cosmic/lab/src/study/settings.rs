@@ -1,7 +1,7 @@
 //! The settings of a study.
 
 use super::trials::{Base, StudyKind, Trial, trials};
-use crate::sweep::{PlannedScene, SweepPlan};
+use crate::sweep::{PlannedScene, PlannedStudy, SweepPlan};
 use cosmic::error::{Result, in_shell};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -49,11 +49,17 @@ impl Study {
     /// The errors of [`trials`].
     pub(super) fn plan(&self) -> Result<SweepPlan> {
         let scene = |Trial { name, scene, .. }| PlannedScene { name, scene };
+        let python = || self.python.display().to_string();
+        let study = PlannedStudy {
+            kind: self.kind.name().to_owned(),
+            python: (self.kind == StudyKind::Transfer).then(python),
+        };
         Ok(SweepPlan {
-            scenes: self.trials()?.into_iter().map(scene).collect(),
+            study: Some(study),
             first_seed: self.first_seed,
             seeds: self.seeds,
             iterations: self.iterations,
+            scenes: self.trials()?.into_iter().map(scene).collect(),
         })
     }
 

@@ -18,6 +18,9 @@ pub enum StudyKind {
 }
 
 impl StudyKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Paper, Self::Ablation, Self::Findings, Self::Transfer];
+
     /// Its name, on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -310,12 +313,7 @@ mod tests {
     /// So the eight trials of the ablation are all combinations.
     #[test]
     fn every_trial_can_begin_and_is_not_another() {
-        for kind in [
-            StudyKind::Paper,
-            StudyKind::Ablation,
-            StudyKind::Findings,
-            StudyKind::Transfer,
-        ] {
+        for kind in StudyKind::ALL {
             let trials = trials(kind, &Base::default()).unwrap();
             for (k, trial) in trials.iter().enumerate() {
                 CoDesign::new(&trial.scene).unwrap().begin(0).unwrap();

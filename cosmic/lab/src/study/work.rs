@@ -1,10 +1,10 @@
 //! The work of a study: its plan, its runs, its results.
 
-use super::check::{Check, with_half_steps};
-use super::in_mujoco::Transfer;
+use super::check::with_half_steps;
+use super::measurement::Measurement;
 use super::results::{Provenance, StudyResults};
 use super::rows::collect;
-use super::{Study, StudyKind, ablation, figures, findings, motifs, paper, python, transfer};
+use super::{Study, StudyKind, ablation, figures, findings, motifs, paper, transfer};
 use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, Sweep, SweepPlan};
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
@@ -17,12 +17,29 @@ impl Study {
     /// may join those that are there.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the runs are of other experiments, or the results of others or of
-    /// more seeds, and where a study of transfer has no MuJoCo; those of [`SweepPlan::freeze`].
+    /// Those of [`plan_runs`](Self::plan_runs); [`Error::Usage`] where the results there are of other
+    /// experiments or of more seeds.
     pub fn prepare(&self) -> Result<SweepPlan> {
-        if self.kind == StudyKind::Transfer {
-            python::check(&self.python)?;
-        }
+        let plan = self.checked_plan()?;
+        StudyResults::may_replace(self)?;
+        // Now, not after hours of work whose results could not be written.
+        make_folder(&self.out)?;
+        self.keep_plan(plan)
+    }
+
+    /// Freezes the plan as [`prepare`](Self::prepare) does, and no results are in view: any processes do
+    /// the runs.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the runs are of other experiments, and where a study of transfer has no
+    /// MuJoCo; those of [`SweepPlan::freeze`].
+    pub fn plan_runs(&self) -> Result<SweepPlan> {
+        self.keep_plan(self.checked_plan()?)
+    }
+
+    /// The plan, if it goes with the one that is there.
+    fn checked_plan(&self) -> Result<SweepPlan> {
+        Measurement::of(self).check()?;
         let plan = self.plan()?;
         for PlannedScene { name, scene } in &plan.scenes {
             with_half_steps(scene).check().map_err(|error| {
@@ -33,23 +50,24 @@ impl Study {
                 ))
             })?;
         }
-        let is_new = !self.runs.join(PLAN).exists();
-        if !is_new {
-            let before = SweepPlan::read(&self.runs)?;
-            if (&before.scenes, before.iterations) != (&plan.scenes, plan.iterations) {
-                let runs = self.runs.display();
-                return Err(Error::Usage(format!(
-                    "{runs}: the runs there are of other scenes or another number of iterations; \
-                     name another folder by --runs"
-                )));
-            }
+        if !self.runs.join(PLAN).exists() {
+            return Ok(plan);
         }
-        StudyResults::may_replace(self)?;
-        // Now, not after hours of work whose results could not be written.
-        make_folder(&self.out)?;
-        if is_new {
+        let before: SweepPlan = SweepPlan::read(&self.runs)?;
+        if (&before.scenes, before.iterations) == (&plan.scenes, plan.iterations) {
+            return Ok(plan);
+        }
+        let runs = self.runs.display();
+        Err(Error::Usage(format!(
+            "{runs}: the runs there are of other scenes or another number of iterations; \
+             name another folder by --runs"
+        )))
+    }
+
+    fn keep_plan(&self, plan: SweepPlan) -> Result<SweepPlan> {
+        if !self.runs.join(PLAN).exists() {
             plan.freeze(&self.runs)?;
-        } else {
+        } else if SweepPlan::read(&self.runs)? != plan {
             plan.check()?;
             plan.write(&self.runs)?;
         }
@@ -59,16 +77,20 @@ impl Study {
     /// Completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// The errors of [`Sweep::run_all`] and those of keeping a run; [`Error::Usage`] where other processes are still
-    /// at work on some.
+    /// The errors of [`Sweep::run_all`] and of [`Measurement::keep`]; [`Error::Usage`] where other
+    /// processes are still at work on some.
     pub fn simulate(
         &self,
         plan: &SweepPlan,
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
     ) -> Result<()> {
-        let folder = &self.runs;
-        Sweep { folder, plan }.run_all(threads, overseer)?;
+        let sweep = Sweep {
+            folder: &self.runs,
+            plan,
+            measure: &|_| Ok(()),
+        };
+        sweep.run_all(threads, overseer)?;
         let left = plan.runs() - plan.over(&self.runs);
         if left > 0 {
             return Err(Error::Usage(format!(
@@ -76,26 +98,25 @@ impl Study {
                  are done"
             )));
         }
-        let total = plan.runs();
-        let checked = in_parallel(total, Crew::of_one(threads), |index, _| {
-            if overseer.is_stopped() {
-                return Err(Error::Stopped { done: total, total });
+        let (total, measurement) = (plan.runs(), Measurement::of(self));
+        let stopped = || Error::Stopped { done: total, total };
+        let is_stopped = || overseer.is_stopped();
+        let measured = in_parallel(total, Crew::of_one(threads), |index, _| {
+            if is_stopped() {
+                return Err(stopped());
             }
             let folder = plan.folder(&self.runs, index);
-            match RunState::of(&folder) {
-                RunState::Done => Check::keep(&folder)?,
-                _ => return Ok(()),
-            }
-            if self.kind != StudyKind::Transfer {
+            if RunState::of(&folder) != RunState::Done {
                 return Ok(());
             }
-            let is_stopped = || overseer.is_stopped();
-            let kept = Transfer::keep(&folder, &self.python, &is_stopped)?;
-            kept.ok_or(Error::Stopped { done: total, total })?;
-            overseer.measured(index);
+            let kept = measurement.keep(&folder, &is_stopped)?;
+            kept.ok_or_else(stopped)?;
+            if self.kind == StudyKind::Transfer {
+                overseer.measured(index);
+            }
             Ok(())
         });
-        checked.map(drop)
+        measured.map(drop)
     }
 
     /// Writes the results from the runs' records and returns the paths.

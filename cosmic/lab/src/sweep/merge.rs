@@ -8,7 +8,10 @@ use cosmic::error::Result;
 use cosmic::record::Summary;
 use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::{NUMBERS, SummaryNumber};
-use serde::Serialize;
+use rayon::prelude::*;
+use serde::ser::{Error as _, SerializeSeq};
+use serde::{Serialize, Serializer};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// The format of merged results.
@@ -17,9 +20,9 @@ pub(super) const FORMAT: Format = Format {
     version: 1,
 };
 
-/// The result of one run.
+/// How far one run is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MergedRun {
+pub struct SurveyedRun {
     /// Its number in the plan.
     pub index: usize,
     /// Its scene's name.
@@ -30,86 +33,196 @@ pub struct MergedRun {
     pub state: RunState,
     /// Iterations done.
     pub iterations: usize,
-    /// Its summary, if it is done.
-    pub summary: Option<Summary>,
 }
 
-/// The runs of a sweep, in the plan's order.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SweepResults {
+/// How far the runs of a sweep are, in the plan's order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Survey {
     /// One entry per run.
-    pub runs: Vec<MergedRun>,
+    pub runs: Vec<SurveyedRun>,
 }
 
-impl SweepResults {
+impl Survey {
     /// The number of runs in a state.
     pub fn count(&self, state: RunState) -> usize {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// The number of runs that are not over.
-    pub fn left(&self) -> usize {
-        self.count(RunState::Waiting) + self.count(RunState::Begun)
+    /// The numbers of the runs that are not over.
+    pub fn left(&self) -> Vec<usize> {
+        let left = self.runs.iter().filter(|run| !run.state.is_over());
+        left.map(|run| run.index).collect()
     }
 }
 
-/// The states of a sweep's runs, without their summaries.
-pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
+/// How far the runs of a sweep are.
+pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
+        let state = RunState::of(&folder);
+        SurveyedRun::new(plan, index, state, iterations(&folder, state))
+    };
+    let runs = (0..plan.runs()).into_par_iter().map(one).collect();
+    Survey { runs }
+}
+
+impl SurveyedRun {
+    fn new<S>(plan: &SweepPlan<S>, index: usize, state: RunState, iterations: usize) -> Self {
         let (scene, seed) = plan.parts(index);
-        MergedRun {
+        Self {
             index,
             scene: scene.name.clone(),
             seed,
-            state: RunState::of(&folder),
-            iterations: iterations(&folder),
-            summary: None,
-        }
-    };
-    let runs = (0..plan.runs()).map(one).collect();
-    SweepResults { runs }
-}
-
-/// The states of a sweep's runs, with the summaries of those that are done.
-///
-/// # Errors
-/// The errors of [`Summary::read`].
-pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<SweepResults> {
-    let mut results = survey(sweep, plan);
-    for run in &mut results.runs {
-        if run.state == RunState::Done {
-            let summary = Summary::read(&plan.folder(sweep, run.index))?;
-            run.iterations = summary.iterations;
-            run.summary = Some(summary);
+            state,
+            iterations,
         }
     }
-    Ok(results)
 }
 
-/// Writes a sweep's merged results into its folder and returns the paths.
+/// The result of one run.
+#[derive(Serialize)]
+struct MergedRun {
+    #[serde(flatten)]
+    run: SurveyedRun,
+    /// Its summary, if it is done.
+    summary: Option<Summary>,
+}
+
+/// Merged results, and what they lack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Merged {
+    /// The files.
+    pub written: [PathBuf; 2],
+    /// The number of runs that are not over.
+    pub missing: usize,
+}
+
+/// Writes the results of a sweep into its folder. The summaries pass through by the hundred: memory does not
+/// grow with them.
 ///
 /// # Errors
-/// [`Error::Write`](cosmic::Error::Write).
-pub fn write_results(sweep: &Path, results: &SweepResults) -> Result<[PathBuf; 2]> {
+/// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
+pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
-    write_json(&json, FORMAT, results)?;
-    write_text(&csv, &table(results).to_csv())?;
-    Ok([json, csv])
+    let progress = RefCell::new(Progress {
+        missing: 0,
+        table: String::new(),
+        failed: None,
+    });
+    let results = Results {
+        runs: Runs {
+            sweep,
+            plan,
+            progress: &progress,
+        },
+    };
+    let done = write_json(&json, FORMAT, &results);
+    let Progress {
+        missing,
+        table,
+        failed,
+    } = progress.into_inner();
+    // The cause, not that the file ends where it was met.
+    failed.map_or(done, Err)?;
+    write_text(&csv, &table)?;
+    Ok(Merged {
+        written: [json, csv],
+        missing,
+    })
+}
+
+/// What is gathered while `results.json` is written.
+struct Progress {
+    missing: usize,
+    /// `results.csv` so far.
+    table: String,
+    failed: Option<cosmic::Error>,
+}
+
+/// `results.json`, its runs read as they are written.
+#[derive(Serialize)]
+#[serde(bound = "S: Sync")]
+struct Results<'p, S: Sync> {
+    runs: Runs<'p, S>,
+}
+
+struct Runs<'p, S> {
+    sweep: &'p Path,
+    plan: &'p SweepPlan<S>,
+    progress: &'p RefCell<Progress>,
+}
+
+/// Runs that are read at once.
+const AT_ONCE: usize = 256;
+
+impl<S: Sync> Runs<'_, S> {
+    /// The runs from number `first` on, at most [`AT_ONCE`].
+    fn read(&self, first: usize) -> Result<Vec<MergedRun>> {
+        let (sweep, plan) = (self.sweep, self.plan);
+        let last = plan.runs().min(first + AT_ONCE);
+        let read = |index: usize| {
+            let folder = plan.folder(sweep, index);
+            let state = RunState::of(&folder);
+            let is_done = state == RunState::Done;
+            let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
+            let done = summary.as_ref().map(|summary| summary.iterations);
+            let iterations = done.unwrap_or_else(|| iterations(&folder, state));
+            let run = SurveyedRun::new(plan, index, state, iterations);
+            Ok(MergedRun { run, summary })
+        };
+        (first..last).into_par_iter().map(read).collect()
+    }
+}
+
+impl<S: Sync> Serialize for Runs<'_, S> {
+    fn serialize<T: Serializer>(&self, to: T) -> std::result::Result<T::Ok, T::Error> {
+        let runs = self.plan.runs();
+        let mut list = to.serialize_seq(Some(runs))?;
+        for first in (0..runs).step_by(AT_ONCE) {
+            let mut progress = self.progress.borrow_mut();
+            match self.read(first) {
+                Ok(merged) => {
+                    merged
+                        .iter()
+                        .try_for_each(|run| list.serialize_element(run))?;
+                    progress.add(&merged);
+                }
+                Err(error) => {
+                    progress.failed = Some(error);
+                    return Err(T::Error::custom("a run cannot be read"));
+                }
+            }
+        }
+        list.end()
+    }
+}
+
+impl Progress {
+    fn add(&mut self, merged: &[MergedRun]) {
+        let left = merged.iter().filter(|merged| !merged.run.state.is_over());
+        self.missing += left.count();
+        let rows = table(merged).to_csv();
+        let head = rows.find('\n').map_or(0, |end| end + 1);
+        self.table += if self.table.is_empty() {
+            &rows
+        } else {
+            &rows[head..]
+        };
+    }
 }
 
 /// A row per run; a number that a run lacks is left empty.
-fn table(results: &SweepResults) -> Table {
+fn table(runs: &[MergedRun]) -> Table {
     let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
     let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
     let names = numbers.iter().map(|(name, _)| *name);
     let number = |run: &MergedRun, k: usize| run.summary.as_ref().and_then(numbers[k].1);
-    Table::of("", "", &results.runs)
-        .column("index", "", |run| run.index)
-        .column("scene", "", |run| &run.scene[..])
-        .column("seed", "", |run| Cell::Count(run.seed))
-        .column("state", "", |run| run.state.name())
-        .column("iterations", "", |run| run.iterations)
+    Table::of("", "", runs)
+        .column("index", "", |merged| merged.run.index)
+        .column("scene", "", |merged| &merged.run.scene[..])
+        .column("seed", "", |merged| Cell::Count(merged.run.seed))
+        .column("state", "", |merged| merged.run.state.name())
+        .column("iterations", "", |merged| merged.run.iterations)
         .columns(names, "", number)
         .decimals(3, "-")
         .done()

@@ -6,13 +6,23 @@
 //! the runs alone say what is done, so a sweep continues wherever it was interrupted. [`merge`] reads
 //! records and simulates nothing.
 
+mod ranges;
+mod grid;
 mod state;
 mod plan;
+mod frozen;
 mod claim;
 mod merge;
+mod prune;
 mod work;
+mod script;
 
-pub use merge::{MergedRun, SweepResults, merge, survey, write_results};
-pub use plan::{PLAN, PlannedScene, SweepPlan};
+pub use frozen::PLAN;
+pub use grid::{Combination, GridAxis, combinations};
+pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
+pub use plan::{PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan};
+pub use prune::{Pruned, prune};
+pub use ranges::{in_ranges, parse_ranges};
+pub use script::{HandOver, Scheduler};
 pub use state::RunState;
-pub use work::{Ended, Overseer, RunOutcome, Sweep};
+pub use work::{Ended, Measure, Overseer, RunOutcome, Sweep};

@@ -1,61 +1,144 @@
-//! `plan.json`: the scenes and seeds of a sweep, fixed when it is planned.
+//! The scenes and seeds of a sweep, fixed when it is planned.
 
 use super::RunState;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot;
 use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
-use serde::{Deserialize, Serialize};
+use rayon::prelude::*;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
 use std::collections::BTreeSet;
-use std::fs;
-use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
 
-/// The format of a plan.
-pub(super) const FORMAT: Format = Format {
-    name: "cosmic-sweep-plan",
-    version: 1,
-};
-
-/// The plan's place in a sweep's folder.
-pub const PLAN: &str = "plan.json";
-
-/// The copy of the plan that the runs began with: it gives an edited `plan.json` away.
-const FROZEN: &str = "claims/plan.json";
-
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlannedScene {
+#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
+pub struct PlannedScene<S = Scene> {
     /// Its name, unique within a sweep.
     pub name: String,
     /// The scene; in the file as TOML.
-    #[serde(with = "snapshot::toml")]
-    pub scene: Scene,
+    #[serde(deserialize_with = "S::read", serialize_with = "S::write")]
+    pub scene: S,
+}
+
+/// What a plan holds of a scene: the scene, or nothing where names are enough.
+pub trait Planned: Sized {
+    /// Reads it from the scene's place in the file.
+    ///
+    /// # Errors
+    /// What is wrong there.
+    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error>;
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// The errors of the serializer.
+    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error>;
+}
+
+impl Planned for Scene {
+    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        snapshot::toml::deserialize(from)
+    }
+
+    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
+        let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
+        let mut whole = whole.map_err(serde::ser::Error::custom)?;
+        let scene = match &mut whole {
+            Value::Object(parts) => parts.get_mut("scene"),
+            text => Some(text),
+        };
+        if let Some(text) = scene {
+            without_comments(text);
+        }
+        whole.serialize(to)
+    }
+}
+
+/// Leaves the comments of a scene's TOML out, nine tenths of it: a plan may have thousands of scenes.
+fn without_comments(text: &mut Value) {
+    if let Value::String(text) = text {
+        let lines = text.lines();
+        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+        *text = lines.map(|line| format!("{line}\n")).collect();
+    }
+}
+
+impl Planned for () {
+    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        IgnoredAny::deserialize(from).map(drop)
+    }
+
+    fn write<T: Serializer>((): &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
+        to.serialize_unit()
+    }
 }
 
 /// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SweepPlan {
-    /// The scenes.
-    pub scenes: Vec<PlannedScene>,
+#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
+pub struct SweepPlan<S = Scene> {
+    /// The study that the runs are of, if they are of one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<PlannedStudy>,
     /// The first seed.
     pub first_seed: u64,
     /// The number of seeds, from the first on.
     pub seeds: NonZeroUsize,
     /// Stops every run after this many iterations, even if its scene has more.
     pub iterations: Option<NonZeroUsize>,
+    /// The scenes.
+    pub scenes: Vec<PlannedScene<S>>,
+}
+
+/// A plan without its scenes' content: enough to say how far its runs are.
+pub type PlanOutline = SweepPlan<()>;
+
+/// The study that a plan's runs are of: they are measured as its runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlannedStudy {
+    /// The study's name.
+    pub kind: String,
+    /// The Python that its measurements take, if they take one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub python: Option<String>,
 }
 
 impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
-    /// than a million runs, seeds beyond the largest, and a scene that cannot be optimised.
+    /// Those of [`check_shape`](SweepPlan::check_shape), and of a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
+        self.check_shape()?;
+        let begins = |planned: &PlannedScene| {
+            let begun = CoDesign::new(&planned.scene)?.begin(self.first_seed);
+            begun.map(drop)
+        };
+        self.scenes.par_iter().try_for_each(begins)
+    }
+
+    /// The plan of one run.
+    pub fn run(&self, index: usize) -> RunPlan {
+        let (PlannedScene { name, scene }, seed) = self.parts(index);
+        RunPlan {
+            iterations: self.iterations,
+            ..RunPlan::new(name, scene.clone(), seed)
+        }
+    }
+}
+
+impl<S> SweepPlan<S> {
+    /// Checks the number of runs and the names of their folders.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// than a million runs, and seeds beyond the largest.
+    pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {
             return refuse("a sweep needs a scene".to_owned());
@@ -73,107 +156,15 @@ impl SweepPlan {
             return refuse(format!("{seeds} seeds from {first} on are too many"));
         }
         let mut names = BTreeSet::new();
-        for PlannedScene { name, scene } in &self.scenes {
+        for PlannedScene { name, .. } in &self.scenes {
             if name.is_empty() || name.starts_with('.') || name.contains(is_separator) {
                 return refuse(format!("`{name}` cannot name the folder of a run"));
             }
             if !names.insert(name) {
                 return refuse(format!("two scenes are called `{name}`"));
             }
-            CoDesign::new(scene)?.begin(self.first_seed)?;
         }
         Ok(())
-    }
-
-    /// Writes the plan into a new or empty folder.
-    ///
-    /// # Errors
-    /// The errors of [`check`](Self::check); [`Error::Usage`] for a folder that holds something;
-    /// [`Error::Write`].
-    pub fn freeze(&self, folder: &Path) -> Result<()> {
-        self.check()?;
-        match is_used(folder) {
-            Ok(true) => {
-                let folder = folder.display();
-                Err(Error::Usage(format!("{folder}: the folder is not empty")))
-            }
-            Err(source) if source.kind() != ErrorKind::NotFound => {
-                Err(Error::reading(folder)(source))
-            }
-            Ok(false) | Err(_) => self.write(folder),
-        }
-    }
-
-    /// Replaces the plan of a folder. Runs of scenes and seeds that both plans have are kept.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn write(&self, folder: &Path) -> Result<()> {
-        make_folder(folder)?;
-        let frozen = folder.join(FROZEN);
-        match fs::remove_file(&frozen) {
-            Err(source) if source.kind() != ErrorKind::NotFound => {
-                Err(Error::writing(&frozen)(source))
-            }
-            _ => write_json(&folder.join(PLAN), FORMAT, self),
-        }
-    }
-
-    /// Keeps a copy of the plan when the first run begins.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub(super) fn keep(&self, folder: &Path) -> Result<()> {
-        let path = folder.join(FROZEN);
-        if path.exists() {
-            return Ok(());
-        }
-        make_folder(&folder.join("claims"))?;
-        write_json(&path, FORMAT, self)
-    }
-
-    /// The plan of a folder.
-    ///
-    /// # Errors
-    /// The errors of [`read_json`] and [`check`](Self::check); [`Error::Usage`] for a plan that was
-    /// edited after runs began.
-    pub fn read(folder: &Path) -> Result<Self> {
-        let [path, frozen] = [PLAN, FROZEN].map(|name| folder.join(name));
-        let plan: Self = read_json(&path, FORMAT)?;
-        let refuse = |what: String| Err(Error::Usage(format!("{}: {what}", path.display())));
-        match plan.check() {
-            Err(Error::Usage(what)) => return refuse(what),
-            checked => checked?,
-        }
-        if !frozen.exists() {
-            return Ok(plan);
-        }
-        let before: Self = read_json(&frozen, FORMAT)?;
-        let mut pairs = plan.settings().into_iter().zip(before.settings());
-        match pairs.find(|(now, before)| now != before) {
-            None => Ok(plan),
-            Some(([key, now], [_, before])) => refuse(format!(
-                "edited after its runs began: `{key}` is {now}, where it was {before}; put it back, \
-                 or plan another sweep"
-            )),
-        }
-    }
-
-    /// Every setting: its name and its value.
-    fn settings(&self) -> Vec<[String; 2]> {
-        let names = self.scenes.iter().map(|planned| &planned.name[..]);
-        let iterations = self.iterations.map_or("null".to_owned(), |n| n.to_string());
-        let own = [
-            ["scenes".to_owned(), names.collect::<Vec<_>>().join(", ")],
-            ["first_seed".to_owned(), self.first_seed.to_string()],
-            ["seeds".to_owned(), self.seeds.to_string()],
-            ["iterations".to_owned(), iterations],
-        ];
-        let of_scenes = self.scenes.iter().flat_map(|PlannedScene { name, scene }| {
-            let settings = scene.settings().into_iter();
-            settings.map(move |s| [format!("{name}: {}", s.key), s.value])
-        });
-        own.into_iter().chain(of_scenes).collect()
     }
 
     /// The number of runs.
@@ -188,7 +179,7 @@ impl SweepPlan {
     }
 
     /// The scene and the seed of a run.
-    pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
+    pub fn parts(&self, index: usize) -> (&PlannedScene<S>, u64) {
         let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
         (&self.scenes[scene], self.first_seed + seed as u64)
     }
@@ -203,35 +194,26 @@ impl SweepPlan {
     pub fn folder(&self, sweep: &Path, index: usize) -> PathBuf {
         sweep.join("runs").join(self.name(index))
     }
-
-    /// The plan of one run.
-    pub fn run(&self, index: usize) -> RunPlan {
-        let (PlannedScene { name, scene }, seed) = self.parts(index);
-        RunPlan {
-            iterations: self.iterations,
-            ..RunPlan::new(name, scene.clone(), seed)
-        }
-    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{FORMAT, PLAN, PlannedScene, SweepPlan};
-    use cosmic::record::files::write_json;
+pub(super) mod tests {
+    use super::{PlannedScene, SweepPlan};
     use cosmic::scene::Scene;
     use std::num::NonZeroUsize;
     use std::path::Path;
 
-    fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
+    pub(in crate::sweep) fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
         let scene = |name: &&str| PlannedScene {
             name: (*name).to_owned(),
             scene: Scene::default(),
         };
         SweepPlan {
-            scenes: names.iter().map(scene).collect(),
+            study: None,
             first_seed,
             seeds: NonZeroUsize::new(3).unwrap(),
             iterations: None,
+            scenes: names.iter().map(scene).collect(),
         }
     }
 
@@ -244,22 +226,6 @@ mod tests {
         let expected = ["a-5", "a-6", "a-7", "b-5", "b-6", "b-7"];
         assert_eq!(folders, expected.map(|name| Path::new("s/runs").join(name)));
         assert_eq!((plan.run(4).seed, &plan.run(4).name[..]), (6, "b"));
-    }
-
-    #[test]
-    fn a_plan_may_be_edited_before_runs_begin_and_by_a_study() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut plan = plan(&["a"], 0);
-        plan.freeze(folder.path()).unwrap();
-        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
-        plan.first_seed = 1;
-        write_json(&folder.path().join(PLAN), FORMAT, &plan).unwrap();
-        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
-        plan.keep(folder.path()).unwrap();
-        plan.scenes[0].scene.physics.gravity = 5.0;
-        // A study may: it replaces its plan.
-        plan.write(folder.path()).unwrap();
-        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
     }
 
     #[test]

@@ -4,8 +4,9 @@ use cosmic::record::DIVERGED;
 use cosmic::record::history::LINES;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
-use serde::Serialize;
-use std::fs;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// The state of a run.
@@ -55,8 +56,69 @@ impl RunState {
     }
 }
 
-/// Iterations in a run's history. A run at work may be one ahead.
-pub(super) fn iterations(folder: &Path) -> usize {
-    let bytes = fs::read(folder.join(LINES)).unwrap_or_default();
-    bytes.iter().filter(|&&byte| byte == b'\n').count()
+/// Iterations of a run in a state: of a run that is done as its summary says, else as its history does. A
+/// run at work may be one ahead; what cannot be read counts 0.
+pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
+    match state {
+        RunState::Waiting => None,
+        RunState::Done => in_summary(folder),
+        RunState::Begun | RunState::Diverged => in_history(folder),
+    }
+    .unwrap_or(0)
+}
+
+/// A summary or a row of a history, of which only this matters.
+#[derive(Deserialize)]
+struct Counted {
+    #[serde(alias = "iteration")]
+    iterations: usize,
+}
+
+fn in_summary(folder: &Path) -> Option<usize> {
+    let counted: Counted = serde_json::from_slice(&fs::read(folder.join(SUMMARY)).ok()?).ok()?;
+    Some(counted.iterations)
+}
+
+/// More bytes than a row of a history has.
+const ROW: u64 = 1 << 14;
+
+/// From the last whole row alone: thousands of histories are gigabytes.
+fn in_history(folder: &Path) -> Option<usize> {
+    let mut file = File::open(folder.join(LINES)).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(ROW)))
+        .ok()?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end).ok()?;
+    // What follows the last line's end is being written.
+    let whole = &end[..end.iter().rposition(|&byte| byte == b'\n')?];
+    let row = whole.rsplit(|&byte| byte == b'\n').next()?;
+    let counted: Counted = serde_json::from_slice(row).ok()?;
+    Some(counted.iterations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LINES, RunState, SUMMARY, iterations};
+    use std::fs;
+
+    #[test]
+    fn iterations_are_those_of_the_last_whole_row_or_of_the_summary() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let row = |k: usize| format!("{{\"format\":\"h\",\"iteration\":{k},\"x\":[1]}}\n");
+        let rows: String = (1..3000).map(row).collect();
+        assert_eq!(iterations(folder, RunState::Begun), 0);
+        for (text, expected) in [
+            (String::new(), 0),
+            (row(1), 1),
+            (row(1) + "{\"iterat", 1),
+            (rows, 2999),
+        ] {
+            fs::write(folder.join(LINES), text).unwrap();
+            assert_eq!(iterations(folder, RunState::Begun), expected);
+        }
+        fs::write(folder.join(SUMMARY), "{\"iterations\":40,\"V\":0.5}").unwrap();
+        assert_eq!(iterations(folder, RunState::Done), 40);
+    }
 }

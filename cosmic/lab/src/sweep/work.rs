@@ -57,20 +57,26 @@ pub trait Overseer: Sync {
     fn warning(&self, run: &str, text: &str);
 }
 
-/// A sweep at work: its folder and its plan.
-#[derive(Clone, Copy, Debug)]
+/// What a study measures of a run that is done, in the run's folder.
+pub type Measure<'s> = &'s (dyn Fn(&Path) -> Result<()> + Sync);
+
+/// A sweep at work.
+#[derive(Clone, Copy)]
 pub struct Sweep<'s> {
     /// The folder.
     pub folder: &'s Path,
     /// The plan.
     pub plan: &'s SweepPlan,
+    /// Called for every run that this process brings to its end, before it gives the run back.
+    pub measure: Measure<'s>,
 }
 
 impl Sweep<'_> {
     /// Begins or resumes one run.
     ///
     /// # Errors
-    /// The errors of [`record::optimise`] and [`record::resume`], except a result's divergence.
+    /// The errors of [`record::optimise`] and [`record::resume`], except a result's divergence; those
+    /// of measuring.
     ///
     /// # Panics
     /// If the plan has no run of that number.
@@ -79,7 +85,6 @@ impl Sweep<'_> {
         if RunState::of(&folder).is_over() {
             return Ok(RunOutcome::Over);
         }
-        self.plan.keep(self.folder)?;
         let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
             Answer::Granted(claim) => claim,
             Answer::Taken => return Ok(RunOutcome::Taken),
@@ -99,7 +104,10 @@ impl Sweep<'_> {
             record::optimise(&folder, &self.plan.run(index), observer)
         };
         match done {
-            Ok(summary) => Ok(RunOutcome::Done(Box::new(summary))),
+            Ok(summary) => {
+                (self.measure)(&folder)?;
+                Ok(RunOutcome::Done(Box::new(summary)))
+            }
             Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
             // Taken by `cosmic resume`, which makes no claims.
             Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
@@ -148,19 +156,36 @@ impl Sweep<'_> {
         }
     }
 
-    /// Works on every run that is neither over nor taken, each on its own thread, until none is left.
-    /// This includes runs that other processes give back meanwhile. A run that fails for a reason of
-    /// its own is passed over.
+    /// Works on every run that is neither over nor taken, see [`run_these`](Self::run_these).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+        let all: Vec<usize> = (0..self.plan.runs()).collect();
+        self.run_these(&all, threads, overseer)
+    }
+
+    /// Works on those of some runs that are neither over nor taken, each on its own thread, until none
+    /// is left. This includes runs that other processes give back meanwhile. A run that fails for a
+    /// reason of its own is passed over.
     ///
     /// # Errors
     /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after
     /// all others are done. [`Error::Stopped`] if the overseer asked for it.
-    pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+    ///
+    /// # Panics
+    /// If the plan has no run of such a number.
+    pub fn run_these(
+        self,
+        runs: &[usize],
+        threads: Option<NonZeroUsize>,
+        overseer: &dyn Overseer,
+    ) -> Result<()> {
         let mut passed_over = BTreeMap::new();
         loop {
             let is_over = |k: &usize| RunState::of(&self.plan.folder(self.folder, *k)).is_over();
-            let all = 0..self.plan.runs();
-            let left: Vec<usize> = all
+            let runs = runs.iter().copied();
+            let left: Vec<usize> = runs
                 .filter(|index| !passed_over.contains_key(index) && !is_over(index))
                 .collect();
             let (mut taken, mut watched) = (0, 0);

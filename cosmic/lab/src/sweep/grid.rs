@@ -1,0 +1,226 @@
+//! The grid of a plan: every combination of some settings.
+
+use cosmic::error::{Error, Result};
+use cosmic::record::MOST_RUNS;
+use std::collections::BTreeSet;
+
+/// A key of a scene and the values that it takes in turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridAxis {
+    key: String,
+    /// In TOML, as `--set` takes them.
+    values: Vec<String>,
+}
+
+/// A value for every key of a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// What follows the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    pub suffix: String,
+    /// The settings, such as `physics.friction=0.6`.
+    pub settings: Vec<String>,
+}
+
+/// The longest suffix, in bytes: a folder's name may have 255, with the scene's name and the seed.
+const LONGEST: usize = 160;
+
+impl GridAxis {
+    /// Reads `KEY=V,V…`. A comma within brackets, braces or quotes does not separate.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a text of another form, and for a value that is there twice.
+    pub fn parse(text: &str) -> Result<Self> {
+        let refuse = |says: &str| {
+            Err(Error::Usage(format!(
+                "--grid {text}: {says}; expected a key and its values, as in physics.friction=0.6,1"
+            )))
+        };
+        let Some((key, values)) = text.split_once('=') else {
+            return refuse("no `=` is there");
+        };
+        let key = key.trim();
+        if key.is_empty() {
+            return refuse("no key is there");
+        }
+        let values = separated(values);
+        let mut known = BTreeSet::new();
+        for value in &values {
+            if value.is_empty() {
+                return refuse("a value is empty");
+            }
+            if !known.insert(value) {
+                return refuse(&format!("{value} is there twice"));
+            }
+        }
+        Ok(Self {
+            key: key.to_owned(),
+            values,
+        })
+    }
+
+    /// The last part of the key.
+    fn short(&self) -> &str {
+        self.key.rsplit('.').next().unwrap_or(&self.key)
+    }
+}
+
+/// The parts between commas that no bracket and no quote encloses.
+fn separated(text: &str) -> Vec<String> {
+    let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
+    for c in text.chars() {
+        match (quote, c) {
+            (None, ',') if depth == 0 => {
+                parts.push(String::new());
+                continue;
+            }
+            (None, '\'' | '"') => quote = Some(c),
+            (Some(open), _) if open == c => quote = None,
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        parts.last_mut().expect("there is one part").push(c);
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
+/// Every combination of the values of all axes; the values of the last axis follow one another.
+///
+/// # Errors
+/// [`Error::Usage`] for a key that two axes have, and for more combinations than a plan has runs.
+pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
+    for (k, axis) in axes.iter().enumerate() {
+        if axes[..k].iter().any(|other| other.key == axis.key) {
+            return Err(Error::Usage(format!(
+                "`{}` is in the grid twice; name all of its values at once",
+                axis.key
+            )));
+        }
+    }
+    let counts = axes.iter().map(|axis| axis.values.len());
+    let count = counts.fold(1_usize, usize::saturating_mul);
+    if count > MOST_RUNS {
+        return Err(Error::Usage(format!(
+            "the grid has {count} combinations, where at most {MOST_RUNS} runs are allowed"
+        )));
+    }
+    let mut all = vec![Combination {
+        suffix: String::new(),
+        settings: Vec::new(),
+    }];
+    for axis in axes {
+        let is_other = |other: &GridAxis| other.key != axis.key && other.short() == axis.short();
+        let is_ambiguous = axes.iter().any(is_other);
+        let name = if is_ambiguous {
+            &axis.key
+        } else {
+            axis.short()
+        };
+        let longer = |shorter: &Combination, value: &String| {
+            let (key, mut settings) = (&axis.key, shorter.settings.clone());
+            settings.push(format!("{key}={value}"));
+            let (name, value) = (for_a_folder(name), for_a_folder(value));
+            Combination {
+                suffix: format!("{}+{name}={value}", shorter.suffix),
+                settings,
+            }
+        };
+        let longer = |shorter: &Combination| -> Vec<Combination> {
+            axis.values.iter().map(|v| longer(shorter, v)).collect()
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    tell_apart(&mut all);
+    Ok(all)
+}
+
+/// A text whose characters a folder's name can have; others become a `_`, at the ends nothing.
+fn for_a_folder(text: &str) -> String {
+    let is_kept = |c: char| c.is_alphanumeric() || ".,-".contains(c);
+    let parts = text.split(|c| !is_kept(c));
+    let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+    parts.join("_")
+}
+
+/// Makes suffixes short enough for a folder's name, and different: of those that are alike, all but the first
+/// get a number.
+fn tell_apart(all: &mut [Combination]) {
+    let mut known = BTreeSet::new();
+    for Combination { suffix, .. } in all {
+        let ends = 0..=suffix.len().min(LONGEST);
+        let end = ends.rev().find(|&end| suffix.is_char_boundary(end));
+        suffix.truncate(end.unwrap_or(0));
+        let (whole, mut number) = (suffix.clone(), 1);
+        while !known.insert(suffix.clone()) {
+            number += 1;
+            *suffix = format!("{whole}~{number}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GridAxis, LONGEST, combinations};
+
+    fn suffixes(axes: &[&str]) -> Vec<String> {
+        let axes: Vec<_> = axes.iter().map(|a| GridAxis::parse(a).unwrap()).collect();
+        let all = combinations(&axes).unwrap();
+        all.into_iter().map(|one| one.suffix).collect()
+    }
+
+    #[test]
+    fn every_combination_is_there_once_and_its_name_tells_it() {
+        let two = ["physics.friction=0.6,1", "physics.gravity=3.7,9.81"];
+        let expected = [
+            "+friction=0.6+gravity=3.7",
+            "+friction=0.6+gravity=9.81",
+            "+friction=1+gravity=3.7",
+            "+friction=1+gravity=9.81",
+        ];
+        assert_eq!(suffixes(&two), expected);
+        assert_eq!(suffixes(&[]), [""]);
+        let axes = two.map(|axis| GridAxis::parse(axis).unwrap());
+        let third = &combinations(&axes).unwrap()[2];
+        assert_eq!(
+            third.settings,
+            ["physics.friction=1", "physics.gravity=3.7"]
+        );
+    }
+
+    #[test]
+    fn commas_within_brackets_and_quotes_do_not_separate() {
+        let lists = suffixes(&["schedule.horizon=[32,32], [64, 64]"]);
+        assert_eq!(lists, ["+horizon=32,32", "+horizon=64,_64"]);
+        assert_eq!(suffixes(&["a.b={c=1,d=2},'e,f'"]), ["+b=c_1,d_2", "+b=e,f"]);
+    }
+
+    #[test]
+    fn names_differ_and_fit() {
+        // The last part of a key that two axes share would not tell which.
+        let keys = suffixes(&["volume.kind=1", "loss.kind=2"]);
+        assert_eq!(keys, ["+volume.kind=1+loss.kind=2"]);
+        assert_eq!(suffixes(&["a.b='x/y',x:y"]), ["+b=x_y", "+b=x_y~2"]);
+        let long = format!("a.b={0}1,{0}2", "é".repeat(LONGEST));
+        let long = suffixes(&[&long]);
+        assert!(
+            long[0] != long[1] && long[1].len() <= LONGEST + 2,
+            "{long:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_grid_is_refused() {
+        for (text, says) in [
+            ("physics.friction", "no `=`"),
+            ("=1", "no key"),
+            ("a.b=1,,2", "a value is empty"),
+            ("a.b=1, 1", "1 is there twice"),
+        ] {
+            let error = GridAxis::parse(text).unwrap_err().to_string();
+            assert!(error.contains(says) && error.contains(text), "{error}");
+        }
+        let axis = GridAxis::parse("a.b=1").unwrap();
+        let error = combinations(&[axis.clone(), axis]).unwrap_err().to_string();
+        assert!(error.contains("`a.b` is in the grid twice"), "{error}");
+    }
+}

@@ -1,0 +1,55 @@
+//! Room: what is left of runs that are over when their results are enough.
+
+use super::{RunState, SweepPlan};
+use cosmic::error::{Error, Result};
+use cosmic::record::history::{DESIGNS, LINES, TABLE};
+use cosmic::record::snapshot::SNAPSHOT;
+use cosmic::record::trajectory_file::TRAJECTORY;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// What a pruning removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pruned {
+    /// Runs that had something to remove.
+    pub runs: usize,
+    /// The files' sizes together.
+    pub bytes: u64,
+}
+
+/// Removes trajectories, snapshots and histories of runs that are over. Scenes, designs and summaries stay. The
+/// histories of a run that diverged stay too: they count its iterations. So do those of a study's runs:
+/// its figures are drawn from them.
+///
+/// # Errors
+/// [`Error::Write`] for a file that cannot be removed.
+pub fn prune<S>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Pruned> {
+    let mut pruned = Pruned::default();
+    for index in 0..plan.runs() {
+        let folder = plan.folder(sweep, index);
+        let histories: &[&str] = match RunState::of(&folder) {
+            RunState::Waiting | RunState::Begun => continue,
+            RunState::Done if plan.study.is_none() => &[LINES, TABLE, DESIGNS],
+            RunState::Done | RunState::Diverged => &[],
+        };
+        let mut bytes = 0;
+        for name in [TRAJECTORY, SNAPSHOT].iter().chain(histories) {
+            bytes += removed(&folder.join(name))?;
+        }
+        pruned.runs += usize::from(bytes > 0);
+        pruned.bytes += bytes;
+    }
+    Ok(pruned)
+}
+
+/// Removes a file, if it is there; its size.
+fn removed(path: &Path) -> Result<u64> {
+    let size = match fs::symlink_metadata(path) {
+        Ok(found) => found.len(),
+        Err(source) if source.kind() == ErrorKind::NotFound => return Ok(0),
+        Err(source) => return Err(Error::writing(path)(source)),
+    };
+    fs::remove_file(path).map_err(Error::writing(path))?;
+    Ok(size)
+}

@@ -1,0 +1,64 @@
+//! Numbers of runs as text, in the form that arrays of a cluster take: `3-17,40`.
+
+use std::fmt::Write;
+use std::ops::RangeInclusive;
+
+/// Numbers that ascend, as ranges: `3-17,40`. Empty for none.
+pub fn in_ranges(numbers: &[usize]) -> String {
+    let mut text = String::new();
+    for run in numbers.chunk_by(|a, b| a + 1 == *b) {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        let (first, last) = (run[0], run[run.len() - 1]);
+        let written = if first == last {
+            write!(text, "{first}")
+        } else {
+            write!(text, "{first}-{last}")
+        };
+        written.expect("a text takes what is written");
+    }
+    text
+}
+
+/// Reads what [`in_ranges`] writes, in any order; `None` for anything else.
+pub fn parse_ranges(text: &str) -> Option<Vec<RangeInclusive<usize>>> {
+    let range = |part: &str| {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (first, last) = (number(first)?, number(last)?);
+        (first <= last).then_some(first..=last)
+    };
+    text.split(',').map(range).collect()
+}
+
+/// A number of nothing but digits; the standard reader takes a `+` too.
+fn number(text: &str) -> Option<usize> {
+    let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    digits.then(|| text.parse().ok()).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{in_ranges, parse_ranges};
+
+    #[test]
+    fn ranges_read_back() {
+        for (numbers, text) in [
+            (vec![3, 4, 5, 40], "3-5,40"),
+            (vec![0, 2, 3], "0,2-3"),
+            (vec![7], "7"),
+        ] {
+            assert_eq!(in_ranges(&numbers), text);
+            let read = parse_ranges(text).unwrap();
+            assert_eq!(read.into_iter().flatten().collect::<Vec<_>>(), numbers);
+        }
+        assert_eq!(in_ranges(&[]), "");
+    }
+
+    #[test]
+    fn what_is_no_range_is_refused() {
+        for text in ["", "3-", "-1", "5-3", "1,,2", "+1", "1 2", "a"] {
+            assert_eq!(parse_ranges(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The manifest of a Job of Kubernetes.
+
+use super::HandOver;
+use super::task::{GRACE, Tasks, index, limited, title};
+
+/// Spaces before a line of the container's script.
+const DEEP: &str = "\n              ";
+
+pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
+    let (title, index, command) = (
+        title(hand_over, tasks),
+        index(hand_over).trim_end().replace('\n', DEEP),
+        limited(hand_over, tasks),
+    );
+    let Tasks {
+        count, sweep, name, ..
+    } = tasks;
+    let (ranges, cores) = (tasks.ranges().join(" "), hand_over.cores);
+    let at_once = hand_over.throttle.map_or(*count, |throttle| throttle.get());
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        r#"{title}#
+# Edit `image`, which has `cosmic` and a shell, and `claimName`, the volume with the sweep. The sweep's folder is
+# {sweep} below the volume's root, or there if that is an absolute path.
+# Start it with:  kubectl apply -f FILE
+#
+# A pod that is told to end saves its runs. Its exit code is then 75, and another pod goes on.
+apiVersion: batch/v1
+kind: Job
+metadata:
+  name: {name}
+spec:
+  completionMode: Indexed
+  completions: {count}
+  parallelism: {at_once}
+  backoffLimitPerIndex: 2
+  podFailurePolicy:
+    rules:
+      # Interrupted: no failure.
+      - action: Ignore
+        onExitCodes:
+          containerName: cosmic
+          operator: In
+          values: [75]
+      - action: Ignore
+        onPodConditions:
+          - type: DisruptionTarget
+            status: "True"
+      # A bad plan or a missing file does not mend itself.
+      - action: FailIndex
+        onExitCodes:
+          containerName: cosmic
+          operator: In
+          values: [2, 4]
+  template:
+    spec:
+      restartPolicy: Never
+      terminationGracePeriodSeconds: {GRACE}
+      containers:
+        - name: cosmic
+          image: cosmic:{version}
+          workingDir: /sweeps
+          command: ["/bin/sh", "-c"]
+          args:
+            - |
+              # The task of this pod, the one of that number among these.
+              number=$JOB_COMPLETION_INDEX
+              for range in {ranges}; do
+                first=${{range%-*}}
+                last=${{range#*-}}
+                if [ "$number" -le "$((last - first))" ]; then break; fi
+                number=$((number - (last - first + 1)))
+              done
+              task=$((first + number))
+              {index}
+              exec {command} >>{sweep}/logs/"$task".log 2>&1
+          resources:
+            requests:
+              cpu: "{cores}"
+            limits:
+              cpu: "{cores}"
+          volumeMounts:
+            - name: sweeps
+              mountPath: /sweeps
+      volumes:
+        - name: sweeps
+          persistentVolumeClaim:
+            claimName: sweeps
+"#
+    )
+}

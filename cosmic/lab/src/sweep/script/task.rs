@@ -1,0 +1,100 @@
+//! The tasks of a script: their numbers, and the lines that they share.
+
+use super::HandOver;
+use crate::sweep::in_ranges;
+use cosmic::error::in_shell;
+
+/// Seconds between the signal and the end of a task's time.
+pub(super) const GRACE: u64 = 60;
+
+/// The tasks that have runs left. Task k has the runs from `k * per_task` on.
+pub(super) struct Tasks {
+    /// Their numbers as ranges, `3-17,40`.
+    pub(super) numbers: String,
+    pub(super) count: usize,
+    /// The sweep's folder as a word of a shell.
+    pub(super) sweep: String,
+    /// The name of the sweep's folder, of letters, digits and dashes.
+    pub(super) name: String,
+}
+
+impl Tasks {
+    pub(super) fn of(hand_over: &HandOver) -> Self {
+        let per_task = hand_over.per_task.get();
+        let left = hand_over.left.iter();
+        let mut numbers: Vec<usize> = left.map(|index| index / per_task).collect();
+        numbers.dedup();
+        let path = std::path::absolute(hand_over.sweep);
+        let path = path.unwrap_or_else(|_| hand_over.sweep.to_owned());
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Self {
+            numbers: in_ranges(&numbers),
+            count: numbers.len(),
+            sweep: in_shell(hand_over.sweep),
+            name: label(&name),
+        }
+    }
+
+    /// The ranges with another separator between them.
+    pub(super) fn ranges(&self) -> Vec<&str> {
+        self.numbers.split(',').collect()
+    }
+}
+
+/// A name that every engine takes.
+fn label(name: &str) -> String {
+    let letters = name.chars().map(|c| {
+        let c = c.to_ascii_lowercase();
+        if c.is_ascii_alphanumeric() { c } else { '-' }
+    });
+    let name: String = format!("sweep-{}", letters.take(40).collect::<String>());
+    name.trim_end_matches('-').to_owned()
+}
+
+/// The first comment: what is done, and the shell lines of a task whose number is in `$task`, which set `index`.
+pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
+    let HandOver { runs, left, .. } = hand_over;
+    let sweep: String = hand_over.sweep.display().to_string();
+    let sweep = sweep.replace(char::is_control, "?");
+    let (left, tasks) = (left.len(), tasks.count);
+    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    format!(
+        "# The runs of the sweep {sweep} that are left, {left} of {runs}, in {}.\n",
+        counted(tasks, "task")
+    )
+}
+
+/// The lines that turn `$task` into `$index`, the runs of the task.
+pub(super) fn index(hand_over: &HandOver) -> String {
+    let (per_task, runs) = (hand_over.per_task.get(), hand_over.runs);
+    if per_task == 1 {
+        return "index=$task\n".to_owned();
+    }
+    let last = runs - 1;
+    format!(
+        "first=$((task * {per_task}))\n\
+         last=$((first + {per_task} - 1))\n\
+         if [ \"$last\" -gt {last} ]; then last={last}; fi\n\
+         index=$first-$last\n"
+    )
+}
+
+/// The command of a task.
+pub(super) fn command(hand_over: &HandOver, tasks: &Tasks) -> String {
+    let (sweep, cores) = (&tasks.sweep, hand_over.cores);
+    format!("cosmic sweep run {sweep} --index \"$index\" --threads {cores}")
+}
+
+/// The command within the time limit, if there is one: the runs are told to save themselves before.
+pub(super) fn limited(hand_over: &HandOver, tasks: &Tasks) -> String {
+    let command = command(hand_over, tasks);
+    match hand_over.minutes {
+        None => command,
+        Some(minutes) => {
+            let seconds = minutes * 60 - GRACE;
+            format!(
+                "timeout --preserve-status --signal=TERM --kill-after={GRACE} {seconds} {command}"
+            )
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! `cosmic sweep plan`.
+
+use crate::arguments::{Output, Settings, count, seed};
+use crate::output::answer_planned;
+use crate::source::name_of;
+use clap::Args;
+use cosmic::error::Result;
+use cosmic::scene::{self, Scene};
+use cosmic_lab::sweep::{Combination, GridAxis, PlannedScene, SweepPlan, combinations};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub(super) struct Plan {
+    /// Built-in scenes or TOML files
+    #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
+    scenes: Vec<String>,
+    #[command(flatten)]
+    settings: Settings,
+    /// Plan every scene with each of these values, as in `--grid physics.friction=0.6,1`; repeatable,
+    /// for every combination
+    #[arg(long, value_name = "KEY=V,V...")]
+    grid: Vec<String>,
+    /// Seeds per scene
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    seeds: NonZeroUsize,
+    /// The first seed
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    first_seed: u64,
+    /// Stop every run after this many iterations
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    iterations: Option<NonZeroUsize>,
+    /// The sweep's folder, new or empty
+    #[arg(long, value_name = "S")]
+    out: PathBuf,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Plan {
+    pub(super) fn freeze(&self) -> Result<()> {
+        let axes = self.grid.iter().map(|axis| GridAxis::parse(axis));
+        let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
+        let mut scenes = Vec::new();
+        for scene in &self.scenes {
+            let (name, scene) = (name_of(Path::new(scene)), Scene::load(scene)?);
+            for Combination { suffix, settings } in &grid {
+                let settings = [&self.settings.set[..], settings].concat();
+                scenes.push(PlannedScene {
+                    name: format!("{name}{suffix}"),
+                    scene: Settings { set: settings }.apply(scene.clone())?,
+                });
+            }
+        }
+        let plan = SweepPlan {
+            study: None,
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+            scenes,
+        };
+        plan.freeze(&self.out)?;
+        answer_planned(&self.output, &self.out, plan.runs())
+    }
+}

@@ -1,0 +1,176 @@
+//! `cosmic sweep run`.
+
+use super::status::status;
+use crate::arguments::{Output, Work};
+use crate::interrupt::Interrupt;
+use crate::output::{note, print, print_json};
+use crate::progress::{Many, Progress, title, told};
+use clap::Args;
+use cosmic::error::{Error, Result};
+use cosmic_lab::study::Measurement;
+use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, SweepPlan, parse_ranges};
+use serde_json::json;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::thread;
+use std::time::Duration;
+
+#[derive(Debug, Args)]
+pub(super) struct Run {
+    /// The sweep's folder
+    #[arg(value_name = "S")]
+    sweep: PathBuf,
+    /// A run's number, several such as `3-17,40`, `auto` for the next that nobody has taken, `all` for all
+    /// of those
+    #[arg(long, value_name = "I", default_value = "all")]
+    index: Index,
+    #[command(flatten)]
+    work: Work,
+}
+
+/// Which runs.
+#[derive(Debug, Clone)]
+enum Index {
+    Number(usize),
+    Several(Vec<RangeInclusive<usize>>),
+    Auto,
+    All,
+}
+
+impl FromStr for Index {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.parse(), parse_ranges(text)) {
+            ("auto", ..) => Ok(Index::Auto),
+            ("all", ..) => Ok(Index::All),
+            (_, Ok(number), _) => Ok(Index::Number(number)),
+            (_, _, Some(several)) => Ok(Index::Several(several)),
+            _ => Err("a run's number, `auto` or `all`, or several as in 3-17,40".to_owned()),
+        }
+    }
+}
+
+impl Run {
+    pub(super) fn run(&self) -> Result<()> {
+        let folder = &self.sweep;
+        let plan: &SweepPlan = &SweepPlan::read(folder)?;
+        let runs = self.index.runs(plan.runs())?;
+        let interrupt = Interrupt::listen()?;
+        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
+        if let Some(measurement) = &measurement {
+            measurement.check()?;
+        }
+        let measure = |run: &Path| {
+            let Some(measurement) = &measurement else {
+                return Ok(());
+            };
+            let kept = measurement.keep(run, &|| interrupt.is_asked())?;
+            let (done, total) = (plan.over(folder), plan.runs());
+            kept.ok_or(Error::Stopped { done, total })
+        };
+        let sweep = Sweep {
+            folder,
+            plan,
+            measure: &measure,
+        };
+        match (&self.index, &runs[..]) {
+            (Index::Auto, _) => one(sweep, None, interrupt.clone(), &self.work),
+            (Index::Number(_), [index]) => one(sweep, Some(*index), interrupt.clone(), &self.work),
+            _ => several(sweep, &runs, interrupt.clone(), &self.work),
+        }
+    }
+}
+
+impl Index {
+    /// The runs, in order, of a plan that has so many.
+    fn runs(&self, count: usize) -> Result<Vec<usize>> {
+        let all = [0..=count.saturating_sub(1)];
+        let ranges: &[RangeInclusive<usize>] = match self {
+            Index::Number(index) => &[*index..=*index],
+            Index::Several(ranges) => ranges,
+            Index::Auto | Index::All => &all,
+        };
+        if let Some(index) = ranges
+            .iter()
+            .map(|range| *range.end())
+            .find(|k| *k >= count)
+        {
+            return Err(Error::Usage(format!(
+                "there is no run {index}: the plan has {count}, from 0 on"
+            )));
+        }
+        let mut runs: Vec<usize> = ranges.iter().cloned().flatten().collect();
+        runs.sort_unstable();
+        runs.dedup();
+        Ok(runs)
+    }
+}
+
+/// One run: that of a number, or the next.
+fn one(sweep: Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
+    let pool = crate::runs::pool(work.threads)?;
+    let mut progress = Progress::new(&work.output, interrupt.clone());
+    let mut once = || match index {
+        None => sweep.run_next(&mut progress),
+        Some(index) => {
+            let outcome = sweep.run_one(index, &mut progress)?;
+            Ok(Some(Ended { index, outcome }))
+        }
+    };
+    let ended = loop {
+        match pool.install(&mut once) {
+            // Whether a holder on another host lives is told by waiting.
+            Ok(Some(ended)) if ended.outcome == RunOutcome::Watched => {
+                if interrupt.is_asked() {
+                    let (done, total) = (sweep.plan.over(sweep.folder), sweep.plan.runs());
+                    break Err(Error::Stopped { done, total });
+                }
+                thread::sleep(Duration::from_secs(1));
+            }
+            ended => break ended,
+        }
+    };
+    drop(progress);
+    match ended? {
+        Some(Ended { index, outcome }) if outcome == RunOutcome::Taken => {
+            Err(Error::Usage(format!("run {index} {}", told(&outcome))))
+        }
+        ended => show(sweep.plan, ended, &work.output),
+    }
+}
+
+fn several(sweep: Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> Result<()> {
+    let (plan, folder, output) = (sweep.plan, sweep.folder, &work.output);
+    let overseer = Many::new(output, interrupt, plan, plan.over(folder));
+    sweep.run_these(runs, work.threads, &overseer)?;
+    drop(overseer);
+    let is_left = |index: &&usize| !RunState::of(&plan.folder(folder, **index)).is_over();
+    let (left, total) = (runs.iter().filter(is_left).count(), runs.len());
+    if left > 0 && !output.quiet {
+        note(&format!(
+            "{left} of {total} runs are at work in other processes"
+        ));
+    }
+    if output.json {
+        return status(folder, true);
+    }
+    Ok(())
+}
+
+fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
+    if output.json {
+        let index = ended.as_ref().map(|ended| ended.index);
+        let says = ended.as_ref().map(|ended| told(&ended.outcome));
+        return print_json(&json!({ "index": index, "says": says }));
+    }
+    match ended {
+        _ if output.quiet => Ok(()),
+        None => print("nothing is left to take\n"),
+        Some(Ended { index, outcome }) => {
+            let (title, says) = (title(plan, index), told(&outcome));
+            print(&format!("run {index}, {title}: {says}\n"))
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! `cosmic sweep script`.
+
+use crate::arguments::{count, whole};
+use crate::output::{lines, print};
+use clap::Args;
+use cosmic::error::{Error, Result};
+use cosmic::record::files::write_atomic;
+use cosmic_lab::sweep::{HandOver, PlanOutline, Scheduler, survey};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(super) struct Script {
+    /// The sweep's folder
+    #[arg(value_name = "S")]
+    sweep: PathBuf,
+    #[command(flatten)]
+    scheduler: Which,
+    /// At most this many tasks at a time
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    throttle: Option<NonZeroUsize>,
+    /// The time limit of a task; a minute before it, the runs of the task save themselves
+    #[arg(long, value_name = "M", value_parser = whole(2..=1_000_000_u64), allow_negative_numbers = true)]
+    minutes: Option<u64>,
+    /// Runs per task, one after the other on its cores [default: as many as cores]
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    seeds_per_task: Option<NonZeroUsize>,
+    /// Cores per task, with a run on each
+    #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
+    cores: NonZeroUsize,
+    /// Write into a file in place of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+struct Which {
+    /// A batch script for `sbatch`: an array of tasks
+    #[arg(long)]
+    slurm: bool,
+    /// A script that runs GNU parallel on this machine
+    #[arg(long)]
+    parallel: bool,
+    /// The manifest of an indexed Job for `kubectl apply`
+    #[arg(long)]
+    kubernetes: bool,
+}
+
+impl Script {
+    pub(super) fn write(&self) -> Result<()> {
+        let plan = PlanOutline::read(&self.sweep)?;
+        let left = survey(&self.sweep, &plan).left();
+        if left.is_empty() {
+            let sweep = self.sweep.display();
+            return Err(Error::Usage(format!("{sweep}: no run is left")));
+        }
+        let hand_over = HandOver {
+            sweep: &self.sweep,
+            runs: plan.runs(),
+            left: &left,
+            per_task: self.seeds_per_task.unwrap_or(self.cores),
+            cores: self.cores,
+            throttle: self.throttle,
+            minutes: self.minutes,
+        };
+        let text = hand_over.script(self.scheduler.chosen())?;
+        match &self.out {
+            None => print(&text),
+            Some(path) => {
+                write_atomic(path, |file| file.write_all(text.as_bytes()))?;
+                print(&lines(&[path]))
+            }
+        }
+    }
+}
+
+impl Which {
+    fn chosen(&self) -> Scheduler {
+        if self.slurm {
+            Scheduler::Slurm
+        } else if self.parallel {
+            Scheduler::Parallel
+        } else {
+            Scheduler::Kubernetes
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! `cosmic sweep script` as a user meets it: scripts that a shell takes, and that run.
+#![cfg(unix)]
+
+use crate::background::signal;
+use crate::common::{Bench, scene};
+use std::fs;
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::process::{Command, Output};
+
+/// A sweep of five runs, of which number 1 is done.
+fn bench() -> Bench {
+    let bench = Bench::with(&scene(24, 64, ""));
+    let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
+    bench.cosmic(plan).ok();
+    bench.cosmic("sweep run s --index 1").ok();
+    bench
+}
+
+/// A shell in the folder, with the program and the folder's `bin` on the path.
+fn shell(bench: &Bench, arguments: &[&str]) -> Command {
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_cosmic"));
+    let path = std::env::var("PATH").unwrap();
+    let folders = [&bench.path("bin"), program.parent().unwrap()].map(|p| p.display().to_string());
+    let mut command = Command::new("bash");
+    command.args(arguments).current_dir(bench.path(""));
+    command.env("PATH", format!("{}:{path}", folders.join(":")));
+    command
+}
+
+fn bash(bench: &Bench, arguments: &[&str]) -> Output {
+    shell(bench, arguments).output().unwrap()
+}
+
+/// Writes a script, which a shell must be able to read.
+fn script(bench: &Bench, options: &str) -> String {
+    let line = format!("sweep script s {options} --out script");
+    assert_eq!(bench.cosmic(&line).ok().out, "script\n");
+    let read = bash(bench, &["-n", "script"]);
+    assert!(read.status.success(), "{options}: {read:?}");
+    bench.read("script")
+}
+
+#[test]
+fn a_script_for_slurm_is_an_array_over_what_is_left() {
+    let bench = bench();
+    let text = script(&bench, "--slurm");
+    for line in [
+        "# The runs of the sweep s that are left, 4 of 5, in 4 tasks.",
+        "#SBATCH --array=0,2-4",
+        "#SBATCH --cpus-per-task=1",
+        "#SBATCH --signal=B:TERM@60",
+        "#SBATCH --output=s/logs/%a.log",
+        "cosmic sweep run s --index \"$index\" --threads 1 &",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line}: {text}");
+    }
+    assert!(bench.path("s/logs").is_dir());
+    assert!(!text.contains("--time"));
+    let text = script(&bench, "--slurm --throttle 3 --minutes 90 --cores 2");
+    for line in [
+        "#SBATCH --array=0-2%3",
+        "#SBATCH --time=90",
+        "#SBATCH --cpus-per-task=2",
+        "first=$((task * 2))",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line}: {text}");
+    }
+}
+
+/// The last task of a plan may have fewer runs than others.
+#[test]
+fn a_task_does_its_runs_and_says_how_they_ended() {
+    let bench = bench();
+    script(&bench, "--slurm --seeds-per-task 3");
+    let mut task = shell(&bench, &["script"]);
+    let output = task.env("SLURM_ARRAY_TASK_ID", "1").output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let told = bench.cosmic("sweep status s --json").json();
+    assert_eq!(
+        (&told["left"], &told["counts"]["done"]),
+        (&"0,2".into(), &3.into())
+    );
+    bench.remove("s/runs/tiny-1/summary.json");
+    bench.write("s/runs/tiny-1/snapshot.json", "{");
+    let output = shell(&bench, &["script"])
+        .env("SLURM_ARRAY_TASK_ID", "0")
+        .output();
+    assert_eq!(output.unwrap().status.code(), Some(2));
+}
+
+#[test]
+fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
+    let bench = Bench::with(&scene(400, 2048, ""));
+    bench.cosmic("sweep plan tiny.toml --seeds 2 --out s").ok();
+    script(&bench, "--slurm");
+    fs::create_dir(bench.path("bin")).unwrap();
+    bench.write("bin/scontrol", "#!/bin/sh\necho \"$@\" >queued\n");
+    fs::set_permissions(bench.path("bin/scontrol"), PermissionsExt::from_mode(0o755)).unwrap();
+    let mut task = shell(&bench, &["script"]);
+    task.envs([("SLURM_ARRAY_JOB_ID", "7"), ("SLURM_ARRAY_TASK_ID", "1")]);
+    let mut task = task.spawn().unwrap();
+    bench.await_lines("s/runs/tiny-1/history.jsonl", 0);
+    signal(&task, "TERM");
+    assert_eq!(task.wait().unwrap().code(), Some(75));
+    assert_eq!(bench.read("queued"), "requeue 7_1\n");
+    let told = bench.cosmic("sweep status s --json").json();
+    assert_eq!(told["runs"][1]["state"], "begun");
+}
+
+#[test]
+fn a_script_for_parallel_does_what_is_left() {
+    let bench = bench();
+    let text = script(&bench, "--parallel --throttle 2 --minutes 3");
+    assert!(
+        text.contains("printf '%s\\n' 0 {2..4} | parallel --jobs 2 "),
+        "{text}"
+    );
+    assert!(
+        text.contains("--kill-after=60 120 cosmic sweep run s "),
+        "{text}"
+    );
+    let there = Command::new("parallel").arg("--version").output();
+    if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
+        let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
+        // Past the test harness, which hides what passing tests print.
+        io::stderr().write_all(says.as_bytes()).unwrap();
+        return;
+    }
+    let output = bash(&bench, &["script"]);
+    assert!(output.status.success(), "{output:?}");
+    let told = bench.cosmic("sweep status s --json").json();
+    assert_eq!(
+        (&told["left"], &told["counts"]["done"]),
+        (&"".into(), &5.into())
+    );
+    // A head and a line a task.
+    assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
+    assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
+    let nothing = bench.cosmic("sweep script s --parallel");
+    nothing.fails(2, &["s: no run is left"]);
+}
+
+#[test]
+fn a_manifest_for_kubernetes_has_what_a_job_needs() {
+    let bench = bench();
+    let line = "sweep script s --kubernetes --throttle 3 --cores 2 --seeds-per-task 1 --minutes 10";
+    let text = bench.cosmic(line).ok().out;
+    let job: serde_json::Value = serde_yaml_ng::from_str(&text).unwrap();
+    assert_eq!(
+        (&job["apiVersion"], &job["kind"]),
+        (&"batch/v1".into(), &"Job".into())
+    );
+    let spec = &job["spec"];
+    assert_eq!(spec["completionMode"], "Indexed");
+    assert_eq!(
+        (&spec["completions"], &spec["parallelism"]),
+        (&4.into(), &3.into())
+    );
+    let interrupted = &spec["podFailurePolicy"]["rules"][0];
+    assert_eq!(interrupted["action"], "Ignore");
+    assert_eq!(
+        interrupted["onExitCodes"]["values"],
+        serde_json::json!([75])
+    );
+    let pod = &spec["template"]["spec"];
+    assert_eq!(pod["restartPolicy"], "Never");
+    let container = &pod["containers"][0];
+    assert_eq!(
+        interrupted["onExitCodes"]["containerName"],
+        container["name"]
+    );
+    assert_eq!(container["resources"]["limits"]["cpu"], "2");
+    // The container's script does the runs that are left, each pod its own.
+    let task = container["args"][0].as_str().unwrap();
+    for pod in ["0", "3"] {
+        let mut sh = shell(&bench, &["-c", task]);
+        let output = sh.env("JOB_COMPLETION_INDEX", pod).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+    }
+    let told = bench.cosmic("sweep status s --json").json();
+    assert_eq!(told["left"], "2-3");
+}
+
+#[test]
+fn what_cannot_be_handed_over_is_refused() {
+    let bench = bench();
+    for (options, says) in [
+        ("", "--slurm|--parallel|--kubernetes"),
+        ("--slurm --kubernetes", "cannot be used with"),
+        (
+            "--slurm --minutes 1",
+            "expected a whole number from 2 to 1000000",
+        ),
+        ("--slurm --throttle 0", "expected a whole number, 1 or more"),
+    ] {
+        let line = format!("sweep script s {options}");
+        bench.cosmic(&line).fails(2, &[says]);
+    }
+}
