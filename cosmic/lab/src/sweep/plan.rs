@@ -112,7 +112,8 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// Those of [`check_shape`](SweepPlan::check_shape), and of a scene that cannot be optimised.
+    /// [`Error::Usage`] for no scenes, two of one name, a name that is no folder's, too many runs or seeds, and
+    /// the errors of a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         self.check_shape()?;
         let begins = |planned: &PlannedScene| {
