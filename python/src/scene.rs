@@ -12,7 +12,7 @@ pub(crate) struct Scene {
     pub(crate) scene: scene::Scene,
     /// The name in summaries.
     #[pyo3(get)]
-    name: String,
+    pub(crate) name: String,
 }
 
 #[pymethods]
