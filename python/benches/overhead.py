@@ -32,7 +32,7 @@ def compared(
             least(lambda: sim.rollout(inputs, observed=observed), rounds),
             sim._core.library_seconds(arrays, observed, rounds),
         )
-        for _ in range(10)
+        for _ in range(30)
     ]
     return [min(times) for times in zip(*turns)]
 

@@ -98,7 +98,8 @@ class Simulator:
         listed = np.asarray(observed)
         if listed.ndim != 1 or not np.issubdtype(listed.dtype, np.integer) or np.any(listed < 0):
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
-        return [int(step) for step in listed]
+        steps_listed: list[int] = listed.tolist()
+        return steps_listed
 
     def rollout(
         self,
