@@ -48,10 +48,13 @@ impl Planned for Scene {
     fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
         let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
         let mut whole = whole.map_err(serde::ser::Error::custom)?;
-        match &mut whole {
-            Value::Object(parts) => parts.get_mut("scene").map(without_comments),
-            text => Some(without_comments(text)),
+        let text = match &mut whole {
+            Value::Object(parts) => parts.get_mut("scene"),
+            text => Some(text),
         };
+        if let Some(text) = text {
+            without_comments(text);
+        }
         whole.serialize(to)
     }
 }
@@ -109,7 +112,8 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// Those of [`check_shape`](SweepPlan::check_shape), and of a scene that cannot be optimised.
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more than a
+    /// million runs, and seeds beyond the largest; the errors of a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         self.check_shape()?;
         let begins = |planned: &PlannedScene| {
@@ -133,8 +137,7 @@ impl<S> SweepPlan<S> {
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
-    /// than a million runs, and seeds beyond the largest.
+    /// [`Error::Usage`], as [`check`](SweepPlan::check).
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {
