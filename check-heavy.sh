@@ -43,8 +43,10 @@ else
   echo 'no qemu-user, gcc-aarch64-linux-gnu or target aarch64-unknown-linux-gnu: skipped'
 fi
 if command -v node >/dev/null && rustup target add wasm32-wasip1 >/dev/null 2>&1; then
+  # With little optimisation a sum over data needs more than the megabyte of stack that a program has by default.
+  wasm='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
   CARGO_TARGET_WASM32_WASIP1_RUNNER="node --no-warnings $PWD/autodiff/tests/wasi.mjs" \
-  RUSTFLAGS='-C target-feature=+simd128' \
+  RUSTFLAGS=$wasm RUSTDOCFLAGS=$wasm \
     cargo test -p cosmic-autodiff --no-fail-fast --target wasm32-wasip1
 else
   echo 'no node or target wasm32-wasip1: skipped'

@@ -1,50 +1,67 @@
 #!/usr/bin/env bash
-# Builds the wheel, installs it in a fresh virtual environment, and runs the tests of the package there:
-# python/check.sh [FOLDER OF THE ENVIRONMENT]. Torch's tests run where torch is installed; they are run by
-# command: python/check.sh FOLDER torch.
+# Builds the wheel from source, installs it in a virtual environment, and runs the tests there, those of
+# the types among them. The environment is kept in the folder $1, or in target/venv.
 set -euo pipefail
 cd "$(dirname "$0")"
-environment=${1:-target/venv}
-extras=test${2:+,$2}
-most=$((10 * 1000 * 1000))
+here=$PWD
+mkdir -p "${1:-target/venv}"
+venv=$(cd "${1:-target/venv}" && pwd)
+python=$venv/bin/python
+most=$((10 * 1024 * 1024))
 
-say() { printf '\n== %s\n' "$1"; }
+say() { printf '\n== python: %s\n' "$1"; }
+
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+elsewhere=$(mktemp -d)
+trap 'rm -rf "$log" "$elsewhere"' EXIT
 
-# Runs pip. Where the registry of packages cannot be reached there is nothing to test.
+# Installs, or ends all this where the registry cannot be reached; anything else that goes wrong is a failure.
 install() {
-  if "$environment/bin/python" -m pip install --quiet --retries 2 "$@" >"$log" 2>&1; then
+  if "$python" -m pip install --quiet --retries 2 --disable-pip-version-check "$@" >"$log" 2>&1; then
     return
   fi
-  cat "$log" >&2
   if grep -qE 'connection broken by|Max retries exceeded|Read timed out' "$log"; then
-    echo 'SKIPPED: the registry of Python packages cannot be reached: the package for Python is not tested'
+    echo 'SKIPPED: the registry of Python packages cannot be reached: the package is not tested'
     exit 0
   fi
+  cat "$log" >&2
   exit 1
 }
 
-say 'environment'
-python3 -m venv --clear "$environment"
+if ! python3 -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
+  echo 'SKIPPED: no python3 of version 3.10 or later with venv: the package is not tested'
+  exit 0
+fi
+
+say "an environment in $venv"
+python3 -m venv "$venv"
 install 'maturin>=1.8,<2'
 
 say 'formatting and lints'
 cargo fmt --check
 cargo clippy --release --quiet -- -D warnings
 
-say 'wheel'
+say 'the wheel from source'
 rm -rf target/wheels
-"$environment/bin/maturin" build --release --quiet --interpreter "$environment/bin/python" --out target/wheels
-wheel=$(ls target/wheels/*.whl)
+"$python" -m maturin build --release --quiet --out target/wheels
+wheel=$(echo "$here"/target/wheels/*.whl)
 size=$(wc -c <"$wheel")
 echo "$(basename "$wheel"): $size bytes"
 if [ "$size" -gt "$most" ]; then
-  echo "expected at most $most bytes" >&2
+  echo "the wheel has more than $most bytes" >&2
   exit 1
 fi
-install "$wheel[$extras]"
 
-say 'tests'
-# From a folder of their own: the sources beside them have no compiled module.
-"$environment/bin/python" -m pytest --quiet --import-mode=importlib -p no:cacheprovider --rootdir tests tests
+say 'its installation, with what the tests need'
+install --force-reinstall --no-deps "$wheel"
+install "$wheel[test]"
+
+# From a folder where the sources are not found in place of what was installed.
+cd "$elsewhere"
+export PYTHONDONTWRITEBYTECODE=1
+say 'tests of what is installed'
+"$python" -c "
+import cosmic, sys
+print(cosmic.__file__)
+sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not what was installed')"
+"$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/tests"

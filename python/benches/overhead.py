@@ -22,16 +22,17 @@ def least(call: Callable[[], object], rounds: int) -> float:
     return min(seconds)
 
 
-def compared(sim: cosmic.Simulator, inputs: cosmic.Inputs, steps: int, rounds: int) -> list[float]:
+def compared(
+    sim: cosmic.Simulator, inputs: cosmic.Inputs, observed: list[int], rounds: int
+) -> list[float]:
     """Seconds of a call and of the library within it."""
-    observed = sim.observed(steps)
     arrays = list(inputs)
     turns = [
         (
-            least(lambda: sim.rollout(inputs, steps), rounds),
+            least(lambda: sim.rollout(inputs, observed=observed), rounds),
             sim._core.library_seconds(arrays, observed, rounds),
         )
-        for _ in range(10)
+        for _ in range(30)
     ]
     return [min(times) for times in zip(*turns)]
 
@@ -44,12 +45,14 @@ def main() -> None:
     many = inputs._replace(x0=inputs.x0 + moved)
     print("| rollout | call, us | library, us | overhead, us | share |")
     print("| --- | --- | --- | --- | --- |")
-    for name, of, steps, rounds in [
-        ("1 step", inputs, 1, 500),
-        ("4096 steps", inputs, 4096, 10),
-        ("64 robots, 4096 steps", many, 4096, 1),
+    every_16th = sim.observed(4096)
+    for name, of, observed, rounds in [
+        ("1 step", inputs, [1], 500),
+        ("4096 steps, every 16th state", inputs, every_16th, 10),
+        ("64 robots, 4096 steps, the last state", many, [4096], 4),
+        ("64 robots, 4096 steps, every 16th state", many, every_16th, 4),
     ]:
-        call, library = compared(sim, of, steps, rounds)
+        call, library = compared(sim, of, observed, rounds)
         over = call - library
         print(
             f"| {name} | {1e6 * call:.1f} | {1e6 * library:.1f} | {1e6 * over:.1f} "

@@ -8,12 +8,13 @@ gradients through a differentiable simulator.
 
 - :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
 - :class:`Simulator` steps robots, alone or many at once, with both derivative products.
+- :func:`sweep` plans many runs for any executor, or for a cluster.
 - :mod:`cosmic.jax` and :mod:`cosmic.torch` make a rollout a differentiable function of theirs, and
   an objective of a function of theirs. :mod:`cosmic.gym` has environments for reinforcement learning.
   Each is imported on demand and needs its package.
 """
 
-from ._core import scenes
+from ._core import Scene, scenes
 from ._errors import (
     DivergedError,
     Error,
@@ -24,8 +25,9 @@ from ._errors import (
 )
 from ._loss import Loss
 from ._run import Controller, Design, Run, load, optimize, resume
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator, Trajectory
+from ._sweep import Sweep, sweep
 
 __all__ = [
     "Controller",
@@ -41,6 +43,7 @@ __all__ = [
     "Scene",
     "SceneLike",
     "Simulator",
+    "Sweep",
     "Trajectory",
     "UnstableStepError",
     "as_scene",
@@ -48,4 +51,5 @@ __all__ = [
     "optimize",
     "resume",
     "scenes",
+    "sweep",
 ]

@@ -26,6 +26,9 @@ class Scene:
         """This scene with the settings of a TOML text in place of its own."""
     def to_toml(self) -> str:
         """The complete scene as TOML."""
+    @staticmethod
+    def restore(text: str) -> Scene:
+        """The scene of a text that `pickle` keeps."""
 
 def scenes() -> list[str]:
     """The names of the built-in scenes, the default first."""
@@ -109,3 +112,14 @@ def player_page(folder: _Path) -> str: ...
 def frame(
     scene: Scene, z: _Floats, steps: list[int], x: _Floats
 ) -> npt.NDArray[np.uint8]: ...
+def sweep_plan(
+    folder: _Path,
+    scenes: Sequence[Scene],
+    grid: list[str],
+    first_seed: int,
+    seeds: int,
+    iterations: Optional[int],
+) -> None: ...
+def sweep_run(folder: _Path, index: int) -> str: ...
+def sweep_status(folder: _Path) -> tuple[list[os.PathLike[str]], list[int]]: ...
+def sweep_merge(folder: _Path) -> tuple[os.PathLike[str], int]: ...

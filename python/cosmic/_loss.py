@@ -43,21 +43,29 @@ class Loss:
         """The steps of the states that the loss looks at."""
         if self._observed is None:
             return [steps]
-        return [int(step) for step in self._observed(steps)]
+        observed = [int(step) for step in self._observed(steps)]
+        if any(step < 0 for step in observed):
+            raise InputError(f"the loss observes {observed}: expected steps from 0 to {steps}")
+        return observed
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
         """The loss, and one vector of its gradient by positions and then by velocities."""
-        value, *gradients = self.function(x, v)
-        arrays = [np.asarray(gradient, np.float64) for gradient in gradients]
-        for name, array, like in zip(("x", "v"), arrays, (x, v)):
-            if array.shape != like.shape:
+        answer = self.function(x, v)
+        if not isinstance(answer, (tuple, list)) or len(answer) != 3:
+            raise InputError(
+                "the loss: expected three things, a value and the gradients by positions and "
+                f"velocities, found {answer!r}"
+            )
+        value, *gradients = map(np.asarray, answer)
+        if value.ndim != 0 or value.dtype.kind not in "fiu":
+            raise InputError(f"the loss: expected a number, found {answer[0]!r}")
+        for name, array, like in zip(("x", "v"), gradients, (x, v)):
+            if array.shape != like.shape or array.dtype.kind not in "fiu":
                 raise InputError(
-                    f"the gradient of the loss by {name}: expected the shape {like.shape}, "
-                    f"found {array.shape}"
+                    f"the gradient of the loss by {name}: expected floats of the shape "
+                    f"{like.shape}, found {array.dtype} of the shape {array.shape}"
                 )
-        if len(arrays) != 2:
-            raise InputError("the loss: expected a value and two gradients")
-        return float(value), np.concatenate([array.ravel() for array in arrays])
+        return float(value), np.concatenate([np.float64(array).ravel() for array in gradients])
 
 
 def as_loss(loss: Any) -> Optional[Loss]:

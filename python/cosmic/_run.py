@@ -10,6 +10,7 @@ import os
 import shutil
 import tempfile
 import warnings
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +20,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._checks import seed as as_seed
+from ._checks import whole
+from ._core import Scene
 from ._errors import InputError
 from ._loss import as_loss
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator
 
 _Path = Union[str, "os.PathLike[str]"]
@@ -192,9 +196,12 @@ def optimize(
     if start is not None and os.path.isdir(start):
         start = os.path.join(start, "design.json")
     own = as_loss(loss)
+    seed = as_seed(seed)
+    last = None if iterations is None else whole("iterations", iterations, 1)
+    pool = _threads(threads)
     with _Bar(f"{given.name} seed {seed}", progress) as bar:
         interrupted = _core.optimise(
-            given, given.name, seed, iterations, folder, start, own, _threads(threads), bar, _warn
+            given, given.name, seed, last, folder, start, own, pool, bar, _warn
         )
     return _result(folder, keep, own, interrupted)
 
@@ -208,27 +215,38 @@ def resume(
 ) -> Run:
     """Continues the run in a folder; a finished one is only read. A run for a loss of Python is
     continued with that loss or not at all."""
-    own = as_loss(loss)
+    own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
-        interrupted = _core.resume(folder, own, _threads(threads), bar, _warn)
+        try:
+            interrupted = _core.resume(folder, own, pool, bar, _warn)
+        except InputError as error:
+            # The library's words name what a program in Rust calls.
+            if own is None and "loss of its own" in str(error):
+                says = "the run is for a loss of Python: give it to cosmic.resume as `loss`"
+                raise InputError(f"{os.fspath(folder)}: {says}") from None
+            raise
     return _result(Path(folder), None, own, interrupted)
 
 
 def _threads(threads: Optional[int]) -> int:
-    """How many the library is asked for: 0 for one per core."""
-    if threads is None:
-        return 0
-    if threads < 1:
-        raise InputError(f"threads: {threads}: expected 1 or more")
-    return threads
+    """The number for the library: 0 is one per core."""
+    return 0 if threads is None else whole("threads", threads, 1, 1024)
 
 
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
     """The folder of a run, and what keeps a temporary one."""
     if out is not None:
         return Path(out), None
-    keep = tempfile.TemporaryDirectory(prefix="cosmic-", ignore_cleanup_errors=True)
-    return Path(keep.name), keep
+    keep = _Temporary()
+    return keep.path, keep
+
+
+class _Temporary:
+    """A temporary folder, which is removed with this object."""
+
+    def __init__(self) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix="cosmic-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
 def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
@@ -239,12 +257,13 @@ def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
     run = Run(so_far, keep=kept)
     done = run.summary["iterations"]
     go_on = "" if keep else f"; go on by cosmic.resume({os.fspath(folder)!r})"
-    _warn(f"interrupted after iteration {done}: this is the robot as far as it got{go_on}")
+    _warn(f"interrupted after iteration {done}: this is the robot as far as it got{go_on}", 4)
     return run
 
 
-def _warn(text: str) -> None:
-    warnings.warn(text, stacklevel=4)
+def _warn(text: str, level: int = 3) -> None:
+    """Warns the caller of :func:`optimize`, from there or from one function further down."""
+    warnings.warn(text, stacklevel=level)
 
 
 class _Bar:
@@ -259,6 +278,9 @@ class _Bar:
     def __enter__(self) -> Optional[Progress]:
         if callable(self.progress):
             return self.progress
+        if not isinstance(self.progress, bool):
+            kind = type(self.progress).__name__
+            raise InputError(f"progress: expected True, False or a function, not {kind}")
         return self._show if self.progress else None
 
     def _show(self, iteration: int, last: int, numbers: dict[str, Any]) -> None:

@@ -9,8 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._checks import seed as as_seed
+from ._checks import whole
+from ._core import Scene
 from ._errors import InputError
-from ._scene import Scene, SceneLike, as_scene
+from ._scene import SceneLike, as_scene
 
 #: An array of floats in single or double precision.
 Array = npt.NDArray[Any]
@@ -82,22 +85,21 @@ class Simulator:
 
     def initial(self, seed: int = 0) -> Inputs:
         """The inputs that an optimisation of this seed begins with."""
-        return Inputs(*self._core.initial(seed))
+        return Inputs(*self._core.initial(as_seed(seed)))
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
         """The steps that a rollout looks at: ``observed`` itself, or every so many steps of
         ``steps`` (all, unless given), and the last."""
         if isinstance(observed, (int, np.integer)):
-            last = self.steps if steps is None else int(steps)
-            if last < 0 or observed < 1:
-                raise InputError(f"steps: {last}, every {observed}: expected 0 or more, and 1 or more")
-            return [*range(0, last, int(observed)), last]
+            last = self.steps if steps is None else whole("steps", steps, 0)
+            return [*range(0, last, whole("observed", observed, 1)), last]
         if steps is not None:
             raise InputError("give `steps`, or `observed` as a list that ends with the last step")
         listed = np.asarray(observed)
         if listed.ndim != 1 or not np.issubdtype(listed.dtype, np.integer) or np.any(listed < 0):
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
-        return [int(step) for step in listed]
+        steps_listed: list[int] = listed.tolist()
+        return steps_listed
 
     def rollout(
         self,
@@ -115,7 +117,7 @@ class Simulator:
         why, or with ``check=False`` returns what numbers there are.
         """
         arrays = _prepared(inputs)
-        seen = self.observed(steps, observed)
+        seen, first = self.observed(steps, observed), whole("first", first, 0)
         return Trajectory(*self._core.rollout(arrays, seen, first, self.projection, check))
 
     def vjp(
@@ -136,9 +138,10 @@ class Simulator:
         of use; without it the gradient is exact.
         """
         arrays = _prepared(inputs)
-        dtype = arrays[0].dtype
-        seen = self.observed(steps, observed)
-        x_bar, v_bar = (np.ascontiguousarray(bar, dtype) for bar in cotangents)
+        seen, first = self.observed(steps, observed), whole("first", first, 0)
+        if len(cotangents) != 2:
+            raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
+        x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
         return Inputs(
             *self._core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded)
         )
@@ -152,12 +155,16 @@ class Simulator:
         *,
         first: int = 0,
     ) -> tuple[Trajectory, Trajectory]:
-        """The states of :meth:`rollout`, and their derivatives along ``tangents``."""
+        """The states of :meth:`rollout`, but for last bits, and their derivatives along
+        ``tangents``."""
         arrays = _prepared(inputs)
         along = _prepared(tangents, arrays[0].dtype)
-        seen = self.observed(steps, observed)
+        seen, first = self.observed(steps, observed), whole("first", first, 0)
         x, v, dx, dv = self._core.jvp(arrays, along, seen, first, self.projection)
         return Trajectory(x, v), Trajectory(dx, dv)
+
+    def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str]]:
+        return Simulator, (self.scene, self.projection)
 
     def __repr__(self) -> str:
         return f"Simulator({self.scene!r}, projection={self.projection!r})"
@@ -165,12 +172,26 @@ class Simulator:
 
 def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
     """The arrays in C order and of one type; copied only where they are not."""
-    if len(inputs) != len(Inputs._fields):
-        raise InputError(f"expected the {len(Inputs._fields)} arrays of Inputs, found {len(inputs)}")
-    arrays = [np.asarray(array) for array in inputs]
-    for name, array in zip(Inputs._fields, arrays):
-        if array.dtype.kind not in "fiu":
-            raise InputError(f"{name} is of type {array.dtype}: expected float32 or float64")
+    count = len(Inputs._fields)
+    is_list = isinstance(inputs, (tuple, list))
+    if not is_list or len(inputs) != count:
+        found = len(inputs) if is_list else type(inputs).__name__
+        raise InputError(f"expected the {count} arrays of Inputs, found {found}")
+    return _floats(Inputs._fields, inputs, dtype)
+
+
+def _floats(
+    names: Sequence[str], given: Sequence[Any], dtype: Optional[np.dtype[Any]]
+) -> list[Array]:
+    """Arrays of one type: that one, or single precision if all have it, or double."""
+    arrays = []
+    for name, array in zip(names, given):
+        try:
+            arrays.append(np.asarray(array))
+        except ValueError as error:
+            raise InputError(f"{name}: expected an array of numbers: {error}") from None
+        if arrays[-1].dtype.kind not in "fiu":
+            raise InputError(f"{name} is of type {arrays[-1].dtype}: expected float32 or float64")
     if dtype is None:
         single = all(array.dtype == np.float32 for array in arrays)
         dtype = np.dtype(np.float32 if single else np.float64)

@@ -22,6 +22,7 @@ from . import _core
 from ._errors import InputError
 from ._run import Run
 from ._scene import SceneLike, as_scene
+from ._checks import whole
 from ._simulator import Simulator
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
@@ -53,9 +54,9 @@ class _Walk:
         self.core = _core.Driven(self.scene, self.z)
         if not self.core.actuators:
             raise InputError("the design has no actuator: there is nothing to drive")
-        if not 1 <= frame_skip <= self.core.steps:
-            raise InputError(f"frame_skip: {frame_skip}: allowed: 1 to {self.core.steps}")
-        self.frame_skip = frame_skip
+        self.frame_skip = whole("frame_skip", frame_skip, 1, self.core.steps)
+        if not 0.0 <= scatter < np.inf:
+            raise InputError(f"scatter: {scatter}: expected a length of 0 or more")
         self.scatter = scatter
         self.seconds = frame_skip * self.core.dt
         self.x = np.repeat(self.core.rest[None], robots, axis=0)
@@ -71,12 +72,22 @@ class _Walk:
         self.v[robot] = 0.0
         self.done[robot] = 0
 
-    def advance(self, actions: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
-        """Holds actions for the steps of a frame. Returns distances made good along the ground and
-        which robots diverged; these stay where they were."""
-        before = self.core.along(self.x)
+    def held(self, actions: npt.ArrayLike) -> _Floats:
+        """What every edge is told by actions, a row for every robot."""
+        given = np.asarray(actions, np.float64)
+        expected = (len(self.done), len(self.core.actuators))
+        if given.shape != expected:
+            raise InputError(f"action: expected the shape {expected}, found {given.shape}")
+        if not np.all(np.isfinite(given)):
+            raise InputError(f"action: expected finite numbers, found {given}")
         held = np.zeros((len(self.done), len(self.z)))
-        held[:, self.core.actuators] = np.clip(actions, -1.0, 1.0)
+        held[:, self.core.actuators] = np.clip(given, -1.0, 1.0)
+        return held
+
+    def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
+        """Holds activations for the steps of a frame. Returns distances made good along the ground
+        and which robots diverged; these stay where they were."""
+        before = self.core.along(self.x)
         lost = np.zeros(len(self.done), np.bool_)
         # The time of the step matters to laws that read it: robots of one age go together.
         for first in np.unique(self.done):
@@ -124,7 +135,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         scatter: float = 1e-3,
         render_mode: Optional[str] = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
+        if render_mode not in (None, "rgb_array"):
             raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
         self._walk = _Walk(robot, z, 1, frame_skip, scatter)
         self.action_space = self._walk.action_space
@@ -132,6 +143,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self._walk.seconds)}
         self._seen: list[_Floats] = []
+        self._over = True
 
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None
@@ -139,16 +151,18 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         super().reset(seed=seed)
         self._walk.begin(0, self.np_random)
         self._seen = [self._walk.x[0].copy()]
+        self._over = False
         return self._walk.observe()[0], self._info()
 
     def step(
         self, action: npt.NDArray[np.float32]
     ) -> tuple[_Floats, float, bool, bool, dict[str, Any]]:
-        if self._walk.is_over[0]:
-            raise gymnasium.error.ResetNeeded("the episode is over: call reset")
-        made, lost = self._walk.advance(np.asarray(action, np.float64)[None])
+        if self._over:
+            raise gymnasium.error.ResetNeeded("no episode has begun, or it is over: call reset")
+        made, lost = self._walk.advance(self._walk.held(np.asarray(action)[None]))
         self._seen.append(self._walk.x[0].copy())
         over = bool(self._walk.is_over[0]) and not lost[0]
+        self._over = over or bool(lost[0])
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
 
     def _info(self) -> dict[str, Any]:
@@ -159,7 +173,10 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         """The robot now, as an array of shape ``(240, 480, 3)``."""
         if self.render_mode is None:
             return None
-        steps = [k * self._walk.frame_skip for k in range(len(self._seen))]
+        if not self._seen:
+            raise gymnasium.error.ResetNeeded("there is nothing to see yet: call reset")
+        skip, last = self._walk.frame_skip, self._walk.core.steps
+        steps = [min(k * skip, last) for k in range(len(self._seen))]
         return _core.frame(self._walk.scene, self._walk.z, steps, np.array(self._seen))
 
 
@@ -181,9 +198,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         frame_skip: int = 10,
         scatter: float = 1e-3,
     ) -> None:
-        if num_envs < 1:
-            raise InputError(f"num_envs: {num_envs}: expected 1 or more")
-        self.num_envs = num_envs
+        self.num_envs = whole("num_envs", num_envs, least=1)
         self.render_mode = None
         self._walk = _Walk(robot, z, num_envs, frame_skip, scatter)
         self.single_action_space = self._walk.action_space
@@ -203,6 +218,8 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
             seeds = seed if isinstance(seed, list) else [
                 None if seed is None else seed + k for k in range(self.num_envs)
             ]
+            if len(seeds) != self.num_envs:
+                raise InputError(f"seed: {len(seeds)} seeds for {self.num_envs} robots")
             # As reset of a single environment draws: robot k is that of its seed.
             self._random = [gymnasium.utils.seeding.np_random(own)[0] for own in seeds]
         for robot, random in enumerate(self._random):
@@ -215,11 +232,12 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
     ) -> tuple[_Floats, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
         if not self._random:
             raise gymnasium.error.ResetNeeded("call reset first")
+        held = self._walk.held(actions)
         begins = self._over
         for robot in np.flatnonzero(begins):
             self._walk.begin(int(robot), self._random[robot])
         kept = self._walk.x[begins], self._walk.v[begins]
-        made, lost = self._walk.advance(np.asarray(actions, np.float64))
+        made, lost = self._walk.advance(held)
         # Those that begin do not act in this step.
         self._walk.x[begins], self._walk.v[begins] = kept
         self._walk.done[begins] = 0
@@ -233,8 +251,9 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
 
 
+# Also by `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)`, and by `make_vec`.
 gymnasium.register(
-    "cosmic/Walk-v0",
+    id="cosmic/Walk-v0",
     entry_point="cosmic.gym:WalkEnv",
     vector_entry_point="cosmic.gym:WalkVectorEnv",
 )

@@ -105,7 +105,7 @@ def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def _rollout(plan: _Plan, inputs: Inputs) -> Trajectory:
     dtype = jnp.result_type(*inputs)
-    shape = jax.ShapeDtypeStruct(plan.shape(), dtype)
+    shape: Any = jax.ShapeDtypeStruct(plan.shape(), dtype)
     arrays = [jnp.asarray(array, dtype) for array in inputs]
     # Arrays that vmap does not map over arrive with an axis of length 1, and stay shared.
     seen: Trajectory = jax.pure_callback(
@@ -121,11 +121,11 @@ def _forward(plan: _Plan, inputs: Inputs) -> tuple[Trajectory, Inputs]:
 def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inputs]:
     dtype = jnp.result_type(*inputs)
     arrays = [jnp.asarray(array, dtype) for array in inputs]
-    shapes = Inputs(
-        *(jax.ShapeDtypeStruct(s, dtype) for s in plan.simulator.shapes.values())
-    )
+    shapes: list[Any] = [
+        jax.ShapeDtypeStruct(shape, dtype) for shape in plan.simulator.shapes.values()
+    ]
     gradient = jax.pure_callback(
-        plan.pull, shapes, *arrays, *cotangents, vmap_method="expand_dims"
+        plan.pull, Inputs(*shapes), *arrays, *cotangents, vmap_method="expand_dims"
     )
     return (Inputs(*(g.astype(jnp.result_type(a)) for g, a in zip(gradient, inputs))),)
 
@@ -145,12 +145,12 @@ def rollout(
     """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``.
 
     In double precision where the inputs are, which JAX wants to be told by
-    ``jax.config.update("jax_enable_x64", True)``. A rollout that diverges gives numbers that are
-    not finite. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
+    ``jax.config.update("jax_enable_x64", True)``. A rollout that diverges gives what
+    numbers there are. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
     """
     plan = _Plan(simulator, simulator.observed(steps, observed), first, bounded)
-    arrays = Inputs(*(jnp.asarray(array) for array in inputs))
-    seen: Trajectory = _rollout(plan, arrays)
+    arrays: list[Any] = [jnp.asarray(array) for array in inputs]
+    seen: Trajectory = _rollout(plan, Inputs(*arrays))
     return seen
 
 

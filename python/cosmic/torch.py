@@ -31,13 +31,14 @@ class _Rollout(torch.autograd.Function):
         ctx.save_for_backward(*arrays)
         forward = {key: value for key, value in options.items() if key != "bounded"}
         seen = simulator.rollout(_numpy(arrays), check=False, **forward)
-        return tuple(torch.from_numpy(array) for array in seen)
+        device = arrays[0].device
+        return tuple(torch.from_numpy(array).to(device) for array in seen)
 
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, x_bar: Any, v_bar: Any) -> Any:
         arrays = ctx.saved_tensors
-        bars = Trajectory(x_bar.detach().numpy(), v_bar.detach().numpy())
+        bars = Trajectory(x_bar.detach().cpu().numpy(), v_bar.detach().cpu().numpy())
         gradient = ctx.simulator.vjp(_numpy(arrays), bars, **ctx.options)
         of_inputs = []
         for g, array, base in zip(gradient, arrays, ctx.simulator.shapes.values()):
@@ -45,7 +46,7 @@ class _Rollout(torch.autograd.Function):
             # What several robots share has the sum of their gradients.
             shared = own.dim() > array.dim()
             own = own.sum(0) if shared else own
-            of_inputs.append(own.to(array.dtype) if array.requires_grad else None)
+            of_inputs.append(own.to(array) if array.requires_grad else None)
         return (None, None, *of_inputs)
 
 
@@ -70,7 +71,7 @@ def rollout(
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` of tensors, for ``autograd``.
 
-    A rollout that diverges gives numbers that are not finite. For ``bounded`` see
+    A rollout that diverges gives what numbers there are. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.
     """
     options = {
@@ -99,6 +100,6 @@ def loss(
             gradients = torch.autograd.grad(value, states, allow_unused=True)
         zeros = (np.zeros_like(x), np.zeros_like(v))
         x_bar, v_bar = (z if g is None else g.numpy() for g, z in zip(gradients, zeros))
-        return float(value), x_bar, v_bar
+        return float(value.detach()), x_bar, v_bar
 
     return Loss(value_and_gradient, observed, is_far)

@@ -150,8 +150,9 @@ impl<R: Number> Batch<R> {
         let mut counts = [1; 7];
         let mut data: [&[R]; 7] = [&[]; 7];
         for (k, array) in arrays.iter().enumerate() {
+            let count = array.batch(&shapes[k])?;
             data[k] = array.finite()?;
-            let Some(count) = array.batch(&shapes[k])? else {
+            let Some(count) = count else {
                 continue;
             };
             counts[k] = count;

@@ -13,6 +13,7 @@ mod environment;
 mod loss;
 mod optimise;
 mod run;
+mod sweep;
 
 /// The extension module.
 #[pyo3::pymodule]
@@ -27,4 +28,6 @@ mod _core {
     use crate::scene::{Scene, scenes};
     #[pymodule_export]
     use crate::simulator::Simulator;
+    #[pymodule_export]
+    use crate::sweep::{sweep_merge, sweep_plan, sweep_run, sweep_status};
 }

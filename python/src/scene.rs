@@ -1,6 +1,7 @@
 //! Scenes.
 
-use crate::errors::raised;
+use crate::errors::{raised, refused};
+use cosmic::record::RunPlan;
 use cosmic::scene;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ pub(crate) struct Scene {
     pub(crate) scene: scene::Scene,
     /// The name in summaries.
     #[pyo3(get)]
-    name: String,
+    pub(crate) name: String,
 }
 
 #[pymethods]
@@ -49,6 +50,24 @@ impl Scene {
     /// The complete scene as TOML.
     fn to_toml(&self) -> String {
         self.scene.to_toml()
+    }
+
+    /// For `pickle` and `copy`: the scene as a text, with the nodes and edges of a lattice of its own.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
+        let text = serde_json::to_string(&plan).map_err(|error| refused(error.to_string()))?;
+        Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
+    }
+
+    /// The scene of a text that `__reduce__` made.
+    #[staticmethod]
+    fn restore(text: &str) -> PyResult<Self> {
+        let plan: RunPlan =
+            serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
+        Ok(Self {
+            scene: plan.scene,
+            name: plan.name,
+        })
     }
 
     fn __repr__(&self) -> String {

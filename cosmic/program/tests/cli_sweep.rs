@@ -153,13 +153,13 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
 #[test]
 fn a_sweep_goes_on_until_nothing_is_left() {
     let bench = planned(&scene(40, 512, ""), "");
-    fs::create_dir_all(bench.path("s/claims")).unwrap();
-    let claim = fs::File::create(bench.path("s/claims/tiny-0")).unwrap();
-    claim.try_lock().unwrap();
+    // An empty claim is one that another host has just made.
+    fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
+    bench.write("s/claims/tiny-0/1", String::new());
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-1/history.jsonl", 0);
     assert!(!bench.path("s/runs/tiny-0").exists());
-    drop(claim);
+    bench.write("s/claims/tiny-0/1", "free\n");
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{output:?}");
     assert_eq!(counts(&bench), [0, 0, 3, 0]);

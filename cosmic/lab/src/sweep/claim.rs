@@ -1,25 +1,331 @@
-//! The right to work on a run: a lock on a file.
+//! The right to work on a run, among processes on any number of hosts that share a folder.
+//!
+//! A claim is a file that its holder created and that nobody else can create: `claims/NAME/K`, the K-th
+//! claim of that run. It names the holder's host and has a count that the holder raises while it works.
+//! Whoever finds the holder gone creates the next file. On one host a lock on the file tells whether the
+//! holder lives. Other hosts watch the count, by their own clocks: file systems on a network may lack
+//! locks, and clocks may differ.
 
 use cosmic::error::{Error, Result};
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::path::Path;
+use std::collections::HashMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
-/// Claims a run until the file is dropped. `None` if another process, or another thread of this one,
-/// holds the claim. The system releases the lock when a process ends, however it ends: a file that is
-/// left behind claims nothing.
+/// How often a holder raises its count, and how long it may stand still before the holder counts as gone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    beat: Duration,
+    gone_after: Duration,
+}
+
+/// The pace of sweeps.
+pub(super) const PACE: Pace = Pace {
+    beat: Duration::from_secs(10),
+    gone_after: Duration::from_secs(60),
+};
+
+/// What a claim that was given back says.
+const FREE: &[u8] = b"free\n";
+
+/// The host and its present run, `None` where the system does not tell: then locks are not relied on.
+static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
+    let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
+    let parts = [read("hostname")?, read("random/boot_id")?];
+    Some(parts.map(|part| part.trim().to_owned()).join(" "))
+});
+
+/// The claims of other hosts that were seen: their content, since when, and whether it has changed.
+static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
+
+struct Seen {
+    content: Vec<u8>,
+    since: Instant,
+    changed: bool,
+}
+
+/// The answer to a claim.
+pub(super) enum Answer {
+    /// It is granted.
+    Granted(Claim),
+    /// The holder is at work.
+    Taken,
+    /// The holder is on another host, and is watched to tell whether it lives.
+    Watched,
+}
+
+/// A claim that is held, until it is dropped.
+pub(super) struct Claim {
+    is_lost: Arc<AtomicBool>,
+    stop: Option<Sender<()>>,
+    beating: Option<JoinHandle<()>>,
+}
+
+impl Claim {
+    /// True once another process has taken the run over, which it does where this one has stood still.
+    pub(super) fn is_lost(&self) -> bool {
+        self.is_lost.load(Ordering::Relaxed)
+    }
+}
+
+/// Claims a run.
 ///
 /// # Errors
 /// [`Error::Write`] if claims cannot be made.
-pub(super) fn claim(sweep: &Path, name: &str) -> Result<Option<File>> {
-    let folder = sweep.join("claims");
-    let path = folder.join(name);
-    fs::create_dir_all(&folder).map_err(Error::writing(&path))?;
-    let mut options = OpenOptions::new();
-    let options = options.write(true).create(true).truncate(false);
-    let file = options.open(&path).map_err(Error::writing(&path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(source)) => Err(Error::writing(&path)(source)),
+pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
+    let folder = sweep.join("claims").join(name);
+    fs::create_dir_all(&folder).map_err(Error::writing(&folder))?;
+    let last = last(&folder)?;
+    if last > 0 {
+        match holder(&numbered(&folder, last), pace)? {
+            Holder::Gone => {}
+            Holder::Works => return Ok(Answer::Taken),
+            Holder::Unknown => return Ok(Answer::Watched),
+        }
+    }
+    let own = last + 1;
+    let path = numbered(&folder, own);
+    let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(Answer::Taken),
+        opened => opened.map_err(Error::writing(&path))?,
+    };
+    // Where there are no locks, this host's other processes go by the count as well.
+    let host = HOST.as_deref().filter(|_| file.try_lock().is_ok());
+    let held = Held { path, file, host };
+    held.write(0)?;
+    // A slow process may have come to a number that others have left behind.
+    if self::last(&folder)? > own {
+        let _ = fs::remove_file(&held.path);
+        return Ok(Answer::Taken);
+    }
+    if last > 0 {
+        // One that stays does no harm.
+        let _ = fs::remove_file(numbered(&folder, last));
+    }
+    Ok(Answer::Granted(Claim::new(held, folder, own, pace)))
+}
+
+fn numbered(folder: &Path, number: u64) -> PathBuf {
+    folder.join(number.to_string())
+}
+
+/// The number of a run's last claim, 0 if there is none.
+fn last(folder: &Path) -> Result<u64> {
+    let mut last = 0;
+    for entry in fs::read_dir(folder).map_err(Error::reading(folder))? {
+        let file = entry.map_err(Error::reading(folder))?.file_name();
+        let number = file.to_str().and_then(|number| number.parse().ok());
+        last = last.max(number.unwrap_or(0));
+    }
+    Ok(last)
+}
+
+/// The file of a claim that is held. The lock on it goes with the process, however that ends.
+struct Held {
+    path: PathBuf,
+    file: File,
+    /// Who holds the lock; `None` where there are no locks.
+    host: Option<&'static str>,
+}
+
+impl Held {
+    /// Writes the count, behind the host: of the file's length before, so that a reader sees the one or the
+    /// other.
+    fn write(&self, count: u64) -> Result<()> {
+        let host = self.host.unwrap_or("-");
+        let text = format!("{host}\n{} {count:020}\n", process::id());
+        self.replace(text.as_bytes())
+    }
+
+    fn replace(&self, content: &[u8]) -> Result<()> {
+        let mut file = &self.file;
+        (file.seek(SeekFrom::Start(0)))
+            .and_then(|_| file.write_all(content))
+            .and_then(|()| file.set_len(content.len() as u64))
+            .and_then(|()| file.sync_data())
+            .map_err(Error::writing(&self.path))
+    }
+}
+
+/// What is known of the holder of a claim.
+enum Holder {
+    Works,
+    Gone,
+    /// It has not been watched for long enough.
+    Unknown,
+}
+
+fn holder(path: &Path, pace: Pace) -> Result<Holder> {
+    let mut file = match File::open(path) {
+        // Another process has just taken over.
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Holder::Works),
+        opened => opened.map_err(Error::reading(path))?,
+    };
+    let mut content = Vec::new();
+    file.read_to_end(&mut content)
+        .map_err(Error::reading(path))?;
+    if content == FREE {
+        return Ok(Holder::Gone);
+    }
+    let host = content.split(|&byte| byte == b'\n').next();
+    if HOST
+        .as_deref()
+        .is_some_and(|own| host == Some(own.as_bytes()))
+    {
+        // The holder's lock is gone with the holder.
+        return Ok(if file.try_lock_shared().is_ok() {
+            Holder::Gone
+        } else {
+            Holder::Works
+        });
+    }
+    let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let now = Instant::now();
+    let before = seen.entry(path.to_owned()).or_insert_with(|| Seen {
+        content: content.clone(),
+        since: now,
+        changed: false,
+    });
+    if before.content != content {
+        (before.content, before.since, before.changed) = (content, now, true);
+    }
+    Ok(if now - before.since >= pace.gone_after {
+        Holder::Gone
+    } else if before.changed {
+        Holder::Works
+    } else {
+        Holder::Unknown
+    })
+}
+
+impl Claim {
+    /// Keeps the count rising until the claim is dropped.
+    fn new(held: Held, folder: PathBuf, own: u64, pace: Pace) -> Self {
+        let is_lost = Arc::new(AtomicBool::new(false));
+        let (stop, stopped) = channel::<()>();
+        let lost = Arc::clone(&is_lost);
+        let beating = thread::spawn(move || {
+            for count in 1.. {
+                if stopped.recv_timeout(pace.beat) != Err(RecvTimeoutError::Timeout) {
+                    break;
+                }
+                // A folder that cannot be read or written for a while is seen by the run.
+                let _ = held.write(count);
+                if last(&folder).is_ok_and(|last| last > own) {
+                    lost.store(true, Ordering::Relaxed);
+                    return;
+                }
+            }
+            // One that is not given back is taken over in time.
+            let _ = held.replace(FREE);
+        });
+        Self {
+            is_lost,
+            stop: Some(stop),
+            beating: Some(beating),
+        }
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(beating) = self.beating.take() {
+            let _ = beating.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Answer, HOST, Held, Pace, claim, numbered};
+    use std::fs::{self, OpenOptions};
+    use std::path::Path;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    const FAST: Pace = Pace {
+        beat: Duration::from_millis(10),
+        gone_after: Duration::from_millis(400),
+    };
+
+    fn is_granted(sweep: &Path) -> bool {
+        matches!(claim(sweep, "a-0", FAST).unwrap(), Answer::Granted(_))
+    }
+
+    /// A claim of another host, whose locks are not seen here.
+    fn foreign(sweep: &Path) -> Held {
+        let folder = sweep.join("claims/a-0");
+        fs::create_dir_all(&folder).unwrap();
+        let path = numbered(&folder, 7);
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&path)
+            .unwrap();
+        let held = Held {
+            path,
+            file,
+            host: Some("elsewhere 123"),
+        };
+        held.write(0).unwrap();
+        held
+    }
+
+    #[test]
+    fn a_claim_is_granted_once_and_again_when_it_is_given_back() {
+        let sweep = tempfile::tempdir().unwrap();
+        let held = claim(sweep.path(), "a-0", FAST).unwrap();
+        assert!(matches!(held, Answer::Granted(_)));
+        assert!(!is_granted(sweep.path()));
+        drop(held);
+        assert!(is_granted(sweep.path()));
+        // A process that ended otherwise has lost its lock, and its file says nothing.
+        let held = foreign(sweep.path());
+        if let Some(own) = HOST.as_deref() {
+            fs::write(&held.path, format!("{own}\n1 00000000000000000000\n")).unwrap();
+            assert!(is_granted(sweep.path()));
+        }
+    }
+
+    #[test]
+    fn a_holder_elsewhere_is_gone_when_its_count_stands_still() {
+        let sweep = tempfile::tempdir().unwrap();
+        let held = foreign(sweep.path());
+        assert!(matches!(
+            claim(sweep.path(), "a-0", FAST).unwrap(),
+            Answer::Watched
+        ));
+        for count in 1..12 {
+            sleep(FAST.gone_after / 8);
+            held.write(count).unwrap();
+            assert!(!is_granted(sweep.path()));
+        }
+        assert!(matches!(
+            claim(sweep.path(), "a-0", FAST).unwrap(),
+            Answer::Taken
+        ));
+        sleep(FAST.gone_after);
+        assert!(is_granted(sweep.path()));
+    }
+
+    #[test]
+    fn a_holder_that_stood_still_learns_that_it_was_replaced() {
+        let sweep = tempfile::tempdir().unwrap();
+        let Answer::Granted(held) = claim(sweep.path(), "a-0", FAST).unwrap() else {
+            panic!("nobody else is here");
+        };
+        assert!(!held.is_lost());
+        let folder = sweep.path().join("claims/a-0");
+        fs::write(numbered(&folder, 2), "elsewhere 123\n").unwrap();
+        while !held.is_lost() {
+            sleep(FAST.beat);
+        }
     }
 }

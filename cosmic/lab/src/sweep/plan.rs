@@ -48,11 +48,11 @@ impl Planned for Scene {
     fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
         let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
         let mut whole = whole.map_err(serde::ser::Error::custom)?;
-        let text = match &mut whole {
+        let scene = match &mut whole {
             Value::Object(parts) => parts.get_mut("scene"),
             text => Some(text),
         };
-        if let Some(text) = text {
+        if let Some(text) = scene {
             without_comments(text);
         }
         whole.serialize(to)
@@ -112,8 +112,8 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more than a
-    /// million runs, and seeds beyond the largest; the errors of a scene that cannot be optimised.
+    /// [`Error::Usage`] for no scenes, two of one name, a name that is no folder's, too many runs or seeds, and
+    /// the errors of a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         self.check_shape()?;
         let begins = |planned: &PlannedScene| {
@@ -137,7 +137,8 @@ impl<S> SweepPlan<S> {
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`], as [`check`](SweepPlan::check).
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// than a million runs, and seeds beyond the largest.
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {

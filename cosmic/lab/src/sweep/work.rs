@@ -1,6 +1,6 @@
 //! The work on a sweep: one run, the next run, or all that are left with a thread for each.
 
-use super::claim::claim;
+use super::claim::{Answer, Claim, PACE, claim};
 use super::{RunState, SweepPlan};
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
@@ -12,6 +12,11 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
+use std::thread;
+use std::time::Duration;
+
+/// How often claims of other hosts are looked at.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// The outcome of a run that was asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +29,8 @@ pub enum RunOutcome {
     Over,
     /// Another process is at work on it.
     Taken,
+    /// A process on another host has claimed it, and may be gone: that is told in a minute.
+    Watched,
 }
 
 /// A run that ended just now.
@@ -78,8 +85,14 @@ impl Sweep<'_> {
         if RunState::of(&folder).is_over() {
             return Ok(RunOutcome::Over);
         }
-        let Some(_claim) = claim(self.folder, &self.plan.name(index))? else {
-            return Ok(RunOutcome::Taken);
+        let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
+            Answer::Granted(claim) => claim,
+            Answer::Taken => return Ok(RunOutcome::Taken),
+            Answer::Watched => return Ok(RunOutcome::Watched),
+        };
+        let observer = &mut Holding {
+            claim: &claim,
+            observer,
         };
         // The last holder of the claim may have finished the run.
         if RunState::of(&folder).is_over() {
@@ -102,24 +115,32 @@ impl Sweep<'_> {
         }
     }
 
-    /// Works on the first run that is neither over nor taken; `None` if there is none. A run that
-    /// fails for a reason of its own, such as its time step, is passed over.
+    /// Works on the first run that is neither over nor taken; `None` if there is none, and the first that is
+    /// [watched](RunOutcome::Watched) if there are such alone: ask again in a second. A run that fails for a
+    /// reason of its own, such as its time step, is passed over.
     ///
     /// # Errors
     /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
     /// is left.
     pub fn run_next(self, observer: &mut dyn Observer) -> Result<Option<Ended>> {
         let mut passed_over = BTreeMap::new();
+        let mut watched = None;
         for index in 0..self.plan.runs() {
             match self.run_one(index, observer) {
                 Ok(RunOutcome::Over | RunOutcome::Taken) => {}
+                Ok(outcome @ RunOutcome::Watched) => {
+                    watched.get_or_insert(Ended { index, outcome });
+                }
                 Ok(outcome) => return Ok(Some(Ended { index, outcome })),
                 Err(error) => {
                     passed_over.insert(index, self.of_its_own(index, error)?);
                 }
             }
         }
-        first_of(passed_over).map(|()| None)
+        match watched {
+            None => first_of(passed_over).map(|()| None),
+            watched => Ok(watched),
+        }
     }
 
     /// Wraps the error of a single run, such as its time step or its files, so that it can be passed
@@ -167,15 +188,23 @@ impl Sweep<'_> {
             let left: Vec<usize> = runs
                 .filter(|index| !passed_over.contains_key(index) && !is_over(index))
                 .collect();
-            let mut taken = 0;
+            let (mut taken, mut watched) = (0, 0);
             for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
                 match tried {
-                    Ok(outcome) => taken += usize::from(outcome == RunOutcome::Taken),
+                    Ok(outcome) => {
+                        taken += usize::from(outcome == RunOutcome::Taken);
+                        watched += usize::from(outcome == RunOutcome::Watched);
+                    }
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
+            // Whether a holder on another host lives is told by waiting.
+            if watched > 0 && taken + watched == left.len() {
+                thread::sleep(LOOK);
+                continue;
+            }
             // Nothing is left, or other processes are at work on all that is left.
-            if taken == 0 || taken == left.len() {
+            if taken + watched == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
@@ -197,7 +226,9 @@ impl Sweep<'_> {
             let name = &self.plan.name(index);
             match self.run_one(index, &mut Quiet { overseer, name }) {
                 Err(error) => self.of_its_own(index, error).map(Err),
-                Ok(outcome @ (RunOutcome::Taken | RunOutcome::Over)) => Ok(Ok(outcome)),
+                Ok(outcome @ (RunOutcome::Taken | RunOutcome::Watched | RunOutcome::Over)) => {
+                    Ok(Ok(outcome))
+                }
                 Ok(outcome) => {
                     let _told = telling.lock();
                     overseer.ended(&Ended { index, outcome });
@@ -230,6 +261,34 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
         *others = count - 1;
     }
     Err(first)
+}
+
+/// The observer of a run that is claimed.
+struct Holding<'c> {
+    claim: &'c Claim,
+    observer: &'c mut dyn Observer,
+}
+
+impl Observer for Holding<'_> {
+    fn begin(&mut self, run: &Run) {
+        self.observer.begin(run);
+    }
+
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        self.observer.iteration(run, record)
+    }
+
+    fn end(&mut self, run: &Run) {
+        self.observer.end(run);
+    }
+
+    fn warning(&mut self, run: &Run, text: &str) {
+        self.observer.warning(run, text);
+    }
+
+    fn holds(&self) -> bool {
+        !self.claim.is_lost()
+    }
 }
 
 /// The observer of a run among others: it does not report iterations.

@@ -13,6 +13,8 @@ use serde_json::json;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::thread;
+use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(super) struct Run {
@@ -109,14 +111,27 @@ impl Index {
 /// One run: that of a number, or the next.
 fn one(sweep: Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
-    let mut progress = Progress::new(&work.output, interrupt);
-    let ended = pool.install(|| match index {
+    let mut progress = Progress::new(&work.output, interrupt.clone());
+    let mut once = || match index {
         None => sweep.run_next(&mut progress),
         Some(index) => {
             let outcome = sweep.run_one(index, &mut progress)?;
             Ok(Some(Ended { index, outcome }))
         }
-    });
+    };
+    let ended = loop {
+        match pool.install(&mut once) {
+            // Whether a holder on another host lives is told by waiting.
+            Ok(Some(ended)) if ended.outcome == RunOutcome::Watched => {
+                if interrupt.is_asked() {
+                    let (done, total) = (sweep.plan.over(sweep.folder), sweep.plan.runs());
+                    break Err(Error::Stopped { done, total });
+                }
+                thread::sleep(Duration::from_secs(1));
+            }
+            ended => break ended,
+        }
+    };
     drop(progress);
     match ended? {
         Some(Ended { index, outcome }) if outcome == RunOutcome::Taken => {

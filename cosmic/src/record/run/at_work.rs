@@ -38,6 +38,12 @@ pub trait Observer: Send {
 
     /// A warning, given once. The run goes on.
     fn warning(&mut self, _run: &Run, _text: &str) {}
+
+    /// False once another process has taken the run over. Then it ends with [`Error::Taken`] and writes
+    /// nothing any more.
+    fn holds(&self) -> bool {
+        true
+    }
 }
 
 /// Watches nothing.
@@ -149,7 +155,9 @@ impl Run {
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
-        let summary = self.deliver()?;
+        let delivery = self.codesign.deliver(&self.progress);
+        self.refuse_lost(observer)?;
+        let summary = self.write_result(&delivery)?;
         self.lock.finish();
         Ok(summary)
     }
@@ -166,6 +174,7 @@ impl Run {
         while self.progress.iteration < last {
             let began = Instant::now();
             let record = self.codesign.iterate(&mut self.progress);
+            self.refuse_lost(observer)?;
             let seconds = self.seconds();
             (self.history).append(&record, seconds, &self.progress.z)?;
             let interrupted = observer.iteration(self, &record).is_break();
@@ -244,8 +253,15 @@ impl Run {
         Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
     }
 
-    fn deliver(&self) -> Result<Summary> {
-        let delivery = self.codesign.deliver(&self.progress);
+    /// Refuses to write where another process has taken over.
+    fn refuse_lost(&self, observer: &dyn Observer) -> Result<()> {
+        if observer.holds() {
+            return Ok(());
+        }
+        Err(Error::Taken(self.lock.folder().to_owned()))
+    }
+
+    fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
         let folder = self.lock.folder();
         let design = DesignFile::new(
             &self.codesign.task().lattice,
@@ -254,12 +270,12 @@ impl Run {
             &delivery.controller,
         );
         design.write(&folder.join(DESIGN))?;
-        self.refuse_divergence(&design, &delivery)?;
+        self.refuse_divergence(&design, delivery)?;
         let Trajectory { steps, states } = delivery.trajectory.clone();
         let dt = self.plan.scene.physics.dt;
         let moves = TrajectoryFile { dt, steps, states };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
-        let summary = Summary::new(&self.plan, &self.progress, &delivery, self.seconds());
+        let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
         Ok(summary)
     }

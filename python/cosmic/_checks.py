@@ -1,0 +1,25 @@
+"""Checks of arguments that are whole numbers."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Optional
+
+from ._errors import InputError
+
+
+def whole(name: str, value: Any, least: int, most: Optional[int] = None) -> int:
+    """A whole number within bounds."""
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or number < least or (most is not None and number > most):
+        raise InputError(f"{name}: {value!r}: expected a whole number, {allowed}")
+    return number
+
+
+def seed(value: Any) -> int:
+    """A seed of the library's generator."""
+    return whole("seed", value, 0, 2**64 - 1)

@@ -1,0 +1,105 @@
+"""Many runs from one frozen plan."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import numpy.typing as npt
+
+from . import _core
+from ._checks import seed as as_seed
+from ._checks import whole
+from ._run import Run, _columns
+from ._scene import SceneLike, _value, as_scene
+
+_Path = Union[str, "os.PathLike[str]"]
+
+
+def run_one(folder: str, index: int) -> str:
+    """Does one run of a sweep, or goes on with it, on one thread: what an executor is given.
+
+    Returns ``"done"``, ``"diverged"``, ``"over"`` where it was done before, or ``"taken"`` where
+    another process is at work on it.
+    """
+    return _core.sweep_run(folder, index)
+
+
+class Sweep:
+    """The folder of a sweep. Any number of processes, on any number of hosts that share the
+    folder, may work on it at once; those of ``cosmic sweep run`` as well."""
+
+    def __init__(self, folder: _Path) -> None:
+        self.folder = Path(folder).absolute()
+        self._folders, _ = _core.sweep_status(self.folder)
+
+    def __len__(self) -> int:
+        return len(self._folders)
+
+    def left(self) -> list[int]:
+        """The numbers of the runs that are not over, as their files say now."""
+        return _core.sweep_status(self.folder)[1]
+
+    def submit(self, executor: Executor) -> list[Future[str]]:
+        """Gives every run that is left to an executor of ``concurrent.futures``, or to one of its
+        kind, as Dask and Ray have them. A run takes one thread and leaves Python's lock to others."""
+        return [executor.submit(run_one, str(self.folder), index) for index in self.left()]
+
+    def run(self, threads: Optional[int] = None) -> None:
+        """Does every run that is left in threads of this process, one per core unless given. An
+        exception of a run is raised when the others have ended."""
+        workers = os.cpu_count() if threads is None else whole("threads", threads, 1, 1024)
+        with ThreadPoolExecutor(workers) as executor:
+            futures = self.submit(executor)
+            try:
+                for future in as_completed(futures):
+                    future.exception()
+            except KeyboardInterrupt:
+                executor.shutdown(wait=False, cancel_futures=True)
+                raise
+        for future in futures:
+            future.result()
+
+    def merge(self) -> dict[str, npt.NDArray[Any]]:
+        """Writes ``results.json`` and ``results.csv`` from the runs that are over, and returns the
+        columns of the table: ready for a data frame. Runs that are not have a state and no numbers."""
+        table, _ = _core.sweep_merge(self.folder)
+        return _columns(Path(table).read_text())
+
+    def __getitem__(self, index: int) -> Run:
+        """The finished run of a number."""
+        return Run(self._folders[index])
+
+    def __repr__(self) -> str:
+        return f"<Sweep {self.folder}: {len(self)} runs, {len(self.left())} left>"
+
+
+def sweep(
+    folder: _Path,
+    scenes: Union[SceneLike, Sequence[SceneLike]],
+    *,
+    seeds: int,
+    grid: Optional[Mapping[str, Sequence[Any]]] = None,
+    first_seed: int = 0,
+    iterations: Optional[int] = None,
+) -> Sweep:
+    """Freezes scenes x settings x seeds in a new or empty folder.
+
+    ``grid`` has the values that keys of the scenes take in turn, every combination of them:
+    ``{"physics.friction": [0.6, 1.0, 2.5]}``. An existing sweep is opened by :class:`Sweep`.
+    """
+    listed = scenes if isinstance(scenes, (list, tuple)) else [scenes]
+    axes = [f"{key}={','.join(map(_value, values))}" for key, values in (grid or {}).items()]
+    last = None if iterations is None else whole("iterations", iterations, 1)
+    _core.sweep_plan(
+        folder,
+        [as_scene(scene) for scene in listed],
+        axes,
+        as_seed(first_seed),
+        whole("seeds", seeds, 1),
+        last,
+    )
+    return Sweep(folder)

@@ -1,0 +1,123 @@
+//! Sweeps: planned, run one by one, merged.
+
+use crate::errors::{raised, refused};
+use crate::pool;
+use crate::scene::Scene;
+use cosmic::error::{Error, Result};
+use cosmic_lab::study::Measurement;
+use cosmic_lab::sweep::{
+    self, GridAxis, PlanOutline, PlannedScene, RunOutcome, Sweep, SweepPlan, combinations,
+};
+use pyo3::prelude::*;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+/// How often a claim of another host is looked at.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// Freezes scenes, settings and seeds in a new folder. An axis of the grid is `KEY=V,V`.
+#[pyfunction]
+pub(crate) fn sweep_plan(
+    py: Python,
+    folder: PathBuf,
+    scenes: Vec<PyRef<Scene>>,
+    grid: Vec<String>,
+    first_seed: u64,
+    seeds: usize,
+    iterations: Option<usize>,
+) -> PyResult<()> {
+    let count = |name: &str, number: usize| {
+        NonZeroUsize::new(number).ok_or_else(|| refused(format!("{name}: expected 1 or more")))
+    };
+    let seeds = count("seeds", seeds)?;
+    let iterations = iterations.map(|n| count("iterations", n)).transpose()?;
+    let named: Vec<_> = scenes
+        .iter()
+        .map(|scene| (scene.name.clone(), scene.scene.clone()))
+        .collect();
+    let freeze = || -> Result<()> {
+        let axes = grid.iter().map(|axis| GridAxis::parse(axis));
+        let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
+        let pairs = named
+            .iter()
+            .flat_map(|named| grid.iter().map(move |point| (named, point)));
+        let planned = pairs.map(|((name, scene), point)| {
+            Ok(PlannedScene {
+                name: format!("{name}{}", point.suffix),
+                scene: scene.set(&point.settings)?,
+            })
+        });
+        let plan = SweepPlan {
+            study: None,
+            first_seed,
+            seeds,
+            iterations,
+            scenes: planned.collect::<Result<_>>()?,
+        };
+        plan.freeze(&folder)
+    };
+    py.detach(freeze).map_err(raised)
+}
+
+/// Does one run of a sweep, or goes on with it, on one thread. Returns what became of it.
+#[pyfunction]
+pub(crate) fn sweep_run(py: Python, folder: PathBuf, index: usize) -> PyResult<&'static str> {
+    let pool = pool::made(1)?;
+    let work = || -> Result<&'static str> {
+        let plan = &SweepPlan::read(&folder)?;
+        if index >= plan.runs() {
+            let runs = plan.runs();
+            return Err(Error::Usage(format!(
+                "there is no run {index}: the plan has {runs}, from 0 on"
+            )));
+        }
+        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
+        let measure = |run: &Path| {
+            measurement
+                .as_ref()
+                .map_or(Ok(()), |of| of.keep(run, &|| false).map(drop))
+        };
+        let sweep = Sweep {
+            folder: &folder,
+            plan,
+            measure: &measure,
+        };
+        loop {
+            return Ok(match sweep.run_one(index, &mut ())? {
+                RunOutcome::Done(_) => "done",
+                RunOutcome::Diverged(_) => "diverged",
+                RunOutcome::Over => "over",
+                RunOutcome::Taken => "taken",
+                RunOutcome::Watched => {
+                    thread::sleep(LOOK);
+                    continue;
+                }
+            });
+        }
+    };
+    py.detach(|| pool.install(work)).map_err(raised)
+}
+
+/// The folders of all runs of a sweep, and the numbers of those that are left.
+#[pyfunction]
+pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf>, Vec<usize>)> {
+    let survey = || -> Result<_> {
+        let plan = PlanOutline::read(&folder)?;
+        let folders = (0..plan.runs())
+            .map(|index| plan.folder(&folder, index))
+            .collect();
+        Ok((folders, sweep::survey(&folder, &plan).left()))
+    };
+    py.detach(survey).map_err(raised)
+}
+
+/// Merges what is done. Returns the path of the table, and how many runs are missing.
+#[pyfunction]
+pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<(PathBuf, usize)> {
+    let merge = || sweep::merge(&folder, &PlanOutline::read(&folder)?);
+    let merged = py.detach(merge).map_err(raised)?;
+    let [_, table] = merged.written;
+    Ok((table, merged.missing))
+}

@@ -1,0 +1,20 @@
+"""What several tests share."""
+
+from __future__ import annotations
+
+import cosmic
+import pytest
+from common import SCENE, SEED, SHORT
+
+
+@pytest.fixture(scope="session")
+def sim() -> cosmic.Simulator:
+    """Six nodes and eleven edges."""
+    return cosmic.Simulator(SHORT)
+
+
+@pytest.fixture(scope="session")
+def run(tmp_path_factory: pytest.TempPathFactory) -> cosmic.Run:
+    """A robot that was designed, in a folder of its own."""
+    out = tmp_path_factory.mktemp("runs") / "walker"
+    return cosmic.optimize(SCENE, SEED, out=out, progress=False)

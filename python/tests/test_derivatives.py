@@ -1,0 +1,96 @@
+"""Both derivative products, against differences and against each other."""
+
+from __future__ import annotations
+
+import cosmic
+import numpy as np
+import pytest
+from common import airborne, like, one_of, robot, same, stacked
+
+SPAN = (48, 16)
+NAMES = cosmic.Inputs._fields
+
+
+def pairing(a: cosmic.Inputs | cosmic.Trajectory, b: cosmic.Inputs | cosmic.Trajectory) -> float:
+    """The sum of products of numbers at the same places."""
+    return float(sum(np.sum(x * y) for x, y in zip(a, b, strict=True)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_gradient_is_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+    inputs = airborne(sim)
+    bars = cosmic.Trajectory(*like(sim.rollout(inputs, *SPAN), 1))
+    gradient = getattr(sim.vjp(inputs, bars, *SPAN), name)
+    array = getattr(inputs, name)
+    (direction,) = like([array], 2)
+    h = 1e-6
+
+    def shifted(step: float) -> float:
+        moved = inputs._replace(**{name: array + step * direction})
+        return pairing(sim.rollout(moved, *SPAN), bars)
+
+    difference = (shifted(h) - shifted(-h)) / (2.0 * h)
+    slope = float(np.sum(gradient * direction))
+    assert slope != 0.0
+    # The projection's sharpness of 20 makes the third derivative some 20**3 times the first: the
+    # difference errs by (3 h)**2 20**3 / 6, which is 1e-8. Rounding adds 1e-15 / h, or 1e-9.
+    assert difference == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.0, 1.0], ids=["on the ground", "above it"])
+def test_both_products_agree(sim: cosmic.Simulator, height: float) -> None:
+    inputs = robot(sim, 0, height)
+    tangents = cosmic.Inputs(*like(inputs, 1))
+    seen, along = sim.jvp(inputs, tangents, *SPAN)
+    bars = cosmic.Trajectory(*like(seen, 2))
+    gradient = sim.vjp(inputs, bars, *SPAN)
+    # Both are exact but for rounding, which the 48 steps multiply.
+    assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
+    # The states come with their derivatives, in another order of sums.
+    np.testing.assert_allclose(seen.x, sim.rollout(inputs, *SPAN).x, atol=1e-12)
+
+
+@pytest.mark.parametrize("shared", [(), ("w1", "b1", "w2", "b2", "x0", "v0"), ("z",)])
+def test_products_of_a_batch_are_those_of_its_robots(
+    sim: cosmic.Simulator, shared: tuple[str, ...]
+) -> None:
+    batch = stacked([robot(sim, seed) for seed in range(5)], shared)
+    bars = cosmic.Trajectory(*like(sim.rollout(batch, *SPAN), 1))
+    gradient = sim.vjp(batch, bars, *SPAN)
+    assert {name: array.shape[1:] for name, array in gradient._asdict().items()} == sim.shapes
+    tangents = cosmic.Inputs(*like(batch, 2))
+    _, along = sim.jvp(batch, tangents, *SPAN)
+    for k in range(5):
+        alone = one_of(batch, k, shared)
+        bar = cosmic.Trajectory(bars.x[k], bars.v[k])
+        assert same(sim.vjp(alone, bar, *SPAN), [array[k] for array in gradient])
+        _, slope = sim.jvp(alone, one_of(tangents, k, shared), *SPAN)
+        assert same(slope, (along.x[k], along.v[k]))
+
+
+def test_tangents_may_be_shared(sim: cosmic.Simulator) -> None:
+    robots = [robot(sim, seed) for seed in range(3)]
+    tangents = cosmic.Inputs(*like(robots[0], 1))
+    _, along = sim.jvp(stacked(robots), tangents, *SPAN)
+    for k, alone in enumerate(robots):
+        assert same(sim.jvp(alone, tangents, *SPAN)[1], (along.x[k], along.v[k]))
+
+
+def test_derivatives_go_on_from_a_later_step(sim: cosmic.Simulator) -> None:
+    inputs = airborne(sim)
+    tangents = cosmic.Inputs(*like(inputs, 1))
+    _, along = sim.jvp(inputs, tangents, *SPAN, first=50)
+    bars = cosmic.Trajectory(*like(along, 2))
+    gradient = sim.vjp(inputs, bars, *SPAN, first=50)
+    # As above.
+    assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
+    assert not same(gradient, sim.vjp(inputs, bars, *SPAN))
+
+
+def test_a_bound_holds_large_cotangents_back_alone(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    bars = cosmic.Trajectory(*like(sim.rollout(inputs), 1))
+    exact = sim.vjp(inputs, bars)
+    assert not same(sim.vjp(inputs, bars, bounded=True), exact)
+    small = cosmic.Trajectory(*(1e-9 * bar for bar in bars))
+    assert same(sim.vjp(inputs, small, bounded=True), sim.vjp(inputs, small))

@@ -1,0 +1,67 @@
+"""Ctrl-C: a run that is interrupted returns what there is, and can be gone on with."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cosmic
+import pytest
+from common import SCENE, SEED, is_same_run
+
+INTERRUPTED = """
+import json, os, signal, sys, threading, warnings
+import cosmic
+
+scene, out = json.loads(sys.argv[1]), sys.argv[2] or None
+
+def progress(iteration, last, numbers):
+    if iteration == 3:
+        threading.Timer(0.02, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    run = cosmic.optimize(scene, int(sys.argv[3]), out=out, threads=1, progress=progress)
+text = [str(each.message) for each in told if "interrupted" in str(each.message)]
+files = [each.filename for each in told]
+moved = float(abs(run.trajectory[-1] - run.trajectory[0]).max())
+print(json.dumps([run.summary["iterations"], text, files, moved]))
+"""
+
+#: So many iterations that the signal comes in their midst.
+LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
+
+
+def interrupted(out: Path | str) -> tuple[int, str]:
+    """A run that is told to stop: how far it got, and its warning."""
+    arguments = [json.dumps(LONG), str(out), str(SEED)]
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    iterations, [warning], files, moved = json.loads(done.stdout)
+    # The warning is about the line that called optimize.
+    assert set(files) == {"<string>"} and moved > 0.0
+    return iterations, warning
+
+
+def test_an_interrupted_run_is_returned_and_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    iterations, warning = interrupted(out)
+    assert 3 <= iterations < 800
+    assert f"after iteration {iterations}:" in warning and f"cosmic.resume('{out}')" in warning
+    with pytest.raises(cosmic.FileError):
+        cosmic.load(out)
+    whole = cosmic.optimize(LONG, SEED, progress=False)
+    assert is_same_run(cosmic.resume(out, progress=False).folder, whole.folder)
+
+
+def test_a_run_without_a_folder_is_returned_as_well() -> None:
+    iterations, warning = interrupted("")
+    assert 3 <= iterations < 800
+    assert warning.endswith("the robot as far as it got")

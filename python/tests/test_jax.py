@@ -1,0 +1,190 @@
+"""Rollouts in JAX: derivatives, compilation, batches, losses."""
+
+from __future__ import annotations
+
+import cosmic
+import numpy as np
+import pytest
+from common import SCENE, SEED, airborne, is_same_run, robot, same, stacked
+
+jax = pytest.importorskip("jax")
+import cosmic.jax  # noqa: E402
+import jax.numpy as jnp  # noqa: E402
+from jax.test_util import check_grads  # noqa: E402
+
+SPAN = (32, 16)
+NAMES = cosmic.Inputs._fields
+
+
+@pytest.fixture(autouse=True)
+def double_precision():
+    """JAX in double precision for these tests alone."""
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield
+    jax.config.update("jax_enable_x64", before)
+
+
+def number(sim: cosmic.Simulator):
+    """A number from all states of a rollout, not linear in them."""
+
+    def of(inputs: cosmic.Inputs):
+        seen = cosmic.jax.rollout(sim, inputs, *SPAN)
+        return jnp.sum(jnp.sin(3.0 * seen.x)) + jnp.sum(jnp.cos(seen.v))
+
+    return of
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+    inputs = airborne(sim)
+
+    def of(array):
+        return cosmic.jax.rollout(sim, inputs._replace(**{name: array}), *SPAN)
+
+    # JAX's own step is 1e-6 or so in double precision, and a projection's third derivative some
+    # 20**3 times the first: the difference errs by 1e-8, rounding adds 1e-9.
+    check_grads(of, (getattr(inputs, name),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+
+
+def test_all_gradients_at_once(sim: cosmic.Simulator) -> None:
+    # As above.
+    check_grads(number(sim), (airborne(sim),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+
+
+def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    seen, pull = jax.vjp(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN), inputs)
+    assert same(seen, sim.rollout(inputs, *SPAN))
+    bars = cosmic.Trajectory(*(0.5 * np.asarray(array) for array in seen))
+    (gradient,) = pull(bars)
+    assert same(gradient, sim.vjp(inputs, bars, *SPAN))
+
+
+def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+
+    def of(inputs: cosmic.Inputs) -> cosmic.Trajectory:
+        return cosmic.jax.rollout(sim, inputs, *SPAN, first=100, bounded=True)
+
+    seen, pull = jax.vjp(of, inputs)
+    assert same(seen, sim.rollout(inputs, *SPAN, first=100))
+    assert not same(seen, sim.rollout(inputs, *SPAN))
+    (gradient,) = pull(seen)
+    bars = cosmic.Trajectory(*(np.asarray(array) for array in seen))
+    assert same(gradient, sim.vjp(inputs, bars, *SPAN, first=100, bounded=True))
+    assert not same(gradient, sim.vjp(inputs, bars, *SPAN, first=100))
+
+
+def test_compiled_functions_give_the_same(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    compiled = jax.jit(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))
+    assert same(compiled(inputs), sim.rollout(inputs, *SPAN))
+    gradient = jax.grad(number(sim))
+    for a, b in zip(jax.jit(gradient)(inputs), gradient(inputs)):
+        # The compiler reorders what is around the rollout: rounding of some 1e-16 in cotangents.
+        np.testing.assert_allclose(a, b, rtol=1e-10, atol=1e-13)
+
+
+def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
+    narrow = cosmic.Inputs(*(jnp.asarray(array, jnp.float32) for array in robot(sim, 0)))
+    seen = cosmic.jax.rollout(sim, narrow, *SPAN)
+    assert seen.x.dtype == jnp.float32
+    plain = cosmic.Inputs(*(np.asarray(array) for array in narrow))
+    assert same(seen, sim.rollout(plain, *SPAN))
+    assert {g.dtype for g in jax.grad(number(sim))(narrow)} == {jnp.dtype("float32")}
+
+
+#: What robots share, and so what `in_axes` has no axis for.
+SHARED = [(), NAMES[1:], ("w1", "b1", "w2", "b2"), ("z", "x0", "v0")]
+
+
+@pytest.mark.parametrize("shared", SHARED)
+def test_vmap_is_a_loop(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
+    robots = [robot(sim, seed) for seed in range(3)]
+    batch = stacked(robots, shared)
+    axes = cosmic.Inputs(*(None if name in shared else 0 for name in NAMES))
+
+    def of(inputs: cosmic.Inputs) -> cosmic.Trajectory:
+        return cosmic.jax.rollout(sim, inputs, *SPAN)
+
+    many = jax.vmap(of, in_axes=(axes,))(batch)
+    gradients = jax.vmap(jax.grad(number(sim)), in_axes=(axes,))(batch)
+    compiled = jax.jit(jax.vmap(of, in_axes=(axes,)))(batch)
+    assert same(compiled, many)
+    for k in range(3):
+        alone = cosmic.Inputs(
+            *(b if name in shared else b[k] for name, b in zip(NAMES, batch))
+        )
+        assert same(of(alone), (many.x[k], many.v[k]))
+        for a, b in zip(jax.grad(number(sim))(alone), gradients):
+            # Sines of a batch may be rounded in another way, by 1e-16.
+            np.testing.assert_allclose(a, b[k], rtol=1e-10, atol=1e-13)
+
+
+def test_gradients_of_a_batch_add_up_over_what_is_shared(sim: cosmic.Simulator) -> None:
+    robots = [robot(sim, seed) for seed in range(3)]
+    designs = jnp.stack([each.z for each in robots])
+    rest = robots[0]
+
+    def total(designs, rest):
+        of = jax.vmap(lambda z: number(sim)(rest._replace(z=z)))
+        return jnp.sum(of(designs))
+
+    by_designs, by_rest = jax.grad(total, argnums=(0, 1))(designs, rest)
+    singles = [jax.grad(number(sim))(rest._replace(z=each.z)) for each in robots]
+    for k, single in enumerate(singles):
+        # Rounding of sums in another order.
+        np.testing.assert_allclose(by_designs[k], single.z, rtol=1e-10, atol=1e-13)
+    summed = sum(np.asarray(single.w2) for single in singles)
+    np.testing.assert_allclose(by_rest.w2, summed, rtol=1e-10, atol=1e-13)
+
+
+def test_nested_vmap(sim: cosmic.Simulator) -> None:
+    rest = robot(sim, 0)
+    designs = jnp.stack([robot(sim, seed).z for seed in range(3)])
+    starts = jnp.stack([robot(sim, seed).x0 for seed in range(2)])
+
+    def of(z, x0):
+        return cosmic.jax.rollout(sim, rest._replace(z=z, x0=x0), *SPAN).x
+
+    grid = jax.vmap(lambda z: jax.vmap(lambda x0: of(z, x0))(starts))(designs)
+    assert grid.shape == (3, 2, 3, 6, 2)
+    for i in range(3):
+        for j in range(2):
+            assert np.array_equal(grid[i, j], of(designs[i], starts[j]))
+
+
+def test_what_is_not_there_is_refused(sim: cosmic.Simulator) -> None:
+    inputs, of = robot(sim, 0), number(sim)
+    with pytest.raises(TypeError, match="forward-mode"):
+        jax.jvp(of, (inputs,), (inputs,))
+    with pytest.raises(ValueError, match="do not support JVP"):
+        jax.grad(lambda z: jnp.sum(jax.grad(of)(inputs._replace(z=z)).z))(inputs.z)
+
+
+def test_a_rollout_that_diverges_returns_what_there_is(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    seen = cosmic.jax.rollout(sim, inputs._replace(v0=inputs.v0 + 1e9))
+    assert not np.all(np.abs(seen.x) < 1e6)
+
+
+def test_an_objective_in_jax() -> None:
+    scene = {**SCENE, "loss.kind": "final"}
+
+    @cosmic.jax.loss(is_far=True)
+    def far(x, v):
+        return -x[-1, 0, 0]
+
+    own = cosmic.optimize(scene, SEED, loss=far, progress=False)
+    # The same objective as the scene's: the same gradient, ones and zeros, and so the same bits.
+    assert is_same_run(own.folder, cosmic.optimize(scene, SEED, progress=False).folder)
+
+
+def test_an_exception_of_an_objective_is_the_runs() -> None:
+    @cosmic.jax.loss
+    def wrong(x, v):
+        return x
+
+    with pytest.raises(TypeError, match="scalar"):
+        cosmic.optimize(SCENE, SEED, loss=wrong, progress=False)

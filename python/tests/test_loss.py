@@ -1,0 +1,115 @@
+"""Losses in NumPy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cosmic
+import numpy as np
+import pytest
+from common import SCENE, SEED, is_same_run
+
+FINAL = {**SCENE, "loss.kind": "final"}
+
+
+def final(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Minus how far the payload gets on flat ground."""
+    gradient = np.zeros_like(x)
+    gradient[-1, 0, 0] = -1.0
+    return -x[-1, 0, 0], gradient, np.zeros_like(v)
+
+
+def test_the_scenes_own_objective_in_numpy_gives_its_bits() -> None:
+    own = cosmic.optimize(FINAL, SEED, loss=cosmic.Loss(final, is_far=True), progress=False)
+    scene = cosmic.optimize(FINAL, SEED, progress=False)
+    assert is_same_run(own.folder, scene.folder)
+
+
+def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
+    def high(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        gradient = np.zeros_like(x)
+        gradient[..., 1] = -1.0 / x[..., 1].size
+        return -x[..., 1].mean(), gradient, np.zeros_like(v)
+
+    seen = []
+
+    def observed(steps: int) -> range:
+        seen.append(steps)
+        return range(0, steps + 1, steps // 4)
+
+    tall = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(high, observed), progress=False)
+    assert set(seen) >= {128, 256}
+    # Minus a mean height, which is between those of the ground and the lattice's top.
+    assert -0.4 < tall.summary["loss_p50"] < -0.1
+    assert "loss_p50" not in run.summary
+    far = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(high, observed, True), progress=False)
+    assert "loss_p50" not in far.summary
+    assert not np.array_equal(tall.trajectory, run.trajectory)
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (lambda x, v: 1.0, "expected three things"),
+        (lambda x, v: (1.0, x), "expected three things"),
+        (lambda x, v: (x, x, v), "expected a number"),
+        (lambda x, v: (1j, x, v), "expected a number"),
+        (lambda x, v: (1.0, x[0], v), r"by x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
+        (lambda x, v: (1.0, x, 0.0), r"by v: .* of the shape \(1, 9, 2\), found .*\(\)"),
+        (lambda x, v: (1.0, 1j * x, v), "by x: .*found complex128"),
+    ],
+)
+def test_wrong_answers_of_a_loss_are_named(answer: Any, says: str) -> None:
+    with pytest.raises(cosmic.InputError, match=says):
+        cosmic.optimize(SCENE, loss=answer, progress=False)
+
+
+def test_steps_before_the_start_are_refused() -> None:
+    loss = cosmic.Loss(final, lambda steps: [-1, steps])
+    with pytest.raises(cosmic.InputError, match=r"observes \[-1, 128\]: expected steps from 0"):
+        cosmic.optimize(SCENE, loss=loss, progress=False)
+
+
+@pytest.mark.parametrize("observed", [[5, 3], [5], []])
+def test_steps_that_do_not_serve_are_refused(observed: list[int]) -> None:
+    loss = cosmic.Loss(final, lambda _: observed)
+    with pytest.raises(cosmic.InputError, match="the loss observes .* ascend and end with 128"):
+        cosmic.optimize(SCENE, loss=loss, progress=False)
+
+
+def test_something_else_is_no_loss() -> None:
+    with pytest.raises(cosmic.InputError, match="a loss is a function .*, not int"):
+        cosmic.optimize(SCENE, loss=3, progress=False)
+
+
+def test_an_exception_of_a_loss_is_the_runs() -> None:
+    raised = RuntimeError("from the loss")
+    calls = []
+
+    def failing(x: np.ndarray, v: np.ndarray) -> Any:
+        calls.append(len(x))
+        if len(calls) > 20:
+            raise raised
+        return final(x, v)
+
+    with pytest.raises(RuntimeError) as caught:
+        cosmic.optimize(SCENE, SEED, loss=failing, progress=False)
+    assert caught.value is raised
+
+
+def test_a_run_goes_on_with_its_loss_or_not_at_all(tmp_path: Path) -> None:
+    loss = cosmic.Loss(final, is_far=True)
+
+    def stop(iteration: int, *_: object) -> None:
+        if iteration == 5:
+            raise KeyError("stop")
+
+    with pytest.raises(KeyError):
+        cosmic.optimize(FINAL, SEED, out=tmp_path / "run", loss=loss, progress=stop)
+    with pytest.raises(cosmic.InputError) as refused:
+        cosmic.resume(tmp_path / "run", progress=False)
+    assert "loss" in str(refused.value)
+    whole = cosmic.optimize(FINAL, SEED, progress=False)
+    resumed = cosmic.resume(tmp_path / "run", loss=loss, progress=False)
+    assert is_same_run(resumed.folder, whole.folder)

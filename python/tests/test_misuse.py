@@ -1,0 +1,131 @@
+"""Wrong arguments: each is an exception that says what was expected, and nothing is broken after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import cosmic
+import numpy as np
+import pytest
+from common import robot, same
+
+Call = Callable[[cosmic.Simulator, cosmic.Inputs, cosmic.Trajectory], Any]
+
+#: What is done wrong, and words of the message.
+WRONG: dict[str, tuple[Call, list[str]]] = {
+    "no arrays": (lambda sim, i, t: sim.rollout(None, 32), ["7 arrays", "found NoneType"]),
+    "too few arrays": (lambda sim, i, t: sim.rollout(i[:6], 32), ["7 arrays", "found 6"]),
+    "complex": (lambda sim, i, t: sim.rollout(i._replace(w2=1j * i.w2)), ["w2", "complex128"]),
+    "objects": (lambda sim, i, t: sim.rollout(i._replace(b1=None)), ["b1", "object"]),
+    "truths": (lambda sim, i, t: sim.rollout(i._replace(b2=i.b2 > 0.0)), ["b2", "bool"]),
+    "text": (lambda sim, i, t: sim.rollout(i._replace(x0="start")), ["x0", "expected float"]),
+    "ragged": (lambda sim, i, t: sim.rollout(i._replace(z=[[0, 1, 0], [1]])), ["z", "numbers"]),
+    "NaN": (lambda sim, i, t: sim.rollout(changed(i, np.nan)), ["v0[2, 1]", "NaN", "finite"]),
+    "infinity": (lambda sim, i, t: sim.rollout(changed(i, np.inf)), ["v0[2, 1]", "inf", "finite"]),
+    "shape": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[:4])), ["z", "[11, 3]", "[4, 3]"]),
+    "two axes": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[None, None])), ["z", "[1, 1, 11"]),
+    "no robots": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[None][:0])), ["z", "no robots"]),
+    "batches": (
+        lambda sim, i, t: sim.rollout(i._replace(z=np.stack([i.z] * 2), x0=np.stack([i.x0] * 3))),
+        ["x0: 3 robots", "z has 2"],
+    ),
+    "too many steps": (lambda sim, i, t: sim.rollout(i, 1000), ["1000", "256", "physics.steps"]),
+    "too late": (lambda sim, i, t: sim.rollout(i, 100, first=200), ["300", "256"]),
+    "first": (lambda sim, i, t: sim.rollout(i, 32, first=-1), ["first: -1", "0 or more"]),
+    "steps": (lambda sim, i, t: sim.rollout(i, 3.7), ["steps: 3.7", "whole number"]),
+    "every": (lambda sim, i, t: sim.rollout(i, 32, 0), ["observed: 0", "1 or more"]),
+    "descending": (lambda sim, i, t: sim.rollout(i, observed=[3, 1]), ["observed", "ascend"]),
+    "nothing": (lambda sim, i, t: sim.rollout(i, observed=[]), ["observed", "[]"]),
+    "twice": (lambda sim, i, t: sim.rollout(i, 32, [1, 2]), ["`steps`", "`observed`"]),
+    "seed": (lambda sim, i, t: sim.initial(-1), ["seed: -1", "0 to 18446744073709551615"]),
+    "projection": (
+        lambda sim, i, t: cosmic.Simulator(sim.scene, "soft").rollout(i, 32),
+        ["projection", "soft", "performance"],
+    ),
+    "one cotangent": (lambda sim, i, t: sim.vjp(i, t[:1], 32), ["2 arrays", "found 1"]),
+    "cotangent": (
+        lambda sim, i, t: sim.vjp(i, cosmic.Trajectory(t.x, t.v[:1]), 32),
+        ["v_bar", "[3, 6, 2]", "[1, 6, 2]"],
+    ),
+    "complex cotangent": (
+        lambda sim, i, t: sim.vjp(i, cosmic.Trajectory(1j * t.x, t.v), 32),
+        ["x_bar", "complex128"],
+    ),
+    "tangents": (lambda sim, i, t: sim.jvp(i, i[:3], 32), ["7 arrays", "found 3"]),
+    "tangents of a batch": (
+        lambda sim, i, t: sim.jvp(i, i._replace(z=np.stack([i.z] * 3)), 32),
+        ["tangents", "batch"],
+    ),
+    "no scene": (lambda sim, i, t: cosmic.Simulator(3), ["scene", "int"]),
+    "no section": (lambda sim, i, t: cosmic.Simulator({"steps": 3}), ["'steps'", "section"]),
+    "no setting": (lambda sim, i, t: cosmic.Simulator({"physics.steps": object()}), ["no value"]),
+}
+
+
+def changed(inputs: cosmic.Inputs, value: float) -> cosmic.Inputs:
+    """The inputs with this velocity at one place."""
+    v0 = inputs.v0.copy()
+    v0[2, 1] = value
+    return inputs._replace(v0=v0)
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_wrong_argument_is_named(sim: cosmic.Simulator, what: str) -> None:
+    call, words = WRONG[what]
+    inputs = robot(sim, 0)
+    before = sim.rollout(inputs, 32)
+    with pytest.raises(cosmic.InputError) as raised:
+        call(sim, inputs, before)
+    assert isinstance(raised.value, ValueError)
+    assert all(word in str(raised.value) for word in words), str(raised.value)
+    # What it was done to works as before.
+    assert same(sim.rollout(inputs, 32), before)
+
+
+def test_divergence_is_told_with_its_place(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    fast = inputs._replace(v0=inputs.v0 + 1e9)
+    with pytest.raises(cosmic.DivergedError, match="diverged in step 0: node 0"):
+        sim.rollout(fast)
+    both = inputs._replace(v0=np.stack([inputs.v0, fast.v0]))
+    with pytest.raises(cosmic.DivergedError, match="robot 1: diverged in step 0"):
+        sim.rollout(both)
+    assert isinstance(cosmic.DivergedError("x"), ArithmeticError)
+    seen = sim.rollout(both, check=False)
+    assert same((seen.x[0], seen.v[0]), sim.rollout(inputs))
+    assert np.abs(seen.x[1]).max() > 1e6
+
+
+@pytest.mark.parametrize(
+    ("scene", "marked"),
+    [
+        ({"physics.stepz": 3}, ["overrides:2:1", "^^^^^ did you mean `steps`?"]),
+        ("[physics]\nsteps = -3\n", ["scene:2:9", "^^ allowed: a whole number from 1"]),
+    ],
+)
+def test_a_bad_scene_is_marked_where_it_is_bad(scene: Any, marked: list[str]) -> None:
+    with pytest.raises(cosmic.InputError) as raised:
+        cosmic.Simulator(scene)
+    assert all(words in str(raised.value) for words in marked), str(raised.value)
+
+
+def test_an_unknown_scene_is_answered_with_those_that_are_known() -> None:
+    with pytest.raises(cosmic.FileError, match="no built-in scene .* `moon`; known: earth"):
+        cosmic.Simulator("moon")
+
+
+def test_scenes_have_many_forms(tmp_path: Any) -> None:
+    base = cosmic.as_scene("stability")
+    text = "[physics]\nfriction = 0.5\n[controller]\ngoal = [1.0, 0.25]\n"
+    flat = {"physics.friction": np.float64(0.5), "controller.goal": np.array([1.0, 0.25])}
+    nested = {"physics": {"friction": 0.5}, "controller": {"goal": (1, 0.25)}}
+    assert cosmic.as_scene(flat).to_toml() == cosmic.as_scene(nested).to_toml()
+    over = cosmic.as_scene(cosmic.scenes()[0]).overridden(text)
+    assert over.to_toml() == cosmic.as_scene(flat).to_toml()
+    file = tmp_path / "own.toml"
+    file.write_text(base.to_toml())
+    read = cosmic.as_scene(file)
+    assert (read.name, read.to_toml()) == ("own", base.to_toml())
+    assert cosmic.as_scene(base.to_toml()).to_toml() == base.to_toml()
+    assert cosmic.as_scene(base) is base

@@ -1,0 +1,170 @@
+"""Runs: the program's bytes, folders, reports, and what stops them."""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+from pathlib import Path
+
+import cosmic
+import numpy as np
+import pytest
+from common import SCENE, SEED, is_same_run, program, same
+
+
+def test_a_run_has_the_bytes_of_the_program(run: cosmic.Run, tmp_path: Path) -> None:
+    cosmic_program = program()
+    if cosmic_program is None:
+        pytest.skip("the program `cosmic` was not built: nothing to compare with")
+    scene = tmp_path / "small.toml"
+    scene.write_text(run.scene.to_toml())
+    out = tmp_path / "run"
+    command = [cosmic_program, "optimize", scene, "--seed", str(SEED), "--out", out, "--quiet"]
+    subprocess.run(command, check=True)
+    assert is_same_run(run.folder, out)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_number_of_threads_changes_no_bit(run: cosmic.Run, threads: int) -> None:
+    again = cosmic.optimize(SCENE, SEED, threads=threads, progress=False)
+    assert is_same_run(run.folder, again.folder)
+
+
+def test_a_run_has_its_arrays(run: cosmic.Run) -> None:
+    edges = len(run.design.edges)
+    assert run.design.z.shape == (edges, 3)
+    assert np.array_equal(run.design.z, np.eye(3)[run.design.materials])
+    assert run.trajectory.shape == run.velocities.shape == (len(run.steps), 9, 2)
+    assert run.steps[-1] == 256
+    # The time is a product of two floats.
+    assert run.times[-1] == 256 * 0.002
+    assert run.seed == SEED and run.summary["scene"] == "stability"
+    assert run.displacement == run.summary["displacement_p50"] > 0.01
+    assert repr(run).startswith("<Run stability, seed 1: 0.0")
+
+
+def test_the_history_has_columns(run: cosmic.Run) -> None:
+    history = run.history
+    assert history["iteration"].tolist() == list(range(1, 41))
+    assert {len(column) for column in history.values()} == {40}
+    assert history["phase"].dtype.kind == "U" and history["displacement"].dtype == np.float64
+    # A displacement is measured in some iterations; in the others there is none.
+    measured = np.isfinite(history["displacement"])
+    assert 0 < measured.sum() < 40
+    written = (run.folder / "history.jsonl").read_text().splitlines()
+    assert [json.loads(line)["V"] for line in written] == history["V"].tolist()
+
+
+def test_the_delivered_rollout_is_one_of_the_simulator(run: cosmic.Run) -> None:
+    seen = run.simulator().rollout(run.inputs, observed=run.steps)
+    assert same(seen, (run.trajectory, run.velocities))
+
+
+def test_a_run_is_saved_and_loaded(run: cosmic.Run, tmp_path: Path) -> None:
+    copy = cosmic.load(run.save(tmp_path / "copy"))
+    assert is_same_run(run.folder, copy.folder)
+    assert same(run.inputs, copy.inputs)
+    assert copy.scene.to_toml() == run.scene.to_toml()
+    with pytest.raises(cosmic.InputError, match="not a new or empty folder"):
+        run.save(tmp_path / "copy")
+
+
+def test_a_run_is_reported(run: cosmic.Run, tmp_path: Path) -> None:
+    page = run.report(tmp_path / "walker")
+    assert page == tmp_path / "walker/report.html" and "<html" in page.read_text()
+    beside = {file.name for file in page.parent.iterdir()}
+    assert {"robot.svg", "convergence.svg", "gait.gif", "design.json"} <= beside
+    shown = run._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and "&lt;html" in shown and "0.0" in shown
+
+
+def test_progress_is_told_once_an_iteration() -> None:
+    told = []
+    cosmic.optimize(SCENE, SEED, iterations=12, progress=lambda *told_now: told.append(told_now))
+    assert [iteration for iteration, _, _ in told] == list(range(1, 13))
+    assert {last for _, last, _ in told} == {12}
+    assert set(told[0][2]) == {"phase", "displacement", "V", "V_act"}
+
+
+def test_a_bar_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    cosmic.optimize(SCENE, SEED, iterations=3)
+    assert "stability seed 1" in capsys.readouterr().err
+
+
+def test_a_temporary_folder_goes_with_its_run() -> None:
+    kept = cosmic.optimize(SCENE, SEED, iterations=3, progress=False)
+    folder = kept.folder
+    assert (folder / "design.json").exists()
+    del kept
+    gc.collect()
+    assert not folder.exists()
+
+
+def test_a_start_is_taken_from_another_run(run: cosmic.Run, tmp_path: Path) -> None:
+    made = [
+        cosmic.optimize(SCENE, SEED, start=start, progress=False)
+        for start in (run, run.folder, run.folder / "design.json")
+    ]
+    assert is_same_run(made[0].folder, made[1].folder)
+    assert is_same_run(made[0].folder, made[2].folder)
+    assert not is_same_run(made[0].folder, run.folder)
+
+
+class Mine(Exception):
+    """An exception of the caller."""
+
+
+def test_an_exception_of_progress_stops_the_run(run: cosmic.Run, tmp_path: Path) -> None:
+    raised = Mine("enough")
+
+    def progress(iteration: int, last: int, numbers: object) -> None:
+        if iteration == 5:
+            raise raised
+
+    with pytest.raises(Mine) as caught:
+        cosmic.optimize(SCENE, SEED, out=tmp_path / "run", progress=progress)
+    assert caught.value is raised
+    # What was done is there, and the rest follows.
+    with pytest.raises(cosmic.FileError):
+        cosmic.load(tmp_path / "run")
+    whole = cosmic.resume(tmp_path / "run", progress=False)
+    assert is_same_run(whole.folder, run.folder)
+
+
+def test_folders_that_do_not_serve_are_refused(run: cosmic.Run, tmp_path: Path) -> None:
+    with pytest.raises(cosmic.FileError, match="missing"):
+        cosmic.load(tmp_path / "missing")
+    with pytest.raises(cosmic.FileError, match="missing"):
+        cosmic.resume(tmp_path / "missing", progress=False)
+    with pytest.raises(cosmic.InputError, match="walker: the folder is not empty"):
+        cosmic.optimize(SCENE, out=run.folder, progress=False)
+    with pytest.raises(cosmic.FileError, match="missing"):
+        cosmic.optimize(SCENE, start=tmp_path / "missing", progress=False)
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(cosmic.FileError, match="cannot write .*file"):
+        cosmic.optimize(SCENE, out=tmp_path / "file/run", progress=False)
+
+
+def test_a_step_that_is_too_long_is_told() -> None:
+    with pytest.raises(cosmic.UnstableStepError, match="set physics.dt to"):
+        cosmic.optimize({**SCENE, "physics.dt": 0.02}, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("seed", -1), ("seed", 2**64), ("iterations", 0), ("threads", 0), ("threads", 10**9)],
+)
+def test_numbers_out_of_range_are_refused(name: str, value: int) -> None:
+    with pytest.raises(cosmic.InputError, match=f"{name}: {value}: expected a whole number"):
+        cosmic.optimize(SCENE, **{"progress": False, name: value})
+
+
+def test_a_finished_run_is_only_read(run: cosmic.Run) -> None:
+    before = (run.folder / "summary.json").read_bytes()
+    again = cosmic.resume(run.folder, progress=False)
+    assert is_same_run(again.folder, run.folder)
+    assert (run.folder / "summary.json").read_bytes() == before

@@ -1,0 +1,34 @@
+"""The blocks of code on the page of the documentation run, one after the other."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
+#: Packages that a block may need.
+PACKAGES = {"cosmic.gym": "gymnasium", "cosmic.jax": "jax", "cosmic.torch": "torch"}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+    missing = [
+        module
+        for module, package in PACKAGES.items()
+        if importlib.util.find_spec(package) is None
+    ]
+    names: dict[str, Any] = {}
+    done = 0
+    for block in blocks:
+        if not any(module in block for module in missing):
+            exec(compile(block, str(PAGE), "exec"), names)
+            done += 1
+    # The blocks before those of JAX, torch and gymnasium need nothing else.
+    assert done >= 4
+    assert (tmp_path / "walker/report.html").exists()

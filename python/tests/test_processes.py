@@ -1,0 +1,74 @@
+"""Threads and forked processes."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import cosmic
+from common import SCENE, SEED, is_same_run, like, robot, same, stacked
+
+
+def test_threads_do_not_disturb_one_another(sim: cosmic.Simulator) -> None:
+    batches = [stacked([robot(sim, 10 * k + r) for r in range(20)]) for k in range(4)]
+
+    def work(batch: cosmic.Inputs) -> list[object]:
+        seen = sim.rollout(batch)
+        bars = cosmic.Trajectory(*like(seen, 1))
+        return [*seen, *sim.vjp(batch, bars)]
+
+    alone = [work(batch) for batch in batches]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(work, batches))
+    assert all(same(a, b) for a, b in zip(alone, together))
+
+
+def test_two_threads_optimise_at_once(run: cosmic.Run) -> None:
+    def work(seed: int) -> cosmic.Run:
+        return cosmic.optimize(SCENE, seed, progress=False)
+
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(work, [SEED, SEED + 1])
+    assert is_same_run(first.folder, run.folder)
+    assert not is_same_run(second.folder, run.folder)
+
+
+def test_a_simulator_goes_to_another_process_as_it_is(sim: cosmic.Simulator) -> None:
+    one = robot(sim, 0)
+    for other in (pickle.loads(pickle.dumps(sim)), copy.deepcopy(sim)):
+        assert other.scene.to_toml() == sim.scene.to_toml()
+        assert other.scene.name == sim.scene.name
+        assert same(other.rollout(one), sim.rollout(one))
+
+
+FORKS = """
+import multiprocessing, os, sys
+import cosmic, numpy as np
+
+sim = cosmic.Simulator({"scene": "stability", "physics.steps": 64, "schedule.horizon": [64, 64], "loss.window": 64})
+first = sim.initial()
+batch = first._replace(v0=np.random.default_rng(0).normal(size=(20, *first.v0.shape)))
+expected = sim.rollout(batch)
+
+def child():
+    seen = sim.rollout(batch)
+    sys.exit(0 if np.array_equal(seen.x, expected.x) else 3)
+
+process = multiprocessing.get_context("fork").Process(target=child)
+process.start()
+process.join(60)
+if process.exitcode is None:
+    process.kill()
+    sys.exit("the child hangs")
+assert np.array_equal(sim.rollout(batch).x, expected.x)
+sys.exit(process.exitcode)
+"""
+
+
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    # In a process of its own: other libraries of this one do not like to be forked.
+    done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr

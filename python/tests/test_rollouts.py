@@ -1,0 +1,141 @@
+"""Rollouts: shapes, types and batches, equal bit for bit however they are asked for."""
+
+from __future__ import annotations
+
+import cosmic
+import numpy as np
+import pytest
+from common import airborne, one_of, robot, same, stacked
+
+CONTROLLER = ("w1", "b1", "w2", "b2")
+
+
+def test_a_simulator_has_the_sizes_of_its_scene(sim: cosmic.Simulator) -> None:
+    edges = len(sim.edges)
+    assert sim.shapes["z"] == (edges, 3)
+    assert sim.shapes["w2"] == (edges, *sim.shapes["b1"])
+    assert sim.shapes["x0"] == sim.shapes["v0"] == (6, 2)
+    assert (sim.steps, sim.dt) == (256, 0.002)
+    assert sim.along.tolist() == [1.0, 0.0]
+    first = sim.initial(seed=3)
+    assert {name: array.shape for name, array in first._asdict().items()} == sim.shapes
+    # Lengths are those of the nodes at rest; a square root is rounded once or twice.
+    ends = first.x0[sim.edges]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    np.testing.assert_allclose(sim.rest_length, lengths, rtol=1e-14)
+
+
+def test_seeds_differ_and_repeat(sim: cosmic.Simulator) -> None:
+    assert same(sim.initial(1), sim.initial(1))
+    assert not np.array_equal(sim.initial(1).w1, sim.initial(2).w1)
+
+
+def test_a_rollout_shows_the_steps_that_are_asked_for(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    assert sim.observed(40, 16) == [0, 16, 32, 40]
+    whole = sim.rollout(inputs)
+    assert whole.x.shape == whole.v.shape == (17, 6, 2)
+    assert same(whole, sim.rollout(inputs, sim.steps, 16))
+    some = sim.rollout(inputs, observed=[0, 16, 256])
+    assert same(some, (whole.x[[0, 1, -1]], whole.v[[0, 1, -1]]))
+    assert np.array_equal(whole.x[0], inputs.x0)
+    assert np.ptp(whole.x[:, 0, 0]) > 0.0
+
+
+@pytest.mark.parametrize("shared", [(), CONTROLLER, ("z",), ("x0", "v0"), ("z", *CONTROLLER)])
+@pytest.mark.parametrize("robots", [1, 3, 70])
+def test_a_robot_does_not_notice_the_others(
+    sim: cosmic.Simulator, shared: tuple[str, ...], robots: int
+) -> None:
+    batch = stacked([robot(sim, seed) for seed in range(robots)], shared)
+    seen = sim.rollout(batch, observed=64)
+    assert seen.x.shape == (robots, 5, 6, 2)
+    for k in range(robots):
+        alone = sim.rollout(one_of(batch, k, shared), observed=64)
+        assert same(alone, (seen.x[k], seen.v[k])), k
+
+
+def test_one_batched_array_is_enough(sim: cosmic.Simulator) -> None:
+    first = robot(sim, 0)
+    for name in cosmic.Inputs._fields:
+        other = getattr(robot(sim, 1), name)
+        both = first._replace(**{name: np.stack([getattr(first, name), other])})
+        seen = sim.rollout(both, 64, 32)
+        assert same(sim.rollout(first, 64, 32), (seen.x[0], seen.v[0])), name
+        alone = sim.rollout(first._replace(**{name: other}), 64, 32)
+        assert same(alone, (seen.x[1], seen.v[1])), name
+
+
+def test_a_rollout_goes_on_from_another(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    whole = sim.rollout(inputs, observed=[100, 180, 256])
+    begun = sim.rollout(inputs, observed=[100])
+    middle = inputs._replace(x0=begun.x[-1], v0=begun.v[-1])
+    rest = sim.rollout(middle, observed=[80, 156], first=100)
+    # The rollout works in coordinates of its own: handing a state on rounds it, by 1e-16 of some
+    # tenths of a metre, which 156 steps on the ground multiply.
+    np.testing.assert_allclose(rest.x, whole.x[1:], atol=1e-12)
+    np.testing.assert_allclose(rest.v, whole.v[1:], atol=1e-9)
+    # The clock of the controller makes it another rollout from step 0.
+    anew = sim.rollout(middle, observed=[80, 156])
+    assert np.abs(anew.x - rest.x).max() > 1e-3
+
+
+def test_checking_changes_no_number(sim: cosmic.Simulator) -> None:
+    batch = stacked([robot(sim, seed) for seed in range(3)])
+    assert same(sim.rollout(batch), sim.rollout(batch, check=False))
+
+
+def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
+    inputs = airborne(sim)
+    narrow = cosmic.Inputs(*(array.astype(np.float32) for array in inputs))
+    double, single = sim.rollout(inputs, 64), sim.rollout(narrow, 64)
+    assert single.x.dtype == single.v.dtype == np.float32
+    # A step rounds positions of about 1 m by 6e-8 m; 64 steps add up to 4e-6 m.
+    np.testing.assert_allclose(single.x, double.x, atol=1e-5)
+    assert not np.array_equal(single.x, double.x)
+    gradient = sim.vjp(narrow, cosmic.Trajectory(*single), 64)
+    assert all(array.dtype == np.float32 for array in gradient)
+    # One array in double precision makes all of it double.
+    assert sim.rollout(narrow._replace(z=inputs.z), 64).x.dtype == np.float64
+
+
+def test_arrays_may_lie_anyhow(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    expected = sim.rollout(inputs, 64)
+    columns = cosmic.Inputs(*(np.asfortranarray(array) for array in inputs))
+    assert not columns.z.flags.c_contiguous
+    assert same(sim.rollout(columns, 64), expected)
+    sparse = cosmic.Inputs(*(np.repeat(array, 2, axis=0)[::2] for array in inputs))
+    assert same(sim.rollout(sparse, 64), expected)
+    for array in inputs:
+        array.setflags(write=False)
+    assert same(sim.rollout(inputs, 64), expected)
+    lists = cosmic.Inputs(*(array.tolist() for array in inputs))
+    assert same(sim.rollout(lists, 64), expected)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.int32, np.uint8, np.longdouble])
+def test_other_numbers_are_simulated_in_double_precision(
+    sim: cosmic.Simulator, dtype: type
+) -> None:
+    inputs = robot(sim, 0)
+    other = inputs._replace(b1=np.arange(len(inputs.b1)).astype(dtype))
+    wide = inputs._replace(b1=np.arange(len(inputs.b1), dtype=np.float64))
+    assert same(sim.rollout(other, 64), sim.rollout(wide, 64))
+
+
+def test_projections(sim: cosmic.Simulator) -> None:
+    def last(projection: str, inputs: cosmic.Inputs) -> np.ndarray:
+        return cosmic.Simulator(sim.scene, projection).rollout(inputs, 64).x[-1]
+
+    soft = robot(sim, 0)
+    hard = soft._replace(z=np.eye(3)[soft.z.argmax(axis=1)])
+    assert np.array_equal(last("auto", soft), last("performance", soft))
+    assert np.array_equal(last("auto", hard), last("none", hard))
+    assert not np.array_equal(last("auto", soft), last("stability", soft))
+    assert not np.array_equal(last("performance", hard), last("none", hard))
+    # A batch decides robot by robot.
+    both = sim.rollout(soft._replace(z=np.stack([soft.z, hard.z])), 64)
+    assert np.array_equal(both.x[0, -1], last("auto", soft))
+    assert np.array_equal(both.x[1, -1], last("auto", hard))

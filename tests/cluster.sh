@@ -1,0 +1,169 @@
+#!/usr/bin/env bash
+# Sweeps on real engines, on this machine alone: a Slurm cluster of one node, GNU parallel, two hosts that
+# share a folder, and the Kubernetes manifest against its schema. Run by command, as root on Debian:
+#   tests/cluster.sh
+# It installs what it needs (slurm-wlm, munge, parallel, faketime), takes some ten minutes, and says what it saw.
+# COSMIC_PROGRAM names the program if it is not to be built.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+say() { printf '\n== %s\n' "$1"; }
+unable() {
+  echo "cannot run here: $1"
+  exit 77
+}
+fail() {
+  echo "FAILED: $1" >&2
+  exit 1
+}
+
+[ "$(id -u)" = 0 ] || unable 'it starts daemons, which wants root'
+command -v apt-get >/dev/null || unable 'it installs packages of Debian'
+DEBIAN_FRONTEND=noninteractive apt-get install -y -qq slurm-wlm munge parallel faketime >/dev/null 2>&1 ||
+  unable 'slurm-wlm, munge, parallel and faketime cannot be installed'
+
+if [ -z "${COSMIC_PROGRAM:-}" ]; then
+  cargo build --release --quiet -p cosmic-program
+  COSMIC_PROGRAM=$PWD/target/release/cosmic
+fi
+# A folder of its own, whose `cosmic` is the program.
+here=$(mktemp -d)
+mkdir "$here/bin"
+ln -s "$(realpath "$COSMIC_PROGRAM")" "$here/bin/cosmic"
+export PATH=$here/bin:$PATH
+cd "$here"
+
+# Ends everything that was started, whatever happens.
+stop() {
+  scancel --full --user="$(id -un)" 2>/dev/null || true
+  for pid in slurmd slurmctld; do
+    [ ! -f "$here/slurm/$pid.pid" ] || kill "$(cat "$here/slurm/$pid.pid")" 2>/dev/null || true
+  done
+  pkill -f "^$here/bin/cosmic" 2>/dev/null || true
+  rm -rf "$here"
+}
+trap stop EXIT
+
+# Results without wall times, which are all that may differ.
+results() {
+  cosmic sweep merge "$1" --quiet
+  sed -E 's/"seconds": ?[0-9.e+-]+/"seconds":0/g' "$1/results.json"
+  # The table's column of that name.
+  awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) if ($k == "seconds") skip = k } { $skip = ""; print }' OFS=, \
+    "$1/results.csv"
+}
+same() {
+  results "$1" >"$1.results"
+  cmp serial.results "$1.results" || fail "$1: results differ from those of the serial run"
+  echo "$1: the results of the serial run, byte for byte (seconds aside)"
+}
+left() { cosmic sweep status "$1" --json | grep -c '"state": *"\(waiting\|begun\)"' || true; }
+plan() { cosmic sweep plan stability --grid physics.friction=0.6,1,2.5 --seeds 8 --quiet --out "$1"; }
+
+say 'serial: 24 runs'
+plan serial
+began=$SECONDS
+cosmic sweep run serial --threads "$(nproc)" --quiet
+results serial >serial.results
+echo "$((SECONDS - began)) s on $(nproc) cores"
+
+say 'Slurm: controller and node daemon on the loopback'
+mkdir -p slurm/controller slurm/node /run/munge
+[ -s /etc/munge/munge.key ] || dd if=/dev/urandom of=/etc/munge/munge.key bs=1024 count=1 status=none
+chown munge:munge /etc/munge/munge.key /run/munge
+chmod 400 /etc/munge/munge.key
+pgrep -x munged >/dev/null || runuser -u munge -- munged
+node=$(hostname -s)
+cat >slurm/slurm.conf <<CONF
+ClusterName=one
+SlurmctldHost=$node(127.0.0.1)
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=cred_expire=30
+StateSaveLocation=$here/slurm/controller
+SlurmdSpoolDir=$here/slurm/node
+SlurmctldPidFile=$here/slurm/slurmctld.pid
+SlurmdPidFile=$here/slurm/slurmd.pid
+SlurmctldLogFile=$here/slurm/slurmctld.log
+SlurmdLogFile=$here/slurm/slurmd.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+SchedulerType=sched/backfill
+SchedulerParameters=batch_sched_delay=1,sched_interval=2,bf_interval=2
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+MpiDefault=none
+JobRequeue=1
+ReturnToService=2
+KillWait=10
+NodeName=$node NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
+PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+CONF
+export SLURM_CONF=$here/slurm/slurm.conf
+slurmctld
+slurmd
+sleep 3
+sinfo
+
+plan slurm-sweep
+# Twelve runs a task, one after the other: more than the minute after which a task saves itself.
+cosmic sweep script slurm-sweep --slurm --throttle 2 --minutes 2 --seeds-per-task 12 --out array.sh
+job=$(sbatch --parsable array.sh)
+echo "array $job: $(grep -- --array array.sh)"
+sleep 20
+squeue
+echo 'the second task is cancelled and requeued'
+scontrol requeue "${job}_1" || scontrol requeue "${job}_12" || true
+sleep 15
+echo 'the node daemon is restarted'
+kill "$(cat slurm/slurmd.pid)"
+sleep 2
+slurmd
+until [ "$(left slurm-sweep)" = 0 ]; do
+  [ "$SECONDS" -lt 1500 ] || fail 'the array does not come to its end'
+  sleep 5
+done
+grep -h 'interrupted' slurm-sweep/logs/* | sort | uniq -c || fail 'no task was stopped by its time limit'
+same slurm-sweep
+
+say 'GNU parallel: one process killed'
+plan parallel-sweep
+cosmic sweep script parallel-sweep --parallel --throttle 2 --out parallel.sh
+bash parallel.sh &
+tasks=$!
+sleep 8
+pkill -9 -o -f 'cosmic sweep run parallel-sweep'
+wait "$tasks" || echo 'parallel says that a task failed'
+echo "left: $(left parallel-sweep); started again"
+cosmic sweep script parallel-sweep --parallel --throttle 2 --out parallel.sh
+bash parallel.sh
+same parallel-sweep
+
+say 'two hosts that share a folder, their clocks ten minutes apart; one disappears'
+plan hosts-sweep
+# Each in a network and a name of its own. The clock of the second is ahead; monotonic time is no clock.
+host() { unshare --net --uts sh -c "hostname $1; shift; exec \"\$@\"" sh "${@:2}"; }
+host one cosmic sweep run hosts-sweep --threads 1 --quiet &
+first=$!
+export FAKETIME_DONT_FAKE_MONOTONIC=1
+host two faketime -f +10m cosmic sweep run hosts-sweep --threads 1 --quiet &
+second=$!
+sleep 15
+pkill -9 -P "$first" 2>/dev/null || kill -9 "$first"
+echo "the first host is gone after $(cosmic sweep status hosts-sweep --json | grep -c '"done"') runs; its claims:"
+head -qn 1 hosts-sweep/claims/*/* | sort | uniq -c
+began=$SECONDS
+wait "$second" || fail 'the second host did not finish'
+echo "the second host finished all, $((SECONDS - began)) s later"
+same hosts-sweep
+
+say 'Kubernetes: the manifest against the schema'
+plan kubernetes-sweep
+cosmic sweep script kubernetes-sweep --kubernetes --throttle 8 --out job.yaml
+if python3 -m venv checker && checker/bin/pip install --quiet kubernetes-validate; then
+  checker/bin/kubernetes-validate --strict job.yaml
+else
+  echo 'no schema checker to be had: the manifest is not validated'
+fi
+
+say 'done'
