@@ -1,7 +1,6 @@
 //! The manifest of a Job of Kubernetes.
 
-use super::HandOver;
-use super::task::{GRACE, Tasks, index, limited, title};
+use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 
 /// Spaces before a line of the container's script.
 const DEEP: &str = "\n              ";

@@ -10,9 +10,9 @@ mod kubernetes;
 
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
-use std::num::NonZeroUsize;
-use std::path::Path;
 use task::Tasks;
+
+pub use task::HandOver;
 
 /// An engine that runs tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,25 +23,6 @@ pub enum Scheduler {
     Parallel,
     /// Kubernetes, by an indexed Job.
     Kubernetes,
-}
-
-/// The runs that are handed over, and how.
-#[derive(Clone, Copy, Debug)]
-pub struct HandOver<'s> {
-    /// The sweep's folder, as the tasks find it.
-    pub sweep: &'s Path,
-    /// The number of runs in the plan.
-    pub runs: usize,
-    /// The runs that are left, at least one.
-    pub left: &'s [usize],
-    /// Runs per task.
-    pub per_task: NonZeroUsize,
-    /// Cores per task, with a run on each.
-    pub cores: NonZeroUsize,
-    /// The most tasks at a time.
-    pub throttle: Option<NonZeroUsize>,
-    /// The time limit of a task.
-    pub minutes: Option<u64>,
 }
 
 impl HandOver<'_> {

@@ -1,7 +1,6 @@
 //! A script for GNU parallel.
 
-use super::HandOver;
-use super::task::{Tasks, index, limited, title};
+use super::task::{HandOver, Tasks, index, limited, title};
 
 pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
     let (title, index, command) = (

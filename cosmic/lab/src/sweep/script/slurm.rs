@@ -1,7 +1,6 @@
 //! A batch script for Slurm.
 
-use super::HandOver;
-use super::task::{GRACE, Tasks, command, index, title};
+use super::task::{GRACE, HandOver, Tasks, command, index, title};
 
 pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
     let (title, index, command) = (

@@ -1,11 +1,31 @@
-//! The tasks of a script: their numbers, and the lines that they share.
+//! What is handed over as tasks: their numbers, and the lines that they share.
 
-use super::HandOver;
 use crate::sweep::in_ranges;
 use cosmic::error::in_shell;
+use std::num::NonZeroUsize;
+use std::path::Path;
 
 /// Seconds between the signal and the end of a task's time.
 pub(super) const GRACE: u64 = 60;
+
+/// The runs that are handed over, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct HandOver<'s> {
+    /// The sweep's folder, as the tasks find it.
+    pub sweep: &'s Path,
+    /// The number of runs in the plan.
+    pub runs: usize,
+    /// The runs that are left, at least one.
+    pub left: &'s [usize],
+    /// Runs per task.
+    pub per_task: NonZeroUsize,
+    /// Cores per task, with a run on each.
+    pub cores: NonZeroUsize,
+    /// The most tasks at a time.
+    pub throttle: Option<NonZeroUsize>,
+    /// The time limit of a task.
+    pub minutes: Option<u64>,
+}
 
 /// The tasks that have runs left. Task k has the runs from `k * per_task` on.
 pub(super) struct Tasks {
@@ -51,7 +71,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The first comment: what is done, and the shell lines of a task whose number is in `$task`, which set `index`.
+/// The first comment: what the script does.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();
