@@ -142,7 +142,7 @@ same parallel-sweep
 say 'two hosts that share a folder, their clocks ten minutes apart; one disappears'
 plan hosts-sweep
 # Each in a network and a name of its own. The clock of the second is ahead; monotonic time is no clock.
-host() { unshare --net --uts sh -c "hostname $1; shift; exec \"\$@\"" sh "${@:2}"; }
+host() { unshare --net --uts sh -c 'hostname "$0"; exec "$@"' "$@"; }
 host one cosmic sweep run hosts-sweep --threads 1 --quiet &
 first=$!
 export FAKETIME_DONT_FAKE_MONOTONIC=1
