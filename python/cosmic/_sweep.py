@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, cast
 
 import numpy.typing as npt
 
@@ -91,7 +91,8 @@ def sweep(
     ``grid`` has the values that keys of the scenes take in turn, every combination of them:
     ``{"physics.friction": [0.6, 1.0, 2.5]}``. An existing sweep is opened by :class:`Sweep`.
     """
-    listed = scenes if isinstance(scenes, (list, tuple)) else [scenes]
+    several = isinstance(scenes, (list, tuple))
+    listed = cast(Sequence[SceneLike], scenes if several else [scenes])
     axes = [f"{key}={','.join(map(_value, values))}" for key, values in (grid or {}).items()]
     last = None if iterations is None else whole("iterations", iterations, 1)
     _core.sweep_plan(
