@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Optional, Union
 
@@ -95,11 +96,14 @@ class Simulator:
             return [*range(0, last, whole("observed", observed, 1)), last]
         if steps is not None:
             raise InputError("give `steps`, or `observed` as a list that ends with the last step")
-        listed = np.asarray(observed)
-        if listed.ndim != 1 or not np.issubdtype(listed.dtype, np.integer) or np.any(listed < 0):
+        given = observed.tolist() if isinstance(observed, np.ndarray) else observed
+        try:
+            listed = [operator.index(step) for step in given]
+        except TypeError:
+            listed = [-1]
+        if not listed or min(listed) < 0:
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
-        steps_listed: list[int] = listed.tolist()
-        return steps_listed
+        return listed
 
     def rollout(
         self,
