@@ -109,12 +109,16 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// Positions and velocities of all robots. With `check` the divergence of the first robot whose last
-    /// state is absurd, with its number: what is not finite stays so.
-    pub(crate) fn flat(&self, task: &Task, check: bool) -> Result<[Vec<R>; 2], (usize, Error)> {
+    /// Writes positions and velocities of all robots to their places. With `check` the divergence of the first
+    /// robot whose last state is absurd, with its number: what is not finite stays so.
+    pub(crate) fn fill(
+        &self,
+        task: &Task,
+        [x, v]: [&mut [R]; 2],
+        check: bool,
+    ) -> Result<(), (usize, Error)> {
         let (robots, together) = (self.batch.robots(), self.together());
         let length = self.span.observed.len() * 2 * task.lattice.nodes();
-        let [mut x, mut v] = [(); 2].map(|()| vec![R::zero(); robots * length]);
         let places = x.chunks_mut(together * length);
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
         // Every thread writes its robots' states into their place and lets go of them.
@@ -132,7 +136,7 @@ impl<R: Number> Asked<R> {
             _ => places.par_bridge().filter_map(step).min(),
         };
         match absurd.filter(|_| check) {
-            None => Ok([x, v]),
+            None => Ok(()),
             Some(robot) => Err((robot, self.divergence(task, robot))),
         }
     }
