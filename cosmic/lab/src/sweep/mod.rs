@@ -1,9 +1,9 @@
 //! Many runs from one frozen plan.
 //!
 //! The folder of a sweep holds `plan.json`, written once, and below `runs` an ordinary run folder for
-//! every scene and seed. Any number of processes may work on it at once. A process holds a lock on the
-//! claim of its run; the system releases the lock when the process ends, however it ends. The files of
-//! the runs alone say what is done, so a sweep continues wherever it was interrupted. [`merge`] reads
+//! every scene and seed. Any number of processes may work on it at once, on any number of hosts that see the
+//! folder. A process claims its run, and gives it back when it ends, however it ends. The files of the runs
+//! alone say what is done, so a sweep continues wherever it was interrupted. [`merge`] reads
 //! records and simulates nothing.
 
 mod ranges;
