@@ -85,10 +85,10 @@ impl<R: Number> Asked<R> {
 
     /// How many robots a thread steps side by side.
     fn together(&self) -> usize {
-        match (self.batch.robots(), self.batch.shared_controller()) {
-            (1, _) | (_, None) => 1,
-            (robots, Some(_)) => together(robots),
-        }
+        group_size(
+            self.batch.robots(),
+            self.batch.shared_controller().is_some(),
+        )
     }
 
     /// Steps some robots, of which several share the controller.
@@ -102,11 +102,9 @@ impl<R: Number> Asked<R> {
 
     /// The states of every robot that are looked at, by the library alone.
     pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
-        let (robots, together) = (self.batch.robots(), self.together());
-        each(robots.div_ceil(together), |group| {
-            let first = group * together;
-            self.group(task, first..(first + together).min(robots))
-        })
+        let robots = self.batch.robots();
+        let shared = self.batch.shared_controller().is_some();
+        in_groups(robots, shared, |group| self.group(task, group))
     }
 
     /// Writes positions and velocities of all robots to their places. With `check` the divergence of the first
@@ -196,6 +194,28 @@ pub(crate) fn in_pool<T: Send>(
     }
     let pool = pool::shared()?;
     Ok(py.detach(|| pool.install(work)))
+}
+
+/// How many robots a thread steps side by side: several where they share the controller. A single robot asks
+/// for no pool of threads.
+fn group_size(robots: usize, shared: bool) -> usize {
+    if robots > 1 && shared {
+        together(robots)
+    } else {
+        1
+    }
+}
+
+/// A function of every group of robots that a thread steps side by side.
+pub(crate) fn in_groups<T: Send>(
+    robots: usize,
+    shared: bool,
+    of: impl Fn(Range<usize>) -> T + Sync + Send,
+) -> Vec<T> {
+    let size = group_size(robots, shared);
+    each(robots.div_ceil(size), |group| {
+        of(group * size..((group + 1) * size).min(robots))
+    })
 }
 
 /// A function of every robot's number.

@@ -1,8 +1,8 @@
 //! Robots that a policy drives.
 
 use crate::arrays::{Given, Sizes, array, flattened};
+use crate::asked::{in_groups, in_pool};
 use crate::errors::{raised, refused};
-use crate::pool;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
 use cosmic::controller::{observation, observation_length};
@@ -12,10 +12,8 @@ use cosmic::lattice::{Body, State};
 use cosmic::projection::Projection;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Driven as Library, Span, Trajectory};
-use cosmic::task::together;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 /// A robot of given design vectors, whose actuators are held at activations from outside.
 #[pyclass(frozen, module = "cosmic._core")]
@@ -177,20 +175,8 @@ impl Driven {
             let held: Vec<&[f64]> = held[robots.clone()].iter().map(Vec::as_slice).collect();
             self.driven.held(&self.body, &held, &starts[robots], &span)
         };
-        let seen: Vec<Trajectory<f64>> = if robots == 1 {
-            py.detach(|| group(0..1))
-        } else {
-            let pool = pool::shared()?;
-            py.detach(|| {
-                pool.install(|| {
-                    let together = together(robots);
-                    let groups = (0..robots.div_ceil(together)).into_par_iter();
-                    let groups =
-                        groups.map(|k| group(k * together..((k + 1) * together).min(robots)));
-                    groups.collect::<Vec<_>>().concat()
-                })
-            })
-        };
+        let seen = in_pool(py, robots, || in_groups(robots, true, group))?;
+        let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
         let [x, v] = flattened(&seen);
         let shape = [robots, self.sizes.nodes, 2];

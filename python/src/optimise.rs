@@ -228,9 +228,7 @@ pub(crate) fn resume(
     warning: Bound<PyAny>,
 ) -> PyResult<bool> {
     let failure = Failure::default();
-    let own = loss
-        .map(|loss| own(py, &folder, loss, &failure))
-        .transpose()?;
+    let own = own(py, &folder, loss, &failure)?;
     let listener = Listener {
         progress: progress.as_ref(),
         warning: &warning,
@@ -253,16 +251,22 @@ pub(crate) fn deliver_so_far(
     loss: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let failure = Failure::default();
-    let own = loss
-        .map(|loss| own(py, &folder, loss, &failure))
-        .transpose()?;
+    let own = own(py, &folder, loss, &failure)?;
     let done = py.detach(|| record::deliver_so_far(&folder, &into, own));
     or_failure(&failure, done).map(drop)
 }
 
-/// The optimisation of the scene in a run's folder for a loss of Python.
-fn own(py: Python, folder: &Path, loss: Py<PyAny>, failure: &Failure) -> PyResult<CoDesign> {
+/// The optimisation of the scene in a run's folder for a loss of Python, if there is one.
+fn own(
+    py: Python,
+    folder: &Path,
+    loss: Option<Py<PyAny>>,
+    failure: &Failure,
+) -> PyResult<Option<CoDesign>> {
+    if loss.is_none() {
+        return Ok(None);
+    }
     let scene = folder.join(record::run::SCENE);
-    let made = py.detach(|| codesign(&cosmic::scene::Scene::read(&scene)?, Some(loss), failure));
-    or_failure(failure, made)
+    let made = py.detach(|| codesign(&cosmic::scene::Scene::read(&scene)?, loss, failure));
+    or_failure(failure, made).map(Some)
 }

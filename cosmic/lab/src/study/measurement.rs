@@ -1,4 +1,4 @@
-//! What a study measures of each of its runs: the delivered design at half the time step and with the goal
+//! The measurements of a study's runs, one by one: the delivered design at half the time step and with the goal
 //! behind, and how far it gets in MuJoCo.
 
 use super::check::Check;
@@ -8,7 +8,7 @@ use crate::sweep::PlannedStudy;
 use cosmic::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// What the runs of a study are measured with.
+/// The measurements that a study takes of each of its runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     kind: StudyKind,
@@ -16,7 +16,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// That of the study that a plan is of.
+    /// The measurements of the study that a plan names.
     ///
     /// # Errors
     /// [`Error::Usage`] for a study that this program does not know.

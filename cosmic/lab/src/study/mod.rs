@@ -2,8 +2,8 @@
 //! in another simulator.
 //!
 //! A [`Study`] is a sweep with a document. [`prepare`](Study::prepare) freezes its plan,
-//! [`simulate`](Study::simulate) completes the runs and takes each one's [`Measurement`], [`write`](Study::write) reads the records and writes Markdown, CSV,
-//! JSON and figures. All numbers except wall times follow from the plan.
+//! [`simulate`](Study::simulate) completes the runs and takes each one's [`Measurement`],
+//! [`write`](Study::write) reads the records and writes Markdown, CSV, JSON and figures. All numbers except wall times follow from the plan.
 
 mod trials;
 mod settings;

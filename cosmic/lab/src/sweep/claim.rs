@@ -31,7 +31,7 @@ pub(super) const PACE: Pace = Pace {
     gone_after: Duration::from_secs(60),
 };
 
-/// What a claim that was given back says.
+/// The content of a claim that was given back.
 const FREE: &[u8] = b"free\n";
 
 /// The host and its present run, `None` where the system does not tell: then locks are not relied on.
@@ -153,7 +153,7 @@ impl Held {
     }
 }
 
-/// What is known of the holder of a claim.
+/// The state of a claim's holder, as far as it is known.
 enum Holder {
     Works,
     Gone,

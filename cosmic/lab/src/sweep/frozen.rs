@@ -27,7 +27,7 @@ const COPY: &str = "claims/plan.json";
 /// The version of this program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the hash is over.
+/// The content that the hash covers.
 #[derive(Serialize)]
 struct Content<'p> {
     cosmic_version: &'p str,
@@ -35,7 +35,7 @@ struct Content<'p> {
     plan: &'p SweepPlan,
 }
 
-/// What the file says of its content.
+/// The hash and the version in the file.
 #[derive(Deserialize)]
 struct Seal {
     hash: String,
