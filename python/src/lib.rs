@@ -11,6 +11,7 @@ mod asked;
 mod simulator;
 mod environment;
 mod loss;
+mod attended;
 mod optimise;
 mod run;
 mod sweep;

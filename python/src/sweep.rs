@@ -1,21 +1,17 @@
 //! Sweeps: planned, run one by one, merged.
 
+use crate::attended::{Listener, attended};
 use crate::errors::{raised, refused};
-use crate::pool;
+use crate::loss::Failure;
 use crate::scene::Scene;
 use cosmic::error::{Error, Result};
 use cosmic_lab::study::Measurement;
-use cosmic_lab::sweep::{
-    self, GridAxis, PlanOutline, PlannedScene, RunOutcome, Sweep, SweepPlan, combinations,
-};
+use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadPlan, on_grid};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::Duration;
-
-/// How often a claim of another host is looked at.
-const LOOK: Duration = Duration::from_secs(1);
+use std::sync::atomic::Ordering;
 
 /// Freezes scenes, settings and seeds in a new folder. An axis of the grid is `KEY=V,V`.
 #[pyfunction]
@@ -38,35 +34,24 @@ pub(crate) fn sweep_plan(
         .map(|scene| (scene.name.clone(), scene.scene.clone()))
         .collect();
     let freeze = || -> Result<()> {
-        let axes = grid.iter().map(|axis| GridAxis::parse(axis));
-        let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
-        let pairs = named
-            .iter()
-            .flat_map(|named| grid.iter().map(move |point| (named, point)));
-        let planned = pairs.map(|((name, scene), point)| {
-            Ok(PlannedScene {
-                name: format!("{name}{}", point.suffix),
-                scene: scene.set(&point.settings)?,
-            })
-        });
         let plan = SweepPlan {
             study: None,
             first_seed,
             seeds,
             iterations,
-            scenes: planned.collect::<Result<_>>()?,
+            scenes: on_grid(&named, &[], &grid)?,
         };
         plan.freeze(&folder)
     };
     py.detach(freeze).map_err(raised)
 }
 
-/// Does one run of a sweep, or goes on with it, on one thread. Returns what became of it.
+/// Does one run of a sweep, or goes on with it, on one thread. Returns its outcome in a word.
 #[pyfunction]
 pub(crate) fn sweep_run(py: Python, folder: PathBuf, index: usize) -> PyResult<&'static str> {
-    let pool = pool::made(1)?;
-    let work = || -> Result<&'static str> {
-        let plan = &SweepPlan::read(&folder)?;
+    let (failure, listener) = (Failure::default(), Listener::default());
+    let ended = attended(py, 1, &failure, &listener, move |watch| {
+        let plan = &UnreadPlan::read(&folder)?;
         if index >= plan.runs() {
             let runs = plan.runs();
             return Err(Error::Usage(format!(
@@ -74,30 +59,26 @@ pub(crate) fn sweep_run(py: Python, folder: PathBuf, index: usize) -> PyResult<&
             )));
         }
         let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
+        let stop = watch.stop();
+        let is_stopped = || stop.load(Ordering::Relaxed);
         let measure = |run: &Path| {
             measurement
                 .as_ref()
-                .map_or(Ok(()), |of| of.keep(run, &|| false).map(drop))
+                .map_or(Ok(()), |of| of.keep(run, &is_stopped).map(drop))
         };
         let sweep = Sweep {
             folder: &folder,
             plan,
             measure: &measure,
         };
-        loop {
-            return Ok(match sweep.run_one(index, &mut ())? {
-                RunOutcome::Done(_) => "done",
-                RunOutcome::Diverged(_) => "diverged",
-                RunOutcome::Over => "over",
-                RunOutcome::Taken => "taken",
-                RunOutcome::Watched => {
-                    thread::sleep(LOOK);
-                    continue;
-                }
-            });
-        }
-    };
-    py.detach(|| pool.install(work)).map_err(raised)
+        Ok(match sweep.run_one(index, watch, &is_stopped)? {
+            RunOutcome::Done(_) => "done",
+            RunOutcome::Diverged(_) => "diverged",
+            RunOutcome::Over => "over",
+            RunOutcome::Taken => "taken",
+        })
+    })?;
+    ended.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 
 /// The folders of all runs of a sweep, and the numbers of those that are left.

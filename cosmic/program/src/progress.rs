@@ -162,10 +162,10 @@ pub(super) struct Many {
 
 impl Many {
     /// For a plan of which `over` runs are over.
-    pub(super) fn new(
+    pub(super) fn new<S>(
         output: &Output,
         interrupt: Interrupt,
-        plan: &SweepPlan,
+        plan: &SweepPlan<S>,
         over: usize,
     ) -> Self {
         Self {
@@ -208,7 +208,7 @@ impl Overseer for Many {
 }
 
 /// Scene and seed of a run.
-pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
+pub(super) fn title<S>(plan: &SweepPlan<S>, index: usize) -> String {
     let (scene, seed) = plan.parts(index);
     format!("{} seed {seed}", scene.name)
 }
@@ -223,7 +223,6 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),
         RunOutcome::Taken => "is at work in another process".to_owned(),
-        RunOutcome::Watched => "was claimed on another host".to_owned(),
     }
 }
 

@@ -2,9 +2,10 @@
 #![cfg(unix)]
 
 use crate::common::{Bench, scene};
-use crate::program::Told;
+use crate::program::{Told, command};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs;
 
 /// A sweep of a scene over three seeds, planned.
@@ -53,13 +54,7 @@ fn a_sweep_s_runs_are_those_of_optimize() {
     // The one that is done is not done again.
     assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
-    for seed in ["0", "1", "2"] {
-        bench.run(seed, &format!("--seed {seed}"));
-        assert_eq!(
-            bench.results(&format!("s/runs/tiny-{seed}")),
-            bench.results(seed)
-        );
-    }
+    has_undisturbed_results(&bench);
 }
 
 /// A sweep does the other runs if one scene is refused. All edges of this scene become skeleton at
@@ -121,6 +116,66 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     fs::write(run(2, "summary.json"), "{").unwrap();
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);
+}
+
+/// The results of all runs of the plan in `s`, wall times aside, those of a sweep that nothing disturbed.
+fn has_undisturbed_results(bench: &Bench) {
+    assert_eq!(counts(bench), [0, 0, 3, 0]);
+    for seed in ["0", "1", "2"] {
+        bench.run(seed, &format!("--seed {seed}"));
+        assert_eq!(
+            bench.results(&format!("s/runs/tiny-{seed}")),
+            bench.results(seed)
+        );
+    }
+}
+
+/// A run whose folder vanishes ends; the sweep goes on with the others.
+#[test]
+fn a_vanished_folder_ends_its_run_alone() {
+    let bench = planned(&scene(40, 512, ""), "");
+    let child = bench.start("sweep run s --threads 1");
+    bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
+    fs::rename(bench.path("s/runs/tiny-0"), bench.path("gone")).unwrap();
+    let said = Told::of(child.wait_with_output().unwrap());
+    said.fails(4, &["run 0, tiny-0: cannot write s/runs/tiny-0"]);
+    assert_eq!(counts(&bench), [1, 0, 2, 0]);
+    bench.cosmic("sweep run s").ok();
+    has_undisturbed_results(&bench);
+}
+
+/// Where the sweep's folder vanishes, the process ends, and does not make the folder anew.
+#[test]
+fn a_vanished_sweep_ends_the_process() {
+    let bench = planned(&scene(40, 512, ""), "");
+    let child = bench.start("sweep run s --threads 1");
+    bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
+    fs::rename(bench.path("s"), bench.path("moved")).unwrap();
+    let said = Told::of(child.wait_with_output().unwrap());
+    said.fails(4, &["cannot write s/"]);
+    assert!(!said.error.contains("of this sweep"), "{said:?}");
+    assert!(!bench.path("s").exists());
+    fs::rename(bench.path("moved"), bench.path("s")).unwrap();
+    bench.cosmic("sweep run s").ok();
+    has_undisturbed_results(&bench);
+}
+
+/// A file that may not grow beyond some bytes meets what a full disk meets: a write that fails.
+#[test]
+fn a_full_disk_ends_runs_and_loses_nothing() {
+    let bench = planned(&scene(40, 512, ""), "");
+    // In blocks of 512 bytes: enough for the scene and the first iterations.
+    let full = "trap '' XFSZ; ulimit -f 40; exec \"$0\" sweep run s --threads 1";
+    let program = command("").get_program().to_owned();
+    let said = std::process::Command::new("sh")
+        .args([OsStr::new("-c"), OsStr::new(full), &program])
+        .current_dir(bench.path(""))
+        .output();
+    let says = ["run 0, tiny-0: cannot write", "2 more of this sweep cannot"];
+    Told::of(said.unwrap()).fails(4, &says);
+    assert_eq!(counts(&bench)[2..], [0, 0]);
+    bench.cosmic("sweep run s").ok();
+    has_undisturbed_results(&bench);
 }
 
 #[test]

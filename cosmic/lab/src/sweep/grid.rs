@@ -1,12 +1,14 @@
 //! The grid of a plan: every combination of some settings.
 
+use super::PlannedScene;
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
+use cosmic::scene::Scene;
 use std::collections::BTreeSet;
 
 /// A key of a scene and the values that it takes in turn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GridAxis {
+struct GridAxis {
     key: String,
     /// In TOML, as `--set` takes them.
     values: Vec<String>,
@@ -14,22 +16,53 @@ pub struct GridAxis {
 
 /// A value for every key of a grid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Combination {
+struct Combination {
     /// What follows the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
-    pub suffix: String,
+    suffix: String,
     /// The settings, such as `physics.friction=0.6`.
-    pub settings: Vec<String>,
+    settings: Vec<String>,
 }
 
 /// The longest suffix, in bytes: a folder's name may have 255, with the scene's name and the seed.
 const LONGEST: usize = 160;
+
+/// Every scene, each with its name, with every combination of a grid's values: named as in
+/// `earth+friction=0.6+gravity=9.81`. An axis of the grid is `KEY=V,V…`; `settings`, `KEY=VALUE` each, change
+/// every scene first.
+///
+/// # Errors
+/// [`Error::Usage`] for an axis that is none, two of one key, and more combinations than a plan has runs;
+/// the errors of [`Scene::set`].
+pub fn on_grid(
+    scenes: &[(String, Scene)],
+    settings: &[String],
+    axes: &[String],
+) -> Result<Vec<PlannedScene>> {
+    let axes = axes.iter().map(|axis| GridAxis::parse(axis));
+    let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
+    let pairs = scenes
+        .iter()
+        .flat_map(|named| grid.iter().map(move |combination| (named, combination)));
+    let planned = pairs.map(|((name, scene), combination)| {
+        let settings = [settings, &combination.settings].concat();
+        Ok(PlannedScene {
+            name: format!("{name}{}", combination.suffix),
+            scene: if settings.is_empty() {
+                scene.clone()
+            } else {
+                scene.set(&settings)?
+            },
+        })
+    });
+    planned.collect()
+}
 
 impl GridAxis {
     /// Reads `KEY=V,V…`. A comma within brackets, braces or quotes does not separate.
     ///
     /// # Errors
     /// [`Error::Usage`] for a text of another form, and for a value that is there twice.
-    pub fn parse(text: &str) -> Result<Self> {
+    fn parse(text: &str) -> Result<Self> {
         let refuse = |says: &str| {
             Err(Error::Usage(format!(
                 "--grid {text}: {says}; expected a key and its values, as in physics.friction=0.6,1"
@@ -88,7 +121,7 @@ fn separated(text: &str) -> Vec<String> {
 ///
 /// # Errors
 /// [`Error::Usage`] for a key that two axes have, and for more combinations than a plan has runs.
-pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
+fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     for (k, axis) in axes.iter().enumerate() {
         if axes[..k].iter().any(|other| other.key == axis.key) {
             return Err(Error::Usage(format!(

@@ -7,9 +7,9 @@
 //! records and simulates nothing.
 
 mod ranges;
-mod grid;
 mod state;
 mod plan;
+mod grid;
 mod frozen;
 mod claim;
 mod merge;
@@ -18,9 +18,11 @@ mod work;
 mod script;
 
 pub use frozen::PLAN;
-pub use grid::{Combination, GridAxis, combinations};
+pub use grid::on_grid;
 pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
-pub use plan::{PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan};
+pub use plan::{
+    HasScene, PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan, UnreadPlan, UnreadScene,
+};
 pub use prune::{Pruned, prune};
 pub use ranges::{in_ranges, parse_ranges};
 pub use script::{HandOver, Scheduler};

@@ -1,6 +1,6 @@
 //! The scenes and seeds of a sweep, fixed when it is planned.
 
-use super::RunState;
+use super::{PLAN, RunState};
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::snapshot;
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
+use serde_json::value::RawValue;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
@@ -59,6 +60,44 @@ impl Planned for Scene {
     }
 }
 
+/// A scene as it stands in the plan's file, and is read from there only where it is needed: a process may do
+/// one run of thousands.
+#[derive(Clone, Debug)]
+pub struct UnreadScene(Box<RawValue>);
+
+impl Planned for UnreadScene {
+    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        Box::deserialize(from).map(Self)
+    }
+
+    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
+        scene.0.serialize(to)
+    }
+}
+
+/// What a scene can be had from.
+pub trait HasScene: Planned + Sync {
+    /// The scene.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn scene(&self) -> Result<Scene>;
+}
+
+impl HasScene for Scene {
+    fn scene(&self) -> Result<Scene> {
+        Ok(self.clone())
+    }
+}
+
+impl HasScene for UnreadScene {
+    fn scene(&self) -> Result<Scene> {
+        let mut from = serde_json::Deserializer::from_str(self.0.get());
+        let refused = |error: serde_json::Error| Error::Usage(format!("{PLAN}: {error}"));
+        snapshot::toml::deserialize(&mut from).map_err(refused)
+    }
+}
+
 /// Leaves the comments of a scene's TOML out, nine tenths of it: a plan may have thousands of scenes.
 fn without_comments(text: &mut Value) {
     if let Value::String(text) = text {
@@ -95,6 +134,9 @@ pub struct SweepPlan<S = Scene> {
     pub scenes: Vec<PlannedScene<S>>,
 }
 
+/// A plan whose scenes are read run by run.
+pub type UnreadPlan = SweepPlan<UnreadScene>;
+
 /// A plan without its scenes' content: enough to say how far its runs are.
 pub type PlanOutline = SweepPlan<()>;
 
@@ -122,14 +164,19 @@ impl SweepPlan {
         };
         self.scenes.par_iter().try_for_each(begins)
     }
+}
 
+impl<S: HasScene> SweepPlan<S> {
     /// The plan of one run.
-    pub fn run(&self, index: usize) -> RunPlan {
+    ///
+    /// # Errors
+    /// Those of [`HasScene::scene`].
+    pub fn run(&self, index: usize) -> Result<RunPlan> {
         let (PlannedScene { name, scene }, seed) = self.parts(index);
-        RunPlan {
+        Ok(RunPlan {
             iterations: self.iterations,
-            ..RunPlan::new(name, scene.clone(), seed)
-        }
+            ..RunPlan::new(name, scene.scene()?, seed)
+        })
     }
 }
 
@@ -226,7 +273,8 @@ pub(super) mod tests {
             .collect();
         let expected = ["a-5", "a-6", "a-7", "b-5", "b-6", "b-7"];
         assert_eq!(folders, expected.map(|name| Path::new("s/runs").join(name)));
-        assert_eq!((plan.run(4).seed, &plan.run(4).name[..]), (6, "b"));
+        let fifth = plan.run(4).unwrap();
+        assert_eq!((fifth.seed, &fifth.name[..]), (6, "b"));
     }
 
     #[test]

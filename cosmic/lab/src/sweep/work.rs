@@ -1,13 +1,14 @@
 //! The work on a sweep: one run, the next run, or all that are left with a thread for each.
 
 use super::claim::{Answer, Claim, PACE, claim};
-use super::{RunState, SweepPlan};
+use super::{HasScene, PLAN, RunState, SweepPlan};
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{self, Observer, Run, Summary};
 use std::collections::BTreeMap;
+use std::fs;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -29,8 +30,6 @@ pub enum RunOutcome {
     Over,
     /// Another process is at work on it.
     Taken,
-    /// A process on another host has claimed it, and may be gone: that is told in a minute.
-    Watched,
 }
 
 /// A run that ended just now.
@@ -61,34 +60,64 @@ pub trait Overseer: Sync {
 pub type Measure<'s> = &'s (dyn Fn(&Path) -> Result<()> + Sync);
 
 /// A sweep at work.
-#[derive(Clone, Copy)]
-pub struct Sweep<'s> {
+pub struct Sweep<'s, S> {
     /// The folder.
     pub folder: &'s Path,
     /// The plan.
-    pub plan: &'s SweepPlan,
+    pub plan: &'s SweepPlan<S>,
     /// Called for every run that this process brings to its end, before it gives the run back.
     pub measure: Measure<'s>,
 }
 
-impl Sweep<'_> {
-    /// Begins or resumes one run.
+impl<S: HasScene> Sweep<'_, S> {
+    /// Begins or resumes one run. If a process on another host has claimed it, a minute tells whether that
+    /// process still works; `is_stopped` may end the wait.
     ///
     /// # Errors
     /// The errors of [`record::optimise`] and [`record::resume`], except a result's divergence; those
-    /// of measuring.
+    /// of measuring; [`Error::Stopped`].
     ///
     /// # Panics
     /// If the plan has no run of that number.
-    pub fn run_one(self, index: usize, observer: &mut dyn Observer) -> Result<RunOutcome> {
+    pub fn run_one(
+        &self,
+        index: usize,
+        observer: &mut dyn Observer,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<RunOutcome> {
+        self.once_known(is_stopped, || self.try_one(index, observer))
+    }
+
+    /// Asks once a second until there is an answer.
+    fn once_known<T>(
+        &self,
+        is_stopped: &dyn Fn() -> bool,
+        mut ask: impl FnMut() -> Result<Option<T>>,
+    ) -> Result<T> {
+        loop {
+            if let Some(answer) = ask()? {
+                return Ok(answer);
+            }
+            if is_stopped() {
+                return Err(self.stopped());
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    /// Begins or resumes one run; `None` if it is not known yet whether its holder, on another host, works.
+    fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
         let folder = self.plan.folder(self.folder, index);
         if RunState::of(&folder).is_over() {
-            return Ok(RunOutcome::Over);
+            return Ok(Some(RunOutcome::Over));
         }
+        // A folder that is gone is not made anew.
+        let plan = self.folder.join(PLAN);
+        fs::metadata(&plan).map_err(Error::writing(&plan))?;
         let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
             Answer::Granted(claim) => claim,
-            Answer::Taken => return Ok(RunOutcome::Taken),
-            Answer::Watched => return Ok(RunOutcome::Watched),
+            Answer::Taken => return Ok(Some(RunOutcome::Taken)),
+            Answer::Watched => return Ok(None),
         };
         let observer = &mut Holding {
             claim: &claim,
@@ -96,58 +125,67 @@ impl Sweep<'_> {
         };
         // The last holder of the claim may have finished the run.
         if RunState::of(&folder).is_over() {
-            return Ok(RunOutcome::Over);
+            return Ok(Some(RunOutcome::Over));
         }
         let done = if folder.join(SNAPSHOT).exists() {
             record::resume(&folder, observer)
         } else {
-            record::optimise(&folder, &self.plan.run(index), observer)
+            record::optimise(&folder, &self.plan.run(index)?, observer)
         };
-        match done {
+        Ok(Some(match done {
             Ok(summary) => {
                 (self.measure)(&folder)?;
-                Ok(RunOutcome::Done(Box::new(summary)))
+                RunOutcome::Done(Box::new(summary))
             }
-            Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
+            Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),
             // Taken by `cosmic resume`, which makes no claims.
-            Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
-            Err(error) => Err(error),
-        }
+            Err(Error::Taken(_)) => RunOutcome::Taken,
+            Err(error) => return Err(error),
+        }))
     }
 
-    /// Works on the first run that is neither over nor taken; `None` if there is none, and the first that is
-    /// [watched](RunOutcome::Watched) if there are such alone: ask again in a second. A run that fails for a
-    /// reason of its own, such as its time step, is passed over.
+    /// Works on the first run that is neither over nor taken; `None` if there is none. It waits as
+    /// [`run_one`](Self::run_one) does. A run that cannot be done, for its time step or because its files cannot
+    /// be written, is passed over.
     ///
     /// # Errors
     /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
     /// is left.
-    pub fn run_next(self, observer: &mut dyn Observer) -> Result<Option<Ended>> {
+    pub fn run_next(
+        &self,
+        observer: &mut dyn Observer,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<Ended>> {
+        self.once_known(is_stopped, || self.try_next(observer))
+    }
+
+    /// As [`run_next`](Self::run_next), without waiting: `None` if it is not known yet whether anything is
+    /// left, `Some(None)` if nothing is.
+    fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
         let mut passed_over = BTreeMap::new();
-        let mut watched = None;
+        let mut is_known = true;
         for index in 0..self.plan.runs() {
-            match self.run_one(index, observer) {
-                Ok(RunOutcome::Over | RunOutcome::Taken) => {}
-                Ok(outcome @ RunOutcome::Watched) => {
-                    watched.get_or_insert(Ended { index, outcome });
-                }
-                Ok(outcome) => return Ok(Some(Ended { index, outcome })),
+            match self.try_one(index, observer) {
+                Ok(Some(RunOutcome::Over | RunOutcome::Taken)) => {}
+                Ok(Some(outcome)) => return Ok(Some(Some(Ended { index, outcome }))),
+                Ok(None) => is_known = false,
                 Err(error) => {
-                    passed_over.insert(index, self.of_its_own(index, error)?);
+                    passed_over.insert(index, self.of_one_run(index, error)?);
                 }
             }
         }
-        match watched {
-            None => first_of(passed_over).map(|()| None),
-            watched => Ok(watched),
+        if !is_known {
+            return Ok(None);
         }
+        first_of(passed_over).map(|()| Some(None))
     }
 
     /// Wraps the error of a single run, such as its time step or its files, so that it can be passed
-    /// over. If nothing can be written, or the user interrupts, the whole sweep ends.
-    fn of_its_own(self, index: usize, error: Error) -> Result<Error> {
+    /// over. If the sweep's folder is gone, or the user interrupts, the work on the sweep ends.
+    fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
         match error {
-            Error::Write { .. } | Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
+            Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
+            error if !self.folder.join(PLAN).exists() => Err(error),
             error => Ok(Error::PassedOver {
                 run: format!("run {index}, {}", self.plan.name(index)),
                 error: Box::new(error),
@@ -160,14 +198,14 @@ impl Sweep<'_> {
     ///
     /// # Errors
     /// As there.
-    pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+    pub fn run_all(&self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
         let all: Vec<usize> = (0..self.plan.runs()).collect();
         self.run_these(&all, threads, overseer)
     }
 
     /// Works on those of some runs that are neither over nor taken, each on its own thread, until none
-    /// is left. This includes runs that other processes give back meanwhile. A run that fails for a
-    /// reason of its own is passed over.
+    /// is left. This includes runs that other processes give back meanwhile. A run that cannot be done is
+    /// passed over, as by [`run_next`](Self::run_next).
     ///
     /// # Errors
     /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after
@@ -176,7 +214,7 @@ impl Sweep<'_> {
     /// # Panics
     /// If the plan has no run of such a number.
     pub fn run_these(
-        self,
+        &self,
         runs: &[usize],
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
@@ -188,35 +226,35 @@ impl Sweep<'_> {
             let left: Vec<usize> = runs
                 .filter(|index| !passed_over.contains_key(index) && !is_over(index))
                 .collect();
-            let (mut taken, mut watched) = (0, 0);
+            let (mut taken, mut unknown) = (0, 0);
             for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
                 match tried {
                     Ok(outcome) => {
-                        taken += usize::from(outcome == RunOutcome::Taken);
-                        watched += usize::from(outcome == RunOutcome::Watched);
+                        taken += usize::from(outcome == Some(RunOutcome::Taken));
+                        unknown += usize::from(outcome.is_none());
                     }
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
-            // Whether a holder on another host lives is told by waiting.
-            if watched > 0 && taken + watched == left.len() {
+            // Whether a holder on another host works is told by waiting.
+            if unknown > 0 && taken + unknown == left.len() {
                 thread::sleep(LOOK);
                 continue;
             }
             // Nothing is left, or other processes are at work on all that is left.
-            if taken + watched == 0 || taken == left.len() {
+            if taken + unknown == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
     }
 
-    /// Tries each run once: its outcome, or the reason why it was passed over.
+    /// Tries each run once: its outcome as of [`try_one`](Self::try_one), or the reason why it was passed over.
     fn try_each(
-        self,
+        &self,
         runs: &[usize],
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
-    ) -> Result<Vec<Result<RunOutcome>>> {
+    ) -> Result<Vec<Result<Option<RunOutcome>>>> {
         let telling = Mutex::new(());
         let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
             if overseer.is_stopped() {
@@ -224,16 +262,14 @@ impl Sweep<'_> {
             }
             let index = runs[k];
             let name = &self.plan.name(index);
-            match self.run_one(index, &mut Quiet { overseer, name }) {
-                Err(error) => self.of_its_own(index, error).map(Err),
-                Ok(outcome @ (RunOutcome::Taken | RunOutcome::Watched | RunOutcome::Over)) => {
-                    Ok(Ok(outcome))
-                }
-                Ok(outcome) => {
+            match self.try_one(index, &mut Quiet { overseer, name }) {
+                Err(error) => self.of_one_run(index, error).map(Err),
+                Ok(Some(outcome @ (RunOutcome::Done(_) | RunOutcome::Diverged(_)))) => {
                     let _told = telling.lock();
                     overseer.ended(&Ended { index, outcome });
-                    Ok(Ok(RunOutcome::Over))
+                    Ok(Ok(Some(RunOutcome::Over)))
                 }
+                tried => Ok(tried),
             }
         });
         match done {
@@ -243,7 +279,7 @@ impl Sweep<'_> {
         }
     }
 
-    fn stopped(self) -> Error {
+    fn stopped(&self) -> Error {
         Error::Stopped {
             done: self.plan.over(self.folder),
             total: self.plan.runs(),

@@ -6,7 +6,7 @@ use crate::source::name_of;
 use clap::Args;
 use cosmic::error::Result;
 use cosmic::scene::{self, Scene};
-use cosmic_lab::sweep::{Combination, GridAxis, PlannedScene, SweepPlan, combinations};
+use cosmic_lab::sweep::{SweepPlan, on_grid};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -39,25 +39,14 @@ pub(super) struct Plan {
 
 impl Plan {
     pub(super) fn freeze(&self) -> Result<()> {
-        let axes = self.grid.iter().map(|axis| GridAxis::parse(axis));
-        let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
-        let mut scenes = Vec::new();
-        for scene in &self.scenes {
-            let (name, scene) = (name_of(Path::new(scene)), Scene::load(scene)?);
-            for Combination { suffix, settings } in &grid {
-                let settings = [&self.settings.set[..], settings].concat();
-                scenes.push(PlannedScene {
-                    name: format!("{name}{suffix}"),
-                    scene: Settings { set: settings }.apply(scene.clone())?,
-                });
-            }
-        }
+        let named = |scene: &String| Ok((name_of(Path::new(scene)), Scene::load(scene)?));
+        let scenes: Vec<_> = self.scenes.iter().map(named).collect::<Result<_>>()?;
         let plan = SweepPlan {
             study: None,
             first_seed: self.first_seed,
             seeds: self.seeds,
             iterations: self.iterations,
-            scenes,
+            scenes: on_grid(&scenes, &self.settings.set, &self.grid)?,
         };
         plan.freeze(&self.out)?;
         answer_planned(&self.output, &self.out, plan.runs())

@@ -8,13 +8,13 @@ use crate::progress::{Many, Progress, title, told};
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic_lab::study::Measurement;
-use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, SweepPlan, parse_ranges};
+use cosmic_lab::sweep::{
+    Ended, RunOutcome, RunState, Sweep, UnreadPlan, UnreadScene, parse_ranges,
+};
 use serde_json::json;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::thread;
-use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(super) struct Run {
@@ -55,7 +55,7 @@ impl FromStr for Index {
 impl Run {
     pub(super) fn run(&self) -> Result<()> {
         let folder = &self.sweep;
-        let plan: &SweepPlan = &SweepPlan::read(folder)?;
+        let plan = &UnreadPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
         let interrupt = Interrupt::listen()?;
         let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
@@ -76,9 +76,9 @@ impl Run {
             measure: &measure,
         };
         match (&self.index, &runs[..]) {
-            (Index::Auto, _) => one(sweep, None, interrupt.clone(), &self.work),
-            (Index::Number(_), [index]) => one(sweep, Some(*index), interrupt.clone(), &self.work),
-            _ => several(sweep, &runs, interrupt.clone(), &self.work),
+            (Index::Auto, _) => one(&sweep, None, interrupt.clone(), &self.work),
+            (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt.clone(), &self.work),
+            _ => several(&sweep, &runs, interrupt.clone(), &self.work),
         }
     }
 }
@@ -109,29 +109,22 @@ impl Index {
 }
 
 /// One run: that of a number, or the next.
-fn one(sweep: Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
+fn one(
+    sweep: &Sweep<UnreadScene>,
+    index: Option<usize>,
+    interrupt: Interrupt,
+    work: &Work,
+) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt.clone());
-    let mut once = || match index {
-        None => sweep.run_next(&mut progress),
+    let is_stopped = || interrupt.is_asked();
+    let ended = pool.install(|| match index {
+        None => sweep.run_next(&mut progress, &is_stopped),
         Some(index) => {
-            let outcome = sweep.run_one(index, &mut progress)?;
+            let outcome = sweep.run_one(index, &mut progress, &is_stopped)?;
             Ok(Some(Ended { index, outcome }))
         }
-    };
-    let ended = loop {
-        match pool.install(&mut once) {
-            // Whether a holder on another host lives is told by waiting.
-            Ok(Some(ended)) if ended.outcome == RunOutcome::Watched => {
-                if interrupt.is_asked() {
-                    let (done, total) = (sweep.plan.over(sweep.folder), sweep.plan.runs());
-                    break Err(Error::Stopped { done, total });
-                }
-                thread::sleep(Duration::from_secs(1));
-            }
-            ended => break ended,
-        }
-    };
+    });
     drop(progress);
     match ended? {
         Some(Ended { index, outcome }) if outcome == RunOutcome::Taken => {
@@ -141,7 +134,12 @@ fn one(sweep: Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) ->
     }
 }
 
-fn several(sweep: Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> Result<()> {
+fn several(
+    sweep: &Sweep<UnreadScene>,
+    runs: &[usize],
+    interrupt: Interrupt,
+    work: &Work,
+) -> Result<()> {
     let (plan, folder, output) = (sweep.plan, sweep.folder, &work.output);
     let overseer = Many::new(output, interrupt, plan, plan.over(folder));
     sweep.run_these(runs, work.threads, &overseer)?;
@@ -159,7 +157,7 @@ fn several(sweep: Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> R
     Ok(())
 }
 
-fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
+fn show(plan: &UnreadPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
     if output.json {
         let index = ended.as_ref().map(|ended| ended.index);
         let says = ended.as_ref().map(|ended| told(&ended.outcome));

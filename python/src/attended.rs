@@ -1,0 +1,164 @@
+//! Work with the interpreter alive: progress and signals reach the calling thread.
+
+use crate::errors::raised;
+use crate::loss::{Failure, taken};
+use crate::pool;
+use cosmic::codesign::Record;
+use cosmic::error::{Error, Result};
+use cosmic::record::{Observer, Run};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+/// How often signals are looked for.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What the calling thread is told.
+enum Event {
+    Iteration { last: usize, record: Box<Record> },
+    Warning(String),
+}
+
+/// Passes on what a run does, and the wish to stop.
+pub(crate) struct Watch {
+    events: Sender<Event>,
+    stop: Arc<AtomicBool>,
+    failure: Failure,
+}
+
+impl Watch {
+    /// The wish to stop, for other threads.
+    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
+    }
+
+    fn send(&self, event: Event) {
+        // Nobody listens any more only where the process is about to end.
+        let _ = self.events.send(event);
+    }
+}
+
+impl Observer for Watch {
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        let last = run.last_iteration();
+        self.send(Event::Iteration {
+            last,
+            record: Box::new(record.clone()),
+        });
+        let failed = self.failure.lock().is_ok_and(|failure| failure.is_some());
+        if failed || self.stop.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn warning(&mut self, _: &Run, text: &str) {
+        self.send(Event::Warning(text.to_owned()));
+    }
+}
+
+/// What Python hears of a run: `progress(iteration, last, numbers)`, `warning(text)`.
+#[derive(Default)]
+pub(crate) struct Listener<'a, 'py> {
+    pub(crate) progress: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) warning: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Listener<'_, '_> {
+    fn hear(&self, py: Python, event: Event) -> PyResult<()> {
+        match event {
+            Event::Warning(text) => {
+                (self.warning).map_or(Ok(()), |warning| warning.call1((text,)).map(drop))
+            }
+            Event::Iteration { last, record } => {
+                let Some(progress) = self.progress else {
+                    return Ok(());
+                };
+                let numbers = PyDict::new(py);
+                numbers.set_item("phase", record.phase.name())?;
+                numbers.set_item("displacement", record.displacement)?;
+                numbers.set_item("V", record.volume)?;
+                numbers.set_item("V_act", record.actuator_volume)?;
+                progress.call1((record.iteration, last, numbers)).map(drop)
+            }
+        }
+    }
+}
+
+/// Does the work on other threads while this one passes on progress and signals. Returns `None` if a signal
+/// interrupted the work.
+pub(crate) fn attended<T: Send + 'static>(
+    py: Python,
+    threads: usize,
+    failure: &Failure,
+    listener: &Listener,
+    work: impl FnOnce(&mut Watch) -> Result<T> + Send + 'static,
+) -> PyResult<Option<T>> {
+    let (events, mut heard) = channel();
+    let stop = Arc::new(AtomicBool::new(false));
+    let mut watch = Watch {
+        events,
+        stop: Arc::clone(&stop),
+        failure: Arc::clone(failure),
+    };
+    let pool = pool::made(threads)?;
+    // The sender is dropped with the work: then there is nothing more to hear.
+    let worker = thread::spawn(move || pool.install(move || work(&mut watch)));
+    let raised_here = attend(py, &mut heard, &stop, listener);
+    let ended = py.detach(|| worker.join());
+    if let Some(error) = taken(failure) {
+        return Err(error);
+    }
+    let ended = ended.map_err(|panic| {
+        let says = panic.downcast_ref::<String>().map(String::as_str);
+        let says = says
+            .or(panic.downcast_ref::<&str>().copied())
+            .unwrap_or("no message");
+        PyRuntimeError::new_err(format!("the library panicked: {says}"))
+    })?;
+    match (ended, raised_here) {
+        // A run that ended all the same is a run.
+        (Ok(done), None) => Ok(Some(done)),
+        (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
+        (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))
+            if is_interrupt(py, &error) =>
+        {
+            Ok(None)
+        }
+        (_, Some(error)) => Err(error),
+        (Err(error), None) => Err(raised(error)),
+    }
+}
+
+fn is_interrupt(py: Python, error: &PyErr) -> bool {
+    error.is_instance_of::<PyKeyboardInterrupt>(py)
+}
+
+/// Hears events until the work is over. The first exception on the way stops the work and is returned.
+fn attend(
+    py: Python,
+    heard: &mut Receiver<Event>,
+    stop: &AtomicBool,
+    listener: &Listener,
+) -> Option<PyErr> {
+    let mut first = None;
+    loop {
+        let receiver = &mut *heard;
+        let next = py.detach(move || receiver.recv_timeout(LOOK));
+        let done = match next {
+            Ok(event) if first.is_none() => listener.hear(py, event),
+            Ok(_) | Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => return first,
+        };
+        if let Err(error) = done.and_then(|()| py.check_signals()) {
+            stop.store(true, Ordering::Relaxed);
+            first.get_or_insert(error);
+        }
+    }
+}
