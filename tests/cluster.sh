@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Sweeps on real engines, on this machine alone: a Slurm cluster of one node, GNU parallel, two hosts that
-# share a folder, and the Kubernetes manifest against its schema. Run by command, as root on Debian:
+# share a folder over a network, a disk that fills up, a study in three processes, and the Kubernetes manifest
+# against its schema. Run by command, as root on Debian:
 #   tests/cluster.sh
-# It installs what it needs (slurm-wlm, munge, parallel, faketime), takes some ten minutes, and says what it saw.
+# It installs what it needs (slurm-wlm, munge, parallel, faketime, sshfs), takes half an hour, and says what it saw.
 # COSMIC_PROGRAM names the program if it is not to be built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -19,8 +20,8 @@ fail() {
 
 [ "$(id -u)" = 0 ] || unable 'it starts daemons, which wants root'
 command -v apt-get >/dev/null || unable 'it installs packages of Debian'
-DEBIAN_FRONTEND=noninteractive apt-get install -y -qq slurm-wlm munge parallel faketime >/dev/null 2>&1 ||
-  unable 'slurm-wlm, munge, parallel and faketime cannot be installed'
+DEBIAN_FRONTEND=noninteractive apt-get install -y -qq slurm-wlm munge parallel faketime sshfs openssh-server >/dev/null 2>&1 ||
+  unable 'slurm-wlm, munge, parallel, faketime and sshfs cannot be installed'
 
 if [ -z "${COSMIC_PROGRAM:-}" ]; then
   cargo build --release --quiet -p cosmic-program
@@ -40,17 +41,24 @@ stop() {
     [ ! -f "$here/slurm/$pid.pid" ] || kill "$(cat "$here/slurm/$pid.pid")" 2>/dev/null || true
   done
   pkill -f "^$here/bin/cosmic" 2>/dev/null || true
+  for mounted in one two disk; do
+    ! mountpoint -q "$here/$mounted" || umount "$here/$mounted"
+  done
+  [ ! -f "$here/sshd.pid" ] || kill "$(cat "$here/sshd.pid")" 2>/dev/null || true
   rm -rf "$here"
 }
 trap stop EXIT
 
-# Results without wall times, which are all that may differ.
-results() {
-  cosmic sweep merge "$1" --quiet
-  sed -E 's/"seconds": ?[0-9.e+-]+/"seconds":0/g' "$1/results.json"
+# Results without wall times, which are all that may differ: the files $1.json and $1.csv.
+untimed() {
+  sed -E 's/"seconds": ?[0-9.e+-]+/"seconds":0/g' "$1.json"
   # The table's column of that name.
   awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) if ($k == "seconds") skip = k } { $skip = ""; print }' OFS=, \
-    "$1/results.csv"
+    "$1.csv"
+}
+results() {
+  cosmic sweep merge "$1" --quiet
+  untimed "$1/results"
 }
 same() {
   results "$1" >"$1.results"
@@ -58,7 +66,7 @@ same() {
   echo "$1: the results of the serial run, byte for byte (seconds aside)"
 }
 left() { cosmic sweep status "$1" --json | grep -c '"state": *"\(waiting\|begun\)"' || true; }
-plan() { cosmic sweep plan stability --grid physics.friction=0.6,1,2.5 --seeds 8 --quiet --out "$1"; }
+plan() { cosmic sweep plan coulomb --grid physics.friction=0.6,1,2.5 --seeds 8 --quiet --out "$1"; }
 
 say 'serial: 24 runs'
 plan serial
@@ -139,23 +147,77 @@ cosmic sweep script parallel-sweep --parallel --throttle 2 --out parallel.sh
 bash parallel.sh
 same parallel-sweep
 
-say 'two hosts that share a folder, their clocks ten minutes apart; one disappears'
-plan hosts-sweep
+say 'two hosts that share a folder over a network, their clocks ten minutes apart; one disappears'
+mkdir shared one two /run/sshd 2>/dev/null || true
+ssh-keygen -q -t ed25519 -N '' -f key
+ssh-keygen -q -t ed25519 -N '' -f host-key
+cat >sshd.conf <<CONF
+Port 2222
+ListenAddress 127.0.0.1
+HostKey $here/host-key
+AuthorizedKeysFile $here/key.pub
+PidFile $here/sshd.pid
+StrictModes no
+PermitRootLogin yes
+UsePAM no
+Subsystem sftp internal-sftp
+CONF
+/usr/sbin/sshd -f sshd.conf
+# Each host has a mount of its own, which keeps locks to itself and remembers what files are there for 20 s.
+for host in one two; do
+  sshfs -p 2222 -o "IdentityFile=$here/key,StrictHostKeyChecking=no,UserKnownHostsFile=/dev/null" \
+    "127.0.0.1:$here/shared" "$host" 2>/dev/null || fail 'no file system over the network'
+done
+plan one/sweep
 # Each in a network and a name of its own. The clock of the second is ahead; monotonic time is no clock.
 host() { unshare --net --uts sh -c 'hostname "$0"; exec "$@"' "$@"; }
-host one cosmic sweep run hosts-sweep --threads 1 --quiet &
+host one cosmic sweep run one/sweep --threads 1 --quiet &
 first=$!
 export FAKETIME_DONT_FAKE_MONOTONIC=1
-host two faketime -f +10m cosmic sweep run hosts-sweep --threads 1 --quiet &
+host two faketime -f +10m cosmic sweep run two/sweep --threads 1 --quiet &
 second=$!
 sleep 15
 pkill -9 -P "$first" 2>/dev/null || kill -9 "$first"
-echo "the first host is gone after $(cosmic sweep status hosts-sweep --json | grep -c '"done"') runs; its claims:"
-head -qn 1 hosts-sweep/claims/*/* | sort | uniq -c
+echo "the first host is gone after $(cosmic sweep status shared/sweep --json | grep -c '"done"') runs; the claims:"
+head -qn 1 shared/sweep/claims/*/* | sort | uniq -c
 began=$SECONDS
 wait "$second" || fail 'the second host did not finish'
 echo "the second host finished all, $((SECONDS - began)) s later"
-same hosts-sweep
+same shared/sweep
+
+say 'a disk that fills up'
+mkdir disk
+mount -t tmpfs -o size=12m tmpfs disk
+plan disk/sweep
+code=0
+cosmic sweep run disk/sweep --threads "$(nproc)" --quiet || code=$?
+[ "$code" = 4 ] || fail "exit code $code where no run can be written"
+echo "exit code 4, left: $(left disk/sweep); the disk grows"
+mount -o remount,size=1g disk
+cosmic sweep run disk/sweep --threads "$(nproc)" --quiet
+same disk/sweep
+
+say 'study paper with four seeds: three processes, and in one go'
+mkdir whole planned
+(cd whole && cosmic study paper --seeds 4 --runs runs --out results --quiet)
+cd planned
+cosmic study paper --seeds 4 --plan runs
+last=$(($(cosmic sweep status runs --json | grep -c '"state"') - 1))
+cosmic sweep run runs --threads 1 --quiet --index "$((last / 2))-$last" &
+at_work=$!
+cosmic sweep run runs --threads 1 --quiet --index "$((last / 4))-$((last / 2))" &
+at_work="$at_work $!"
+cosmic sweep run runs --threads 1 --quiet
+for process in $at_work; do wait "$process"; done
+cosmic study paper --seeds 4 --runs runs --out results --quiet
+cd ..
+for folder in whole planned; do
+  untimed "$folder/results/paper" >"$folder.results"
+  rm "$folder"/results/paper.json "$folder"/results/paper.csv
+done
+cmp whole.results planned.results || fail 'the results of the study differ'
+diff -r whole/results planned/results || fail 'the document of the study differs'
+echo "$((last + 1)) runs; document and figures are equal ($(find whole/results -type f | wc -l) files), and so are the numbers"
 
 say 'Kubernetes: the manifest against the schema'
 plan kubernetes-sweep

@@ -36,6 +36,14 @@ pub enum Error {
     /// A request that cannot be carried out as it stands.
     #[error("{0}")]
     Usage(String),
+    /// A run for a loss that a program supplied: only that program goes on with it.
+    #[error("{file}: the run is for a loss of its own, which no file holds: the program that began it {remedy}")]
+    OwnLoss {
+        /// The run's folder or snapshot.
+        file: String,
+        /// What that program can do.
+        remedy: &'static str,
+    },
     /// No built-in scene and no file of that name.
     #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
@@ -213,6 +221,7 @@ impl Error {
             Error::Malformed { .. }
             | Error::Misfit { .. }
             | Error::Usage(_)
+            | Error::OwnLoss { .. }
             | Error::UnstableStep { .. }
             | Error::Taken(_)
             | Error::UnstableRun { .. } => 2,

@@ -217,14 +217,7 @@ def resume(
     continued with that loss or not at all."""
     own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
-        try:
-            interrupted = _core.resume(folder, own, pool, bar, _warn)
-        except InputError as error:
-            # The library's words name what a program in Rust calls.
-            if own is None and "loss of its own" in str(error):
-                says = "the run is for a loss of Python: give it to cosmic.resume as `loss`"
-                raise InputError(f"{os.fspath(folder)}: {says}") from None
-            raise
+        interrupted = _core.resume(folder, own, pool, bar, _warn)
     return _result(Path(folder), None, own, interrupted)
 
 

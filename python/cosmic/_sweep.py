@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any, Optional, Union, cast
+from typing import Any, Optional, Protocol, Union, cast
 
 import numpy.typing as npt
 
@@ -28,6 +28,12 @@ def run_one(folder: str, index: int) -> str:
     return _core.sweep_run(folder, index)
 
 
+class Submits(Protocol):
+    """What gives calls to workers, such as an executor of ``concurrent.futures``."""
+
+    def submit(self, function: Callable[..., str], /, *arguments: Any) -> Future[str]: ...
+
+
 class Sweep:
     """The folder of a sweep. Any number of processes, on any number of hosts that share the
     folder, may work on it at once; those of ``cosmic sweep run`` as well."""
@@ -43,9 +49,10 @@ class Sweep:
         """The numbers of the runs that are not over, as their files say now."""
         return _core.sweep_status(self.folder)[1]
 
-    def submit(self, executor: Executor) -> list[Future[str]]:
-        """Gives every run that is left to an executor of ``concurrent.futures``, or to one of its
-        kind, as Dask and Ray have them. A run takes one thread and leaves Python's lock to others."""
+    def submit(self, executor: Submits) -> list[Future[str]]:
+        """Gives every run that is left to an executor of ``concurrent.futures``, to Dask's, or to
+        anything else with such a ``submit``. A run takes one thread and leaves Python's lock to
+        others."""
         return [executor.submit(run_one, str(self.folder), index) for index in self.left()]
 
     def run(self, threads: Optional[int] = None) -> None:

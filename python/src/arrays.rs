@@ -2,9 +2,10 @@
 
 use crate::errors::refused;
 use autodiff::Real;
-use cosmic::controller::Controller;
+use cosmic::controller::{Controller, observation_length};
 use cosmic::inputs::Inputs;
-use cosmic::lattice::State;
+use cosmic::lattice::{Lattice, State};
+use cosmic::scene::ControllerSettings;
 use cosmic::simulator::Trajectory;
 use numpy::{
     Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
@@ -29,6 +30,16 @@ pub(crate) struct Sizes {
 pub(crate) const NAMES: [&str; 7] = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
 
 impl Sizes {
+    /// The sizes of robots on a lattice.
+    pub(crate) fn of(lattice: &Lattice, controller: &ControllerSettings) -> Self {
+        Self {
+            nodes: lattice.nodes(),
+            edges: lattice.edges.len(),
+            inputs: observation_length(controller, lattice.nodes()),
+            hidden: controller.hidden,
+        }
+    }
+
     /// The shapes of the arrays of [`Inputs`].
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
         let Self {

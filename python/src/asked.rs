@@ -7,7 +7,7 @@ use autodiff::Real;
 use cosmic::error::Error;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
-use cosmic::projection::Projection;
+use cosmic::projection::{Projection, is_layout};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic::task::{Task, together};
 use pyo3::prelude::*;
@@ -24,15 +24,10 @@ pub(crate) enum Mixing {
 }
 
 impl Mixing {
-    /// By its name; `auto` takes design vectors of zeros and ones as they are (D7).
+    /// By its name; `auto` takes those of a layout as they are (D7).
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
-        let decided = || {
-            z.as_flattened()
-                .iter()
-                .all(|&x| [0.0, 1.0].contains(&x.into()))
-        };
         match name {
-            "auto" if decided() => Ok(Self::AsGiven),
+            "auto" if is_layout(z) => Ok(Self::AsGiven),
             "auto" | "performance" => Ok(Self::By(Projection::Performance)),
             "stability" => Ok(Self::By(Projection::Stability)),
             "none" => Ok(Self::AsGiven),

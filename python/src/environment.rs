@@ -5,11 +5,10 @@ use crate::asked::{in_groups, in_pool};
 use crate::errors::{raised, refused};
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
-use cosmic::controller::{observation, observation_length};
-use cosmic::design::{dominant, one_hot};
+use cosmic::controller::observation;
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, State};
-use cosmic::projection::Projection;
+use cosmic::projection::{Projection, is_layout};
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
@@ -62,20 +61,14 @@ impl Driven {
         let codesign = CoDesign::new(&scene.scene).map_err(raised)?;
         let task = codesign.task();
         let (scene, lattice) = (&scene.scene, &task.lattice);
-        let sizes = Sizes {
-            nodes: lattice.nodes(),
-            edges: lattice.edges.len(),
-            inputs: observation_length(&scene.controller, lattice.nodes()),
-            hidden: 1,
-        };
+        let sizes = Sizes::of(lattice, &scene.controller);
         let z = Given::<f64>::new("z", z)?;
         if z.batch(&[sizes.edges, 3])?.is_some() {
             return Err(refused("z: expected one design".to_owned()));
         }
         let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
-        let materials: Vec<_> = z.iter().map(dominant).collect();
         // A layout is its own mixture (D7).
-        let mixture = if one_hot(&materials) == z {
+        let mixture = if is_layout(&z) {
             z
         } else {
             task.mixture(Projection::Performance, &z)

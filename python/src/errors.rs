@@ -22,6 +22,10 @@ pub(crate) fn raised(error: Error) -> PyErr {
             FileError::new_err(says)
         }
         Error::Interrupted { .. } => InterruptedError::new_err(says),
+        // The library's words name what a program in Rust calls.
+        Error::OwnLoss { file, .. } => InputError::new_err(format!(
+            "{file}: the run is for a loss of Python: give it to cosmic.resume as `loss`"
+        )),
         Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => {
             InputError::new_err(says)
         }

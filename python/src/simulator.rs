@@ -6,7 +6,6 @@ use crate::errors::{raised, refused};
 use crate::scene::Scene;
 use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
-use cosmic::controller::observation_length;
 use cosmic::error::Error;
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::scene;
@@ -195,13 +194,7 @@ impl Simulator {
         let scene = scene.scene.clone();
         let codesign = CoDesign::new(&scene).map_err(raised)?;
         let task = codesign.task().clone();
-        let nodes = task.lattice.nodes();
-        let sizes = Sizes {
-            nodes,
-            edges: task.lattice.edges.len(),
-            inputs: observation_length(&scene.controller, nodes),
-            hidden: scene.controller.hidden,
-        };
+        let sizes = Sizes::of(&task.lattice, &scene.controller);
         Ok(Self { scene, task, sizes })
     }
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import cosmic
 import pytest
 from common import SCENE, SEED, is_same_run
+from cosmic._sweep import run_one
 
 INTERRUPTED = """
 import json, os, signal, sys, threading, warnings
@@ -65,3 +70,19 @@ def test_a_run_without_a_folder_is_returned_as_well() -> None:
     iterations, warning = interrupted("")
     assert 3 <= iterations < 800
     assert warning.endswith("the robot as far as it got")
+
+
+def test_a_run_of_a_sweep_saves_itself(tmp_path: Path) -> None:
+    stopped, whole = [cosmic.sweep(tmp_path / name, LONG, seeds=1) for name in ("s", "whole")]
+
+    def stop() -> None:
+        while not list(stopped.folder.glob("runs/*/history.jsonl")):
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=stop).start()
+    with pytest.raises(KeyboardInterrupt):
+        run_one(str(stopped.folder), 0)
+    assert stopped.left() == [0] and stopped.merge()["state"][0] == "begun"
+    assert [run_one(str(sweep.folder), 0) for sweep in (stopped, whole)] == ["done", "done"]
+    assert is_same_run(stopped[0].folder, whole[0].folder)

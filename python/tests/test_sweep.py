@@ -46,6 +46,17 @@ def test_executors_of_any_kind_do_the_same_runs(tmp_path: Path) -> None:
     assert cosmic.Sweep(serial.folder).submit(OneAtATime(8)) == []
 
 
+def test_dask_s_executor_does_them(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    serial, dask = planned(tmp_path / "serial"), planned(tmp_path / "dask")
+    serial.run(threads=1)
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with distributed.Client(cluster) as client:
+            futures = dask.submit(client.get_executor())
+            assert {future.result() for future in futures} == {"done"}
+    assert numbers(dask) == numbers(serial)
+
+
 class OneAtATime:
     """An executor that does so many runs at once when they are submitted, and no other."""
 

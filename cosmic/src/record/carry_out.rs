@@ -143,11 +143,10 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         return Ok(());
     };
     if snapshot.progress.as_ref().is_some_and(|p| p.own_loss) {
-        return Err(Error::Usage(format!(
-            "{}: the run is for a loss of its own: the program that began it begins anew, with \
-             `physics.unstable_step = \"warn\"` in its scene",
-            folder.display()
-        )));
+        return Err(Error::OwnLoss {
+            file: folder.display().to_string(),
+            remedy: "begins anew, with `physics.unstable_step = \"warn\"` in its scene",
+        });
     }
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);

@@ -208,14 +208,16 @@ impl Snapshot<'_> {
         let progress = self.progress.map_or(first.clone(), Cow::into_owned);
         if progress.own_loss != first.own_loss {
             let file = file.display();
-            return Err(Error::Usage(if progress.own_loss {
-                format!(
-                    "{file}: the run is for a loss of its own, which no file holds: the program \
-                     that began it goes on with it, by record::resume_with"
-                )
+            return Err(if progress.own_loss {
+                Error::OwnLoss {
+                    file: file.to_string(),
+                    remedy: "goes on with it, by record::resume_with",
+                }
             } else {
-                format!("{file}: the run is for its scene's objective, and no other loss")
-            }));
+                Error::Usage(format!(
+                    "{file}: the run is for its scene's objective, and no other loss"
+                ))
+            });
         }
         let file = &file.display().to_string();
         progress.fits(&first, file)?;
