@@ -1,6 +1,7 @@
 //! The files of a run, or of a design alone, for reports.
 
 use cosmic::codesign::Record;
+use cosmic::design::Material;
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::projection::{Holds, Projection, mixture};
@@ -36,6 +37,13 @@ impl RobotFiles {
             lattice,
             design,
         })
+    }
+
+    /// The edges whose delivered material is of a kind.
+    pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
+        let materials = self.design.materials.iter().enumerate();
+        let of_kind = materials.filter(|(_, material)| kind(**material));
+        of_kind.map(|(edge, _)| edge).collect()
     }
 
     /// The mixtures of design vectors; a layout has exactly one material per edge (D7).

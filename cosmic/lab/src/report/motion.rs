@@ -60,11 +60,11 @@ pub(super) struct Motion<'r> {
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
     /// Nodes at which something is drawn.
-    seen: Vec<usize>,
+    pub(super) seen: Vec<usize>,
     /// The strain with the full colour.
     pub(super) limit: f64,
     /// The profile on the ground line.
-    profile: Profile,
+    pub(super) profile: Profile,
 }
 
 impl<'r> Motion<'r> {

@@ -43,11 +43,11 @@ pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
 
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
     let motion = Motion::new(&run.robot, &run.trajectory);
-    let robot = robot::draw(&motion);
-    let convergence = (!run.history.is_empty()).then(|| convergence::draw(run));
-    let page = page::of_run(run, &motion, &robot, convergence.as_deref());
-    let mut texts = vec![("report.html", page), ("robot.svg", robot)];
-    texts.extend(convergence.map(|text| ("convergence.svg", text)));
+    let page = page::of_run(run, &motion);
+    let mut texts = vec![("report.html", page), ("robot.svg", robot::draw(&motion))];
+    if !run.history.is_empty() {
+        texts.push(("convergence.svg", convergence::draw(run)));
+    }
     let mut written = write_texts(&run.folder, texts)?;
     let path = run.folder.join("gait.gif");
     write_atomic(&path, |file| animation::write(&motion, file))?;
