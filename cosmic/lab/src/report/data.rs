@@ -85,6 +85,7 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
         "cos": cos,
         "sin": sin,
         "limit": motion.limit,
+        "origin": motion.states()[0].x[0][0],
     })
 }
 

@@ -46,6 +46,28 @@ impl RobotFiles {
         of_kind.map(|(edge, _)| edge).collect()
     }
 
+    /// The robot of design vectors on the way. Its edges are of the solid material that they have more of, and void
+    /// where they have none.
+    pub(super) fn on_the_way(&self, z: &[[f64; 3]]) -> Self {
+        let drawn = |[void, skeleton, actuator]: [f64; 3]| {
+            if void > 0.98 {
+                Material::Void
+            } else if skeleton >= actuator {
+                Material::Skeleton
+            } else {
+                Material::Actuator
+            }
+        };
+        let mut design = self.design.clone();
+        design.z = z.to_vec();
+        design.materials = self.mixtures(z).into_iter().map(drawn).collect();
+        Self {
+            scene: self.scene.clone(),
+            lattice: self.lattice.clone(),
+            design,
+        }
+    }
+
     /// The mixtures of design vectors; a layout has exactly one material per edge (D7).
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut entries = z.as_flattened().iter();

@@ -4,14 +4,17 @@
 
 mod animation;
 mod bars;
+mod canvas;
 pub mod chart;
 mod compare;
 mod convergence;
 mod data;
+mod evolution;
 mod files;
 mod gait;
 mod html;
 mod layout;
+mod lettering;
 mod loads;
 mod motion;
 mod numbers;
@@ -32,4 +35,4 @@ pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;
 pub(crate) use picture::{PICTURES, Picture};
-pub use work::write;
+pub use work::{Animations, write};

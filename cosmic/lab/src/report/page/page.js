@@ -11,7 +11,7 @@ const walkers = [...(data.designs ?? []), { iteration: data.iteration, mixtures:
   .map(({ iteration, mixtures, walk }) => Object.assign(new Walker(robot, world, mixtures, walk), { iteration }));
 const last = walkers.length - 1;
 const view = { now: 0, playing: startsPlaying(), shown: last, chosen: null, hovered: null, evolving: false };
-const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 0)}\u00a0%`;
+const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 1)}\u00a0%`;
 const newton = force => `${decimals(force, Math.abs(force) < 10 ? 2 : 1)}\u00a0N`;
 
 // What is drawn anew for every moment, and what for another iteration or edge alone.
@@ -60,7 +60,7 @@ function show(index) {
 function player() {
   const stage = new Stage(part("stage"), { ...world, payloads: robot.payloads });
   link(stage.canvas, (x, y) => stage.edgeAt(x, y));
-  const [play, time, clock] = ["play", "time", "clock"].map(part);
+  const [play, time] = ["play", "time"].map(part);
   const toggle = () => {
     view.playing = !view.playing;
     play.textContent = view.playing ? "Pause" : "Play";
@@ -89,9 +89,7 @@ function player() {
     const label = `${decimals(view.now, 1)} s   ${decimals(moment.metres, 2)} m${which}`;
     stage.draw({ ...moment, highlight: highlight(), label, colours });
     time.value = view.now;
-    const said = `${decimals(view.now, 1)} s, ${decimals(moment.metres, 2)} m`;
-    time.setAttribute("aria-valuetext", said);
-    clock.textContent = said;
+    time.setAttribute("aria-valuetext", label);
   });
   return stage;
 }
@@ -248,6 +246,7 @@ function convergence() {
     ["measures", "Binarisation measures", [line("norm", "accent", "norm"), line("void\u2013skeleton", "second", "void_skeleton"), line("void\u2013actuator", "third", "void_actuator"), line("skeleton\u2013actuator", "fourth", "skeleton_actuator")], {}],
     ["gradients", "Norm of the gradient before any bound", [line("design", "accent", "design"), line("design, stability", "third", "design_stability"), line("controller", "second", "controller")], { log: true }],
   ];
+  part("displacement").hidden = false;
   for (const [id, title, series, more] of charts) {
     const curve = new Curve(part(id), toIteration, 10);
     still.push(() => curve.draw({ title, series, x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), ...more }));
@@ -265,7 +264,7 @@ if (gait && part("feet")) {
   bars();
   energy();
 }
-if (history && part("displacement")) convergence();
+if (history && part("volumes")) convergence();
 drawStill();
 everyFrame(seconds => {
   if (view.playing) view.now += seconds * Number(part("speed")?.value ?? 1);

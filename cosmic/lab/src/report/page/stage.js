@@ -7,15 +7,15 @@ class Stage extends Drawing {
   #drawn = [];
 
   // `world`: `width` of what is shown where the element is 2.4 times as wide as high, `ground` as corners
-  // [[x, y], …] from left to right, `cos` of its incline, `limit` of an actuator's strain, and `payloads`, the
-  // nodes that carry one ([0] if absent).
+  // [[x, y], …] from left to right, `cos` of its incline, `limit` of an actuator's strain. What may be left out:
+  // `payloads`, the nodes that carry one ([0]), and `origin`, the x at which marks along the ground begin (0).
   constructor(canvas, world) {
     super(canvas);
     this.world = world;
   }
 
   set world(world) {
-    this.#world = { payloads: [0], ...world };
+    this.#world = { payloads: [0], origin: 0, ...world };
   }
 
   recoloured() {
@@ -77,7 +77,7 @@ class Stage extends Drawing {
 
   // Marks stand along the ground, as displacements are measured.
   #paintGround(place, middle, half, scale, height) {
-    const { ground, cos } = this.#world;
+    const { ground, cos, origin } = this.#world;
     const level = x => levelAt(ground, x);
     const [left, right] = [middle - half, middle + half];
     const corners = ground.filter(([x]) => left < x && x < right);
@@ -92,9 +92,10 @@ class Stage extends Drawing {
     const named = roundStep(64 / scale);
     const parts = String(named).replace(/[0.]/g, "")[0] === "2" ? 4 : 5;
     const between = named / parts;
-    for (let k = Math.ceil(left / cos / between); k * between * cos <= right; k++) {
+    for (let k = Math.ceil((left - origin) / cos / between); origin + k * between * cos <= right; k++) {
       const along = k * between;
-      const [x, y] = place(along * cos, level(along * cos));
+      const at = origin + along * cos;
+      const [x, y] = place(at, level(at));
       this.line([[x, y], [x, y + (k % parts ? 4 : 8)]], this.colour("muted"), 1);
       if (k % parts === 0) this.text(`${decimals(along, Math.max(0, -Math.floor(Math.log10(named) + 1e-9)))} m`, x, y + 23, "muted", "center");
     }

@@ -8,7 +8,7 @@ class Ternary extends Drawing {
   // or 2), which gives its colour. What may be left out: `paths`, for edges that have one the mixtures on the
   // way, and `highlight` as an edge's number.
   paint({ mixtures, delivered, paths = [], highlight = null }, width, height) {
-    const side = Math.min(width - 72, (height - 64) / Math.sqrt(0.75));
+    const side = Math.min(width - 88, (height - 104) / Math.sqrt(0.75));
     const [middle, bottom] = [width / 2, height / 2 + side * Math.sqrt(0.1875) + 2];
     const corners = [[middle - side / 2, bottom], [middle + side / 2, bottom], [middle, bottom - side * Math.sqrt(0.75)]];
     const place = mixture => [0, 1].map(axis => corners.reduce((sum, corner, k) => sum + mixture[k] * corner[axis], 0));
@@ -46,7 +46,7 @@ class Ternary extends Drawing {
       }
     }
     this.line([...corners, corners[0]], this.colour("muted"), 1);
-    const names = [["void", 30], ["skeleton", 30], ["actuator", -18]];
+    const names = [["void", 46], ["skeleton", 46], ["actuator", -36]];
     names.forEach(([name, below], k) => this.text(name, corners[k][0], corners[k][1] + below, "ink", "center", "13px"));
   }
 
