@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 /// Draw a finished run, or a design alone: a page and pictures in its folder, of a run an animation
 ///
-/// The animation is gait.gif unless --mp4 asks for a film in its place. A design alone is a folder with design.json and scene.toml only, or a design's file with
-/// scene.toml beside it.
+/// The animation is gait.gif, unless --mp4 alone asks for a film in its place. A design alone is a folder
+/// with design.json and scene.toml only, or a design's file with scene.toml beside it.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The run's folder, or a design's folder or file

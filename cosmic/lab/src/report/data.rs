@@ -50,7 +50,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<(&Gait, &[Bar
 }
 
 /// The lattice, and the design that is delivered.
-fn of_robot(robot: &RobotFiles, start: &[[f64; 2]]) -> Value {
+pub(super) fn of_robot(robot: &RobotFiles, start: &[[f64; 2]]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({

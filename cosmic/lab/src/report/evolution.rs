@@ -85,7 +85,7 @@ fn trajectory(walk: &Walk) -> TrajectoryFile {
     };
     let states: Vec<_> = walk.places().into_iter().map(state).collect();
     TrajectoryFile {
-        dt: walk.seconds,
+        dt: walk.every,
         steps: (0..states.len()).collect(),
         states,
     }

@@ -143,7 +143,7 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     )))
 }
 
-fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
+pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
     let path = &folder.join(trajectory_file::TRAJECTORY);
     let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
     let name = &path.display().to_string();

@@ -21,6 +21,7 @@ mod numbers;
 mod page;
 mod picture;
 mod plot;
+mod race;
 mod robot;
 pub mod sheet;
 mod svg;

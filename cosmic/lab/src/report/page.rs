@@ -79,19 +79,30 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html::page(title, &body.concat())
 }
 
-/// The scripts of a page, and what they draw from.
-fn script(data: &Value) -> String {
-    // Numbers and names of phases alone: nothing in it can end the script element early.
-    format!(
-        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{}{}{}{}{}{}{}</script>\n",
+/// What a page's scripts draw from, the drawings that all pages share, and the scripts of that page.
+pub(super) fn scripts(data: &Value, of_page: &[&str]) -> String {
+    // In texts, no `<` ends the script element early.
+    let data = data.to_string().replace('<', "\\u003c");
+    let shared = [
         include_str!("page/drawing.js"),
         include_str!("page/stage.js"),
+        include_str!("page/walker.js"),
+    ];
+    let code = [&shared[..], of_page].concat().concat();
+    format!(
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{code}</script>\n"
+    )
+}
+
+/// The scripts of a page with one robot.
+fn script(data: &Value) -> String {
+    let of_page = [
         include_str!("page/ternary.js"),
         include_str!("page/curve.js"),
-        include_str!("page/walker.js"),
         include_str!("page/gait.js"),
         include_str!("page/page.js"),
-    )
+    ];
+    scripts(data, &of_page)
 }
 
 /// The heading, and a line with the size of the lattice and `about`.

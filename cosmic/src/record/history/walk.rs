@@ -14,7 +14,7 @@ const PARTS: f64 = 200.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Walk {
     /// Seconds from one moment to the next; the first is the start.
-    pub seconds: f64,
+    pub every: f64,
     /// What a count stands for, m.
     pub unit: f64,
     /// For every moment and every node x and y, as counts of `unit`: those of the start, from then on the
@@ -35,7 +35,7 @@ impl Walk {
     /// that counts do not reach.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
-        seconds: f64,
+        every: f64,
         unit: f64,
     ) -> Option<Self> {
         let count = |x: &f64| {
@@ -51,7 +51,7 @@ impl Walk {
             pairs.for_each(|(now, before)| *now -= before);
         }
         Some(Self {
-            seconds,
+            every,
             unit,
             counts,
         })
@@ -64,8 +64,8 @@ impl Walk {
         dt: f64,
         spacing: f64,
     ) -> Option<Self> {
-        let every = seen.steps.get(1).copied().unwrap_or(1);
-        Self::of(seen.states.iter(), every as f64 * dt, spacing / PARTS)
+        let steps = seen.steps.get(1).copied().unwrap_or(1);
+        Self::of(seen.states.iter(), steps as f64 * dt, spacing / PARTS)
     }
 
     /// The places of all nodes at every moment, m.
@@ -98,7 +98,7 @@ mod tests {
         };
         let states: Vec<_> = (0..4).map(state).collect();
         let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
-        assert_eq!((walk.seconds, walk.counts[3][0]), (0.084, 200));
+        assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
         for (state, places) in states.iter().zip(walk.places()) {
             let off = state.x.as_flattened().iter().zip(places.as_flattened());
             assert!(

@@ -146,20 +146,20 @@ function design() {
   moving.push(moment => { part("told").textContent = told(highlight(), moment); });
 }
 
-// What an edge is, does and bears.
+// What an edge is, and its strain and force, now and at their peaks.
 function told(edge, { shape, frame }) {
   if (edge === null) return "Point at a bar, a row or a point, or choose an edge.";
   const [i, j] = robot.edges[edge];
   const material = ["void", "skeleton", "actuator"][robot.materials[edge]];
-  const words = [`${material} between nodes ${i} and ${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
+  const words = [`${material}, nodes ${i}\u2013${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
   const bar = gait ? gait.bars.indexOf(edge) : -1;
-  if (bar >= 0 && view.shown === last && shape) {
+  if (bar >= 0 && view.shown === last) {
     const [low, high, push, pull] = gait.peaks[bar];
     const strain = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]) / robot.rest[edge] - 1;
     words.push(`strain ${percent(strain)} (${percent(low)} to ${percent(high)})`);
-    words.push(`force ${newton(forceAt(frame, bar))} (push to ${newton(push)}, pull to ${newton(pull)})`);
+    words.push(`force ${newton(forceAt(frame, bar))} (${newton(-push)} to ${newton(pull)})`);
   }
-  return words.join("; ");
+  return words.join(" \u00b7 ");
 }
 
 function actuators(stage) {
@@ -179,7 +179,7 @@ function actuators(stage) {
       const beyond = Math.abs(strain) > world.limit;
       return Object.assign(document.createElement("b"), { textContent: percent(strain), className: beyond ? "beyond" : "", style: beyond ? "" : "font-weight: 400" });
     });
-    line.append(ends[0], "  ", ends[1]);
+    line.append(ends[0], "\u2002", ends[1]);
     return line;
   }));
   const edgeOf = row => gait.actuators[row] ?? null;
@@ -246,7 +246,6 @@ function convergence() {
     ["measures", "Binarisation measures", [line("norm", "accent", "norm"), line("void\u2013skeleton", "second", "void_skeleton"), line("void\u2013actuator", "third", "void_actuator"), line("skeleton\u2013actuator", "fourth", "skeleton_actuator")], {}],
     ["gradients", "Norm of the gradient before any bound", [line("design", "accent", "design"), line("design, stability", "third", "design_stability"), line("controller", "second", "controller")], { log: true }],
   ];
-  part("displacement").hidden = false;
   for (const [id, title, series, more] of charts) {
     const curve = new Curve(part(id), toIteration, 10);
     still.push(() => curve.draw({ title, series, x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), ...more }));
@@ -265,6 +264,7 @@ if (gait && part("feet")) {
   energy();
 }
 if (history && part("volumes")) convergence();
+else part("displacement")?.remove();
 drawStill();
 everyFrame(seconds => {
   if (view.playing) view.now += seconds * Number(part("speed")?.value ?? 1);

@@ -18,12 +18,25 @@ class Ternary extends Drawing {
       this.pen.globalAlpha = share;
       this.line(paths[e].map(place), colours[delivered[e]], thick);
     };
-    for (const e in paths) if (paths[e]) walk(e, 0.13, 1);
-    this.pen.globalAlpha = 1;
     const radius = Math.max(2.2, Math.min(3.6, side / 90));
+    for (const e in paths) if (paths[e]) walk(e, 0.13, 1);
+    this.#paintEnds(paths, place, delivered, colours, radius);
     this.#spots = this.#spread(mixtures.map(place), 2.15 * radius);
     this.#spots.forEach(([x, y], e) => this.disc(x, y, radius, colours[delivered[e]]));
     if (highlight !== null && mixtures[highlight]) this.#paintChosen(highlight, paths, walk, place, colours[delivered[highlight]], radius);
+    this.pen.globalAlpha = 1;
+  }
+
+  // A ring where paths end, once for those of a material that end at one spot.
+  #paintEnds(paths, place, delivered, colours, radius) {
+    const ends = new Map();
+    for (const e in paths) {
+      if (!paths[e]) continue;
+      const [x, y] = place(paths[e][paths[e].length - 1]).map(Math.round);
+      ends.set(`${x},${y},${delivered[e]}`, [x, y, colours[delivered[e]]]);
+    }
+    this.pen.globalAlpha = 0.5;
+    for (const [x, y, colour] of ends.values()) this.disc(x, y, 2 * radius + 3, "transparent", colour);
     this.pen.globalAlpha = 1;
   }
 

@@ -19,7 +19,7 @@ class Walker {
 
   // Seconds of the walk.
   get duration() {
-    return this.walk ? this.walk.seconds * (this.walk.counts.length - 1) : 0;
+    return this.walk ? this.walk.every * (this.walk.counts.length - 1) : 0;
   }
 
   get #frames() {
@@ -46,7 +46,7 @@ class Walker {
       const along = body.map(node => frame[2 * node]);
       return (Math.min(...along) + Math.max(...along)) / 2;
     });
-    const around = Math.max(0, Math.round(0.5 / (this.walk?.seconds ?? 1)));
+    const around = Math.max(0, Math.round(0.5 / (this.walk?.every ?? 1)));
     const { width, ground } = this.world;
     return middles.map((_, k) => {
       const near = middles.slice(Math.max(0, k - around), k + around + 1);
@@ -70,7 +70,7 @@ class Walker {
   // The moment at a time: what a `Stage` draws, and the metres that the payload got along the ground.
   at(time) {
     const { places, trail, cameras } = this.#frames;
-    const place = this.walk ? Math.min(time / this.walk.seconds, places.length - 1) : 0;
+    const place = this.walk ? Math.min(time / this.walk.every, places.length - 1) : 0;
     const [k, next] = [Math.floor(place), Math.ceil(place)];
     const between = (from, to) => from.map((x, i) => x + (place - k) * (to[i] - x));
     const positions = between(places[k], places[next]);
