@@ -80,7 +80,9 @@ impl Comparison {
             include_str!("page/race.html").to_owned()
                 + &page::scripts(&lanes.into(), &[include_str!("page/race.js")])
         };
-        let body = format!("<h1>{title}</h1>\n{race}<div class=\"scroll\">{table}</div>\n");
+        let body = format!(
+            "<h1>{title}</h1>\n{race}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers\">{table}</div>\n"
+        );
         Ok(html::page(title, &body))
     }
 }

@@ -153,3 +153,71 @@ impl<'r> Gait<'r> {
 pub(super) fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Gait;
+    use crate::report::RunFiles;
+    use crate::report::motion::Motion;
+    use cosmic::design::Material;
+    use cosmic::record::{RunPlan, optimise};
+    use cosmic::scene::{Scene, StartKind};
+
+    /// The short three-legged robot of the paper's scene, dropped for 0.3 s and hardly trained.
+    #[test]
+    fn a_gait_is_that_of_the_trajectory() {
+        let mut scene = Scene::default();
+        scene.start.kind = StartKind::Layout;
+        (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
+        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
+        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("run");
+        optimise(&folder, &RunPlan::new("test", scene, 0), &mut ()).unwrap();
+        let run = RunFiles::read(&folder).unwrap();
+        let motion = Motion::new(&run.robot, &run.trajectory);
+        let gait = Gait::new(&run).unwrap();
+        let loads = gait.loads();
+        let shown = gait.last_periods(&motion, &loads);
+
+        // The largest strain and force are those of the summary, which the run took from the same states.
+        let summary = run.summary.loads.as_ref().unwrap();
+        let actuators = run.robot.edges_of(|m| m == Material::Actuator);
+        let most = |of: fn(&[f64]) -> f64| {
+            let peaks = shown["peaks"].as_array().unwrap().iter();
+            let numbers =
+                peaks.map(|peak| serde_json::from_value::<Vec<f64>>(peak.clone()).unwrap());
+            numbers.map(|peak| of(&peak)).fold(0.0, f64::max)
+        };
+        let near = |a: f64, b: f64| assert!((a - b).abs() <= 6e-4 * b, "{a} is not {b}");
+        let strain = actuators.iter().map(|&edge| loads[edge].strain.peak);
+        assert_eq!(strain.fold(0.0, f64::max), summary.strain.peak);
+        near(most(|peak| peak[2]), summary.compression);
+
+        // A rollout shorter than a period is shown whole; the robot begins on its three feet.
+        let times = shown["times"].as_array().unwrap();
+        assert_eq!(times.len(), motion.states().len());
+        let feet: Vec<(usize, String)> = serde_json::from_value(shown["feet"].clone()).unwrap();
+        let begins: Vec<usize> = feet
+            .iter()
+            .filter(|(_, stands)| stands.starts_with('1'))
+            .map(|(node, _)| *node)
+            .collect();
+        let lowest = motion
+            .seen
+            .iter()
+            .filter(|node| run.robot.lattice.places[**node][1] == 0.0);
+        assert!(lowest.eq(&begins), "{begins:?}");
+
+        // At the start nothing moves and nothing has sunk. Then energies are those of all nodes.
+        let energies = gait.energies(&motion);
+        let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
+        assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
+        let last = motion.states().last().unwrap();
+        let mass = gait.case.body().mass;
+        let square = |v: &[f64; 2]| v[0].powi(2) + v[1].powi(2);
+        let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * square(v));
+        near(at("kinetic", motion.states().len() - 1), kinetic.sum());
+        assert!(at("elastic", 3) > 0.0);
+    }
+}

@@ -57,6 +57,6 @@ pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
         .add(number("power, 99 %", "W", 3), |edge| loads[*edge].power.p99);
     let table = table.done().to_html();
     format!(
-        "<details><summary>Strain, force, speed and power of every actuator</summary>\n<div class=\"scroll\">{table}</div></details>\n"
+        "<details><summary>Strain, force, speed and power of every actuator</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Loads of actuators\">{table}</div></details>\n"
     )
 }

@@ -114,7 +114,7 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
 
 fn scene(robot: &RobotFiles) -> String {
     format!(
-        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre>{}</pre></details>\n",
+        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(&robot.scene.to_toml())
     )
 }

@@ -1,6 +1,8 @@
 "use strict";
 // What all drawings share: a canvas as sharp as the screen and as large as its element, and the page's colours.
 
+const FONT = 'system-ui, "Segoe UI", Helvetica, Arial, sans-serif';
+
 class Drawing {
   #scene = null;
   #colours = new Map();
@@ -95,10 +97,16 @@ class Drawing {
 
   text(text, x, y, colour = "muted", align = "left", font = "12px") {
     const pen = this.pen;
-    pen.font = `${font} system-ui, "Segoe UI", Helvetica, Arial, sans-serif`;
+    pen.font = `${font} ${FONT}`;
     pen.fillStyle = this.colour(colour);
     pen.textAlign = align;
     pen.fillText(text, x, y);
+  }
+
+  // The width of a small text.
+  measure(text) {
+    this.pen.font = `12px ${FONT}`;
+    return this.pen.measureText(text).width;
   }
 }
 

@@ -250,7 +250,7 @@ function convergence() {
     const curve = new Curve(part(id), toIteration, 10);
     still.push(() => curve.draw({ title, series, x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), ...more }));
   }
-  const names = phases.map(({ name, from, to }) => `${name.replace("_", " ")} ${from + 1}\u2013${to}`);
+  const names = phases.map(({ name, from, to }) => `${name.replace("_", "-")} ${from + 1 < to ? `${from + 1}\u2013` : ""}${to}`);
   part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of what is delivered, and the bounds before they widen.`;
 }
 
