@@ -3,7 +3,8 @@
 //!
 //! There is no fused multiply-add among them. [`Real::fma`] has two roundings, as for scalars. The
 //! elementary functions need a single one, for the same bits as everywhere: software does it, lane by
-//! lane, as it does for scalars. (An exact one in lanes, of some sixty operations, took twice as long.)
+//! lane, as it does for scalars. The hyperbolic tangent in double precision, which controllers wait for, does
+//! without: `doubted.rs`.
 #![allow(unsafe_code)]
 // Loads and stores through a pointer.
 // The other instructions are safe to call; the macro serves instruction sets whose are not.
@@ -14,10 +15,11 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
+use super::doubted::{Unfused, tanh_unfused};
 use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
 use super::places::twice_each;
 use crate::elementary::Elementary;
-use crate::math::{self, Abreast, Primitive};
+use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
@@ -88,7 +90,7 @@ define_lanes!(
     F64x2: [f64; 2] in v128, mask Mask64,
     f64x2_splat load store
     f64x2_add f64x2_sub f64x2_mul f64x2_div f64x2_sqrt,
-    fma multiply_add_f64, with one rounding fused_f64,
+    fma multiply_add_f64, with one rounding fused_f64, tanh tanh_f64,
     part |from: &[f64]| load(padded::<f64, 2>(from).as_ptr()),
     |to, a| store_first::<f64, 2>(to, Self(a)),
     |a, b| Mask64(f64x2_lt(a, b)),
@@ -119,7 +121,7 @@ define_lanes!(
     F32x4: [f32; 4] in v128, mask Mask32,
     f32x4_splat load store
     f32x4_add f32x4_sub f32x4_mul f32x4_div f32x4_sqrt,
-    fma multiply_add_f32, with one rounding fused_f32,
+    fma multiply_add_f32, with one rounding fused_f32, tanh tanh_abreast,
     part |from: &[f32]| load(padded::<f32, 4>(from).as_ptr()),
     |to, a| store_first::<f32, 4>(to, Self(a)),
     |a, b| Mask32(f32x4_lt(a, b)),
@@ -145,3 +147,28 @@ define_lanes!(
     |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(bits & 15)])),
     |a, b| [i32x4_shuffle::<0, 4, 1, 5>(a, b), i32x4_shuffle::<2, 6, 3, 7>(a, b)]
 );
+
+impl Unfused for F64x2 {
+    #[inline(always)]
+    fn upper(self) -> Self {
+        Self(v128_and(self.0, i64x2_splat(-1 << 27)))
+    }
+    #[inline(always)]
+    fn differs_from(self, other: Self) -> Mask64 {
+        Mask64(f64x2_ne(self.0, other.0))
+    }
+}
+
+#[inline(always)]
+fn tanh_f64<const N: usize>(x: [F64x2; N]) -> [F64x2; N] {
+    match tanh_unfused(x) {
+        Some(found) => found,
+        None => in_software(x),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn in_software<const N: usize>(x: [F64x2; N]) -> [F64x2; N] {
+    tanh_abreast(x)
+}

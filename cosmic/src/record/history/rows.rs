@@ -1,7 +1,7 @@
 //! The rows of `history.jsonl` and of `designs.jsonl`.
 
 use crate::codesign::Record;
-use crate::record::files::Format;
+use crate::record::format::Format;
 use serde::{Deserialize, Serialize};
 
 /// The format of every line of `history.jsonl`.
