@@ -87,12 +87,12 @@ export class Design {
     this.#change("finished");
   }
 
-  /** Gives the delivered robot other materials. */
+  /** Gives the delivered robot other materials, or its own again. */
   async edit(materials) {
     const run = this.#run;
     const { ok, numbers } = await this.#client.ask({ do: "edit", materials });
     if (run !== this.#run) return;
-    this.delivered.walk = new Walk(this.world, ok.robot, numbers);
+    this.delivered.walk = materials === null ? this.delivered.asDesigned : new Walk(this.world, ok.robot, numbers);
     this.onchange(this.state);
   }
 

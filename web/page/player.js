@@ -1,5 +1,7 @@
 // Plays walks on the stage: one robot turns into the next without a jump.
 
+/** A void bar that is longer than so many rest lengths leads to a node that was left behind. */
+const LEFT_BEHIND = 2;
 /** Seconds in which most of the difference between two robots is gone. */
 const BLEND = 0.12;
 
@@ -15,6 +17,7 @@ export class Player {
   #last = null;
   time = 0;
   speed = 1;
+  withVoid = false;
   playing;
   highlight = null;
   /** The longest and the mean time of a picture's script in milliseconds, for tests. */
@@ -46,6 +49,7 @@ export class Player {
     this.#walk = walk;
     this.#shown = new Float32Array(count);
     this.withVoid = withVoid;
+    this.#bars = walk.bars(withVoid);
     walk.positions(this.time, this.#shown);
     const blends = before !== null && !restart && this.playing;
     this.#blend = blends ? 1 : 0;
@@ -56,8 +60,9 @@ export class Player {
     if (!this.playing) this.paint();
   }
 
-  set withVoid(withVoid) {
-    this.#bars = this.#walk.bars(withVoid);
+  #isNear([i, j, rest, material]) {
+    const at = this.#shown;
+    return material !== 0 || Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]) < LEFT_BEHIND * rest;
   }
 
   toggle() {
@@ -81,7 +86,7 @@ export class Player {
     }
     this.#stage.draw({
       positions: this.#shown,
-      edges: this.#bars,
+      edges: this.withVoid ? this.#bars.filter(bar => this.#isNear(bar)) : this.#bars,
       camera: [this.#camera, walk.world.floor(this.#camera)],
       trail: walk.trail(this.time),
       highlight: this.highlight,

@@ -3,6 +3,8 @@
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
 const STEADY = 1;
+/** The least share of a material that is drawn. */
+const SEEN = 0.06;
 /** Seconds of the payload's path that are drawn. */
 const TRAIL = 6;
 
@@ -52,17 +54,17 @@ export class Walk {
     for (let k = 0; k < this.frames; k++) this.#trail.set(this.#node(k, payload), 2 * k);
   }
 
-  /** Bars as the drawing takes them: undecided ones fade; void ones only where asked for. */
+  /**
+   * Bars as the drawing takes them. An undecided one is two, skeleton and actuator, each as faint as its share is
+   * small. A void one is there only where it is asked for.
+   */
   bars(withVoid) {
     const bars = [];
     this.world.edges.forEach(([i, j], e) => {
-      const [, skeleton, actuator] = this.mixture(e);
-      const solid = skeleton + actuator;
-      if (solid < 0.06) {
-        if (withVoid) bars.push([i, j, this.world.lengths[e], 0, e, 1]);
-        return;
-      }
-      bars.push([i, j, this.world.lengths[e], actuator >= skeleton ? 2 : 1, e, solid]);
+      const shares = this.mixture(e);
+      const drawn = [1, 2].filter(material => shares[material] > SEEN);
+      for (const material of drawn) bars.push([i, j, this.world.lengths[e], material, e, shares[material]]);
+      if (drawn.length === 0 && withVoid) bars.push([i, j, this.world.lengths[e], 0, e, 1]);
     });
     return bars;
   }

@@ -21,8 +21,8 @@ enum Request {
     Iterate { shown: bool },
     /// The choice of the robot after the last iteration.
     Deliver,
-    /// The delivered robot with other materials.
-    Edit { materials: Vec<Material> },
+    /// The delivered robot with other materials, or with its own again.
+    Edit { materials: Option<Vec<Material>> },
     /// The text of `design.json`.
     Design,
     /// Stops as an error in the program would: for tests.
@@ -64,7 +64,8 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Scenes => Ok(scenes()),
         Request::Check(asked) => {
             let scene = asked.read()?;
-            Ok(json!({ "toml": scene.to_toml(), "settings": scene }))
+            let profile = scene.physics.ground.resolved();
+            Ok(json!({ "toml": scene.to_toml(), "settings": scene, "profile": profile.points() }))
         }
         Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
         Request::Iterate { shown } => session.iterate(shown),

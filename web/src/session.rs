@@ -21,12 +21,16 @@ pub(crate) struct Session {
 struct Work {
     codesign: CoDesign,
     progress: Progress,
-    /// The robot of the last answer, after the last iteration.
-    finished: Option<Robot>,
+    /// The robot that was delivered, after the last iteration.
+    delivered: Option<Robot>,
+    /// That robot with other materials.
+    edited: Option<Robot>,
 }
 
+#[derive(Clone)]
 struct Robot {
     z: Vec<[f64; 3]>,
+    mixture: Vec<[f64; 3]>,
     materials: Vec<Material>,
     controller: Controller<f64>,
 }
@@ -39,7 +43,8 @@ impl Session {
         let begun = Work {
             codesign,
             progress,
-            finished: None,
+            delivered: None,
+            edited: None,
         };
         let first = begun.present(&mut self.numbers);
         let answer = json!({ "world": view::world(&begun.codesign), "first": first });
@@ -67,58 +72,60 @@ impl Session {
     pub(crate) fn deliver(&mut self) -> Result<Value> {
         let Self { work, numbers } = self;
         let work = begun(work)?;
-        let delivery = work.codesign.deliver(&work.progress);
-        let (spread, along) = (delivery.spread, delivery.along);
-        let iteration = delivery.iteration;
         let Delivery {
             z,
             materials,
             controller,
+            iteration,
+            spread,
             volumes,
-            displacement,
             ..
-        } = delivery;
+        } = work.codesign.deliver(&work.progress);
         let mixture = work.codesign.mixture(&work.progress);
         let robot = Robot {
             z,
+            mixture,
             materials,
             controller,
         };
-        let shown = work.show(&mixture, &robot, numbers);
-        work.finished = Some(robot);
+        let shown = work.show(&robot, numbers);
+        work.delivered = Some(robot);
+        work.edited = None;
         Ok(json!({
             "spread": spread,
-            "along": along,
-            "displacement": displacement,
             "volumes": volumes,
             "iteration": iteration,
             "robot": shown,
         }))
     }
 
-    /// Gives the delivered robot other materials.
-    pub(crate) fn edit(&mut self, materials: Vec<Material>) -> Result<Value> {
+    /// Gives the delivered robot other materials, or its own again.
+    pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Result<Value> {
         let Self { work, numbers } = self;
         let work = begun(work)?;
-        let edges = work.codesign.task().lattice.edges.len();
-        if materials.len() != edges {
-            let found = materials.len();
-            return Err(Error::Usage(format!(
-                "expected {edges} materials, found {found}"
-            )));
+        let mut robot = work.delivered.clone().ok_or_else(nothing)?;
+        let Some(materials) = materials else {
+            work.edited = None;
+            return Ok(json!({ "robot": work.show(&robot, numbers) }));
+        };
+        let (found, edges) = (materials.len(), robot.materials.len());
+        if found != edges {
+            let says = format!("expected {edges} materials, found {found}");
+            return Err(Error::Usage(says));
         }
-        let mut robot = work.finished.take().ok_or_else(nothing)?;
         robot.z = one_hot(&materials);
+        robot.mixture = robot.z.clone();
         robot.materials = materials;
-        let shown = work.show(&robot.z, &robot, numbers);
-        work.finished = Some(robot);
+        let shown = work.show(&robot, numbers);
+        work.edited = Some(robot);
         Ok(json!({ "robot": shown }))
     }
 
     /// The text of `design.json` for the robot that was delivered, as edited.
     pub(crate) fn design(&mut self) -> Result<Value> {
         let work = begun(&mut self.work)?;
-        let robot = work.finished.as_ref().ok_or_else(nothing)?;
+        let robot = work.edited.as_ref().or(work.delivered.as_ref());
+        let robot = robot.ok_or_else(nothing)?;
         let lattice = &work.codesign.task().lattice;
         let file = DesignFile::new(lattice, &robot.z, &robot.materials, &robot.controller);
         Ok(file.to_json().into())
@@ -136,17 +143,17 @@ fn nothing() -> Error {
 impl Work {
     /// The robot as it is now.
     fn present(&self, numbers: &mut Vec<f32>) -> Value {
-        let mixture = self.codesign.mixture(&self.progress);
         let robot = Robot {
-            z: Vec::new(),
+            z: self.progress.z.clone(),
+            mixture: self.codesign.mixture(&self.progress),
             materials: self.codesign.materials(&self.progress),
             controller: self.progress.controller.clone(),
         };
-        self.show(&mixture, &robot, numbers)
+        self.show(&robot, numbers)
     }
 
     /// Rolls a robot out. Mixtures and positions go to the numbers.
-    fn show(&self, mixture: &[[f64; 3]], robot: &Robot, numbers: &mut Vec<f32>) -> Value {
+    fn show(&self, robot: &Robot, numbers: &mut Vec<f32>) -> Value {
         let task = self.codesign.task();
         let start = task.lattice.state_at_rest();
         let last = self.codesign.scene().physics.steps;
@@ -156,13 +163,13 @@ impl Work {
             steps.push(last);
         }
         let span = Span::from_start(steps);
-        let guarded = task.guarded(mixture, &robot.controller, &start, &span);
+        let guarded = task.guarded(&robot.mixture, &robot.controller, &start, &span);
         let mut trajectory = guarded.trajectory;
         let end = trajectory.at(last).x[0];
         let moved = [0, 1].map(|k| end[k] - start.x[0][k]);
         trajectory.states.truncate(frames);
         numbers.clear();
-        numbers.extend(mixture.as_flattened().iter().map(|&share| share as f32));
+        numbers.extend(robot.mixture.as_flattened().iter().map(|&share| share as f32));
         numbers.extend(view::positions(&trajectory));
         let along = task.ground().vector_to_ground(moved)[0];
         let diverged = guarded.divergence.as_ref();

@@ -33,7 +33,7 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
         "edges": lattice.edges,
         "lengths": lattice.rest_length,
         "payloads": lattice.payload.iter().map(|payload| payload.node).collect::<Vec<_>>(),
-        "width": 4.0 * lattice.side(),
+        "width": 3.4 * lattice.side(),
         "spacing": lattice.spacing,
         "cos": ground.tangent()[0],
         "ground": terrain(codesign, &ground),
