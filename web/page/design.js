@@ -5,7 +5,10 @@ import { Walk, World } from "./walk.js";
 
 export class Design {
   #client;
+  /** What is asked for counts only as long as no other scene or seed is. */
   #run = 0;
+  /** The run that is iterated, or null. */
+  #iterated = null;
   /** "empty", "ready", "working", "paused", "measuring", "finished" or "stopped". */
   state = "empty";
   world = null;
@@ -42,6 +45,9 @@ export class Design {
   async work() {
     const run = this.#run;
     this.#change("working");
+    // Resumed before the iteration at hand was done: it goes on.
+    if (this.#iterated === run) return;
+    this.#iterated = run;
     try {
       while (this.state === "working") {
         const done = await this.#iterate(run);
@@ -51,6 +57,8 @@ export class Design {
     } catch (error) {
       if (run === this.#run && !(error instanceof Stopped)) this.#change("paused");
       throw error;
+    } finally {
+      if (this.#iterated === run) this.#iterated = null;
     }
   }
 

@@ -52,7 +52,7 @@ async function begin() {
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
-  $("refusal").textContent = error instanceof Refused ? error.message : "";
+  $("refusal").textContent = "";
   if (error) {
     design.abandon("empty");
     return fail(error);
@@ -73,7 +73,6 @@ async function prepare() {
     return true;
   } catch (error) {
     design.abandon("empty");
-    $("refusal").textContent = error instanceof Refused ? error.message : "";
     fail(error);
     return false;
   }
@@ -82,8 +81,9 @@ async function prepare() {
 /** A refusal belongs to the page; a stop has a dialog. */
 function fail(error) {
   if (error instanceof Stopped) return;
-  $("status").textContent = error instanceof Refused ? "The scene is refused: see “Draw the scene”." : `${error.message}`;
   if (!(error instanceof Refused)) throw error;
+  $("refusal").textContent = error.message;
+  $("status").textContent = "The scene is refused: see “Draw the scene”.";
 }
 
 function stopped(message) {
@@ -316,6 +316,7 @@ function connect() {
     client.start();
     begin();
   });
+  on("ternary", () => { player.highlight = null; }, "pointerleave");
   on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
   // The space bar plays wherever the focus is, except where it has a use of its own.
   addEventListener("keydown", event => {

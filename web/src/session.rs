@@ -169,7 +169,13 @@ impl Work {
         let moved = [0, 1].map(|k| end[k] - start.x[0][k]);
         trajectory.states.truncate(frames);
         numbers.clear();
-        numbers.extend(robot.mixture.as_flattened().iter().map(|&share| share as f32));
+        numbers.extend(
+            robot
+                .mixture
+                .as_flattened()
+                .iter()
+                .map(|&share| share as f32),
+        );
         numbers.extend(view::positions(&trajectory));
         let along = task.ground().vector_to_ground(moved)[0];
         let diverged = guarded.divergence.as_ref();

@@ -13,12 +13,11 @@ use std::ops::{Add, Div, Mul, Sub};
 use crate::math::{Primitive, tanh_abreast};
 use crate::real::{Mask, Real};
 
-/// Lanes in double precision without a fused multiply-add.
-pub(super) trait Unfused: Real + Primitive<Scalar = f64> {
-    /// The number without the lower 27 of its 53 digits.
-    fn upper(self) -> Self;
-    /// True where the numbers are not equal; NaN is equal to none.
-    fn differs_from(self, other: Self) -> Self::Mask;
+/// Lanes without a fused multiply-add.
+pub(super) trait Unfused: Real + Primitive {
+    /// `self * b + c` rounded once, and where it may be another number. To be relied on, the product may not
+    /// be larger than `c`, unless `c` is zero or the sum of both exact; nothing overflows.
+    fn fused(self, b: Self, c: Self) -> (Self, Self::Mask);
 }
 
 /// The hyperbolic tangents of several registers, with the bits of fused multiply-adds, or `None` if one may
@@ -44,26 +43,24 @@ const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// A number as a sum of two with half the digits each (Veltkamp 1968).
 #[inline(always)]
-fn halves<L: Unfused>(a: L) -> [L; 2] {
+fn halves<L: Real>(a: L) -> [L; 2] {
     let scaled = a * L::lit((1 << 27) as f64 + 1.0);
     let high = scaled - (scaled - a);
     [high, a - high]
 }
 
-/// `a * b + c` rounded once, and where it may be another number. To be relied on, the product may not be
-/// larger than `c`, unless `c` is zero or the sum of both exact; nothing overflows.
+/// `a * b + c` in double precision, rounded once, for a remainder that is a little larger and one that is a little
+/// smaller; `upper` is `a` without the lower 27 of its 53 digits.
 #[inline(always)]
-fn fused<L: Unfused>(a: L, b: L, c: L) -> (L, L::Mask) {
+pub(super) fn around<L: Real>(a: L, upper: L, b: L, c: L) -> [L; 2] {
     // Several products share their `b`, and so its halves. Those of `a` are fewer instructions.
     let [high, low] = halves(b);
-    let upper = a.upper();
     let product = a * b;
     // At most 2^-53 of the product, with an error below 2^-75 of it; exact where `a` is short.
     let lost = (upper * high - product + upper * low) + (a - upper) * b;
     let sum = c + product;
     let rest = (product - (sum - c)) + lost;
-    let [above, below] = [1.0 + MARGIN, 1.0 - MARGIN].map(|share| sum + rest * L::lit(share));
-    (above, above.differs_from(below))
+    [1.0 + MARGIN, 1.0 - MARGIN].map(|share| sum + rest * L::lit(share))
 }
 
 impl<L: Unfused> Doubted<L> {
@@ -98,7 +95,7 @@ macro_rules! operator {
 operator!(Add add, Sub sub, Mul mul, Div div);
 
 impl<L: Unfused> Primitive for Doubted<L> {
-    type Scalar = f64;
+    type Scalar = L::Scalar;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -106,7 +103,7 @@ impl<L: Unfused> Primitive for Doubted<L> {
     }
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
-        let (value, doubt) = fused(self.value, a.value, b.value);
+        let (value, doubt) = self.value.fused(a.value, b.value);
         self.to(value, [a, b, Self { value, doubt }])
     }
     #[inline(always)]
@@ -130,15 +127,14 @@ impl<L: Unfused> Primitive for Doubted<L> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Unfused, tanh_unfused};
+    use super::{Unfused, around, tanh_unfused};
     use crate::Real;
 
     impl Unfused for f64 {
-        fn upper(self) -> Self {
-            Self::from_bits(self.to_bits() & (u64::MAX << 27))
-        }
-        fn differs_from(self, other: Self) -> bool {
-            self != other
+        fn fused(self, b: Self, c: Self) -> (Self, bool) {
+            let upper = Self::from_bits(self.to_bits() & (u64::MAX << 27));
+            let [above, below] = around(self, upper, b, c);
+            (above, above != below)
         }
     }
 
