@@ -10,9 +10,9 @@
 //!   differentiated, and [`task`], which joins all of these; [`domain`] draws other robots and
 //!   surroundings; [`case`] is one rollout with all its numbers in a file.
 //! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
-//! - On disk: [`record`], the folder of a run. It and [`parallel`] are behind the feature `files`,
-//!   which is on by default; without it the model needs no file system and no threads, and builds
-//!   for `wasm32-unknown-unknown` too.
+//! - On disk: [`record`], the folder of a run. All of it but the text of a design, and [`parallel`], are
+//!   behind the feature `files`, which is on by default; without it the model needs no file system and no
+//!   threads, and builds for `wasm32-unknown-unknown` too.
 //!
 //! The crate `cosmic-lab` checks, studies and reports on what comes of it; the program is
 //! `cosmic-program`.
@@ -40,7 +40,6 @@ pub mod domain;
 pub mod optimiser;
 pub mod case;
 pub mod codesign;
-#[cfg(feature = "files")]
 pub mod record;
 
 pub use error::{Error, Result};

@@ -7,10 +7,16 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::primitive::Primitive;
+use super::primitive::{Primitive, tanh};
+
+/// The hyperbolic tangents of several numbers.
+#[inline(always)]
+pub(crate) fn tanh_abreast<P: Primitive, const N: usize>(x: [P; N]) -> [P; N] {
+    tanh(Abreast(x)).0
+}
 
 #[derive(Clone, Copy)]
-pub(crate) struct Abreast<P, const N: usize>(pub(crate) [P; N]);
+struct Abreast<P, const N: usize>([P; N]);
 
 /// Methods that do an operation on each of the numbers.
 macro_rules! on_each {

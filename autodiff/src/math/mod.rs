@@ -10,6 +10,6 @@ pub(crate) mod rounding;
 mod table;
 
 #[cfg(lanes)]
-pub(crate) use abreast::Abreast;
+pub(crate) use abreast::tanh_abreast;
 pub(crate) use power::{by_squaring, powi};
 pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};

@@ -13,7 +13,7 @@ use num_traits::Zero;
 use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
 use super::places::twice_each;
 use crate::elementary::Elementary;
-use crate::math::{self, Abreast, Primitive};
+use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
@@ -46,7 +46,7 @@ define_lanes!(
     F64x2: [f64; 2] in float64x2_t, mask LaneMask<uint64x2_t>,
     vdupq_n_f64 vld1q_f64 vst1q_f64
     vaddq_f64 vsubq_f64 vmulq_f64 vdivq_f64 vsqrtq_f64,
-    fma fused_f64, with one rounding fused_f64,
+    fma fused_f64, with one rounding fused_f64, tanh tanh_abreast,
     part |from: &[f64]| vld1q_f64(padded::<f64, 2>(from).as_ptr()),
     |to, a| store_first::<f64, 2>(to, Self(a)),
     |a, b| LaneMask(vcltq_f64(a, b)),
@@ -87,7 +87,7 @@ define_lanes!(
     F32x4: [f32; 4] in float32x4_t, mask LaneMask<uint32x4_t>,
     vdupq_n_f32 vld1q_f32 vst1q_f32
     vaddq_f32 vsubq_f32 vmulq_f32 vdivq_f32 vsqrtq_f32,
-    fma fused_f32, with one rounding fused_f32,
+    fma fused_f32, with one rounding fused_f32, tanh tanh_abreast,
     part |from: &[f32]| vld1q_f32(padded::<f32, 4>(from).as_ptr()),
     |to, a| store_first::<f32, 4>(to, Self(a)),
     |a, b| LaneMask(vcltq_f32(a, b)),

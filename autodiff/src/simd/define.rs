@@ -9,7 +9,7 @@ macro_rules! define_lanes {
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
         $splat:ident $load:ident $store:ident
         $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident,
-        fma $fma:ident, with one rounding $fused:ident,
+        fma $fma:ident, with one rounding $fused:ident, tanh $tanh:path,
         part $load_part:expr, $store_part:expr,
         $lt:expr, $le:expr, $blend:expr,
         |$tested:ident, $kept:ident| $where_nonzero:expr,
@@ -74,7 +74,7 @@ macro_rules! define_lanes {
             const N: usize = $n;
             #[inline(always)]
             fn tanh_each<const K: usize>(x: [Self; K]) -> [Self; K] {
-                math::tanh(Abreast(x)).0
+                $tanh(x)
             }
             #[inline(always)]
             fn splat(value: $scalar) -> Self {
@@ -234,7 +234,8 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn tanh(self) -> Self {
-                math::tanh(self)
+                let [y] = $tanh([self]);
+                y
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {

@@ -16,6 +16,8 @@ mod places;
 mod narrow;
 #[cfg(lanes = "neon")]
 mod aarch64;
+#[cfg(any(lanes = "simd128", test))]
+mod doubted;
 #[cfg(lanes = "simd128")]
 mod wasm;
 #[cfg(lanes = "x86")]

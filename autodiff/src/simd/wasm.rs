@@ -3,7 +3,7 @@
 //!
 //! There is no fused multiply-add among them. [`Real::fma`] has two roundings, as for scalars. The
 //! elementary functions need a single one, for the same bits as everywhere: software does it, lane by
-//! lane, as it does for scalars. (An exact one in lanes, of some sixty operations, took twice as long.)
+//! lane, as it does for scalars. The hyperbolic tangent, which controllers wait for, does without: `doubted.rs`.
 #![allow(unsafe_code)]
 // Loads and stores through a pointer.
 // The other instructions are safe to call; the macro serves instruction sets whose are not.
@@ -14,10 +14,11 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
+use super::doubted::{Unfused, around, tanh_unfused};
 use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
 use super::places::twice_each;
 use crate::elementary::Elementary;
-use crate::math::{self, Abreast, Primitive};
+use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
@@ -88,7 +89,7 @@ define_lanes!(
     F64x2: [f64; 2] in v128, mask Mask64,
     f64x2_splat load store
     f64x2_add f64x2_sub f64x2_mul f64x2_div f64x2_sqrt,
-    fma multiply_add_f64, with one rounding fused_f64,
+    fma multiply_add_f64, with one rounding fused_f64, tanh tanh,
     part |from: &[f64]| load(padded::<f64, 2>(from).as_ptr()),
     |to, a| store_first::<f64, 2>(to, Self(a)),
     |a, b| Mask64(f64x2_lt(a, b)),
@@ -119,7 +120,7 @@ define_lanes!(
     F32x4: [f32; 4] in v128, mask Mask32,
     f32x4_splat load store
     f32x4_add f32x4_sub f32x4_mul f32x4_div f32x4_sqrt,
-    fma multiply_add_f32, with one rounding fused_f32,
+    fma multiply_add_f32, with one rounding fused_f32, tanh tanh,
     part |from: &[f32]| load(padded::<f32, 4>(from).as_ptr()),
     |to, a| store_first::<f32, 4>(to, Self(a)),
     |a, b| Mask32(f32x4_lt(a, b)),
@@ -145,3 +146,50 @@ define_lanes!(
     |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(bits & 15)])),
     |a, b| [i32x4_shuffle::<0, 4, 1, 5>(a, b), i32x4_shuffle::<2, 6, 3, 7>(a, b)]
 );
+
+impl Unfused for F64x2 {
+    #[inline(always)]
+    fn fused(self, b: Self, c: Self) -> (Self, Mask64) {
+        let upper = Self(v128_and(self.0, i64x2_splat(-1 << 27)));
+        let [above, below] = around(self, upper, b, c);
+        (above, Mask64(f64x2_ne(above.0, below.0)))
+    }
+}
+
+impl Unfused for F32x4 {
+    /// In double precision, where the product is exact. The sum is rounded there already: its neighbours tell
+    /// whether that makes a difference.
+    #[inline(always)]
+    fn fused(self, b: Self, c: Self) -> (Self, Mask32) {
+        let [a, b, c] = [self, b, c].map(|lanes| doubles(lanes.0));
+        let sums = [0, 1].map(|half| f64x2_add(f64x2_mul(a[half], b[half]), c[half]));
+        let [above, below] = [1.0 + f64::EPSILON, 1.0 - f64::EPSILON].map(|share| {
+            let singles =
+                sums.map(|sum| f32x4_demote_f64x2_zero(f64x2_mul(sum, f64x2_splat(share))));
+            i64x2_shuffle::<0, 2>(singles[0], singles[1])
+        });
+        (Self(above), Mask32(f32x4_ne(above, below)))
+    }
+}
+
+/// The first two lanes and the last two.
+#[inline(always)]
+fn doubles(singles: v128) -> [v128; 2] {
+    let high = i64x2_shuffle::<1, 1>(singles, singles);
+    [singles, high].map(|half| f64x2_promote_low_f32x4(half))
+}
+
+/// The hyperbolic tangents of several registers.
+#[inline(always)]
+fn tanh<L: Unfused, const N: usize>(x: [L; N]) -> [L; N] {
+    match tanh_unfused(x) {
+        Some(found) => found,
+        None => in_software(x),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn in_software<L: Unfused, const N: usize>(x: [L; N]) -> [L; N] {
+    tanh_abreast(x)
+}

@@ -13,7 +13,7 @@ use num_traits::Zero;
 
 use super::places::{RANK, SET_BIT, twice_each};
 use crate::elementary::Elementary;
-use crate::math::{self, Abreast, Primitive};
+use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
@@ -91,7 +91,7 @@ define_lanes!(
     F64x8: [f64; 8] in __m512d, mask BitMask<__mmask8>,
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
     _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd,
-    fma _mm512_fmadd_pd, with one rounding _mm512_fmadd_pd,
+    fma _mm512_fmadd_pd, with one rounding _mm512_fmadd_pd, tanh tanh_abreast,
     part |from: &[f64]| _mm512_maskz_loadu_pd(first_bits(from.len()) as __mmask8, from.as_ptr()),
     |to: &mut [f64], a| _mm512_mask_storeu_pd(to.as_mut_ptr(), first_bits(to.len()) as __mmask8, a),
     |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
@@ -131,7 +131,7 @@ define_lanes!(
     F32x16: [f32; 16] in __m512, mask BitMask<__mmask16>,
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
     _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps,
-    fma _mm512_fmadd_ps, with one rounding _mm512_fmadd_ps,
+    fma _mm512_fmadd_ps, with one rounding _mm512_fmadd_ps, tanh tanh_abreast,
     part |from: &[f32]| _mm512_maskz_loadu_ps(first_bits(from.len()) as __mmask16, from.as_ptr()),
     |to: &mut [f32], a| _mm512_mask_storeu_ps(to.as_mut_ptr(), first_bits(to.len()) as __mmask16, a),
     |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
@@ -171,7 +171,7 @@ define_lanes!(
     F64x4: [f64; 4] in __m256d, mask LaneMask<__m256d>,
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd,
-    fma _mm256_fmadd_pd, with one rounding _mm256_fmadd_pd,
+    fma _mm256_fmadd_pd, with one rounding _mm256_fmadd_pd, tanh tanh_abreast,
     part |from: &[f64]| _mm256_maskload_pd(from.as_ptr(), first_i64(from.len())),
     |to: &mut [f64], a| _mm256_maskstore_pd(to.as_mut_ptr(), first_i64(to.len()), a),
     |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
@@ -213,7 +213,7 @@ define_lanes!(
     F32x8: [f32; 8] in __m256, mask LaneMask<__m256>,
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps,
-    fma _mm256_fmadd_ps, with one rounding _mm256_fmadd_ps,
+    fma _mm256_fmadd_ps, with one rounding _mm256_fmadd_ps, tanh tanh_abreast,
     part |from: &[f32]| _mm256_maskload_ps(from.as_ptr(), first_i32(from.len())),
     |to: &mut [f32], a| _mm256_maskstore_ps(to.as_mut_ptr(), first_i32(to.len()), a),
     |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),

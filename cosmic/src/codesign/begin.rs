@@ -312,9 +312,9 @@ impl CoDesign {
         self.task.step_check(mixture, &self.start.x, faster)
     }
 
-    /// The simulated mixture: that of the layout if there is one, else the performance projection
-    /// (D7).
-    pub(super) fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
+    /// The simulated mixture, the shares of void, skeleton and actuator of every edge: that of the layout if
+    /// there is one, else the performance projection (D7).
+    pub fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
         self.mixture_of(&progress.z, progress.materials.is_some())
     }
 
@@ -328,7 +328,7 @@ impl CoDesign {
     }
 
     /// The layout, or before the snap the dominant material of each edge.
-    pub(crate) fn materials(&self, progress: &Progress) -> Vec<Material> {
+    pub fn materials(&self, progress: &Progress) -> Vec<Material> {
         match &progress.materials {
             Some(materials) => materials.clone(),
             None => self.mixture(progress).iter().map(dominant).collect(),

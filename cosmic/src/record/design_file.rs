@@ -2,12 +2,15 @@
 //!
 //! It holds no time and no name of a machine, so that equal robots have equal bytes.
 
-use super::files::{Format, parse_json, read_json, write_json};
+#[cfg(feature = "files")]
+use super::files::write_json;
+use super::format::{Format, parse_json};
 use crate::case::Case;
 use crate::controller::{Controller, Weights, observation_length};
 use crate::design::{Material, dominant, one_hot};
 use crate::error::{Error, Result, fits};
 use crate::lattice::Lattice;
+use crate::reading::read_whole;
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -18,8 +21,6 @@ pub const FORMAT: Format = Format::new("cosmic-design", 1);
 
 /// The design's place in a run's folder.
 pub const DESIGN: &str = "design.json";
-/// Where the robot is kept that a run began with, if it was not the scene's start.
-pub(super) const START: &str = "start.json";
 
 /// The contents of a design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,9 +62,9 @@ impl DesignFile {
     /// Reads a design. [`robot`](Self::robot) checks that it fits a lattice.
     ///
     /// # Errors
-    /// The errors of [`read_json`].
+    /// [`Error::Read`] for a file that is missing or unreadable; those of [`parse`](Self::parse).
     pub fn read(path: &Path) -> Result<Self> {
-        read_json(path, FORMAT)
+        Self::parse(path, &read_whole(path)?)
     }
 
     /// As [`read`](Self::read), from bytes; messages name `path`.
@@ -74,10 +75,16 @@ impl DesignFile {
         parse_json(path, bytes, FORMAT)
     }
 
+    /// The text of a design file. Numbers read back to the same bits.
+    pub fn to_json(&self) -> String {
+        FORMAT.line(self)
+    }
+
     /// Replaces the file by this design.
     ///
     /// # Errors
     /// [`Error::Write`].
+    #[cfg(feature = "files")]
     pub fn write(&self, path: &Path) -> Result<()> {
         write_json(path, FORMAT, self)
     }

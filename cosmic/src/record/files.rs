@@ -1,25 +1,18 @@
 //! Atomic writes: a file is written beside its place and renamed into it, so that it is either whole
-//! or not there. JSON files begin with their format and version.
+//! or not there.
 
+pub use super::format::{Format, parse_json};
+
+use super::format::Stamped;
 use crate::error::{Error, Result};
-use crate::reading::{Position, from_json, malformed, read_whole};
+use crate::reading::read_whole;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
-
-/// The first two keys of a JSON file, `format` and `version`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Format {
-    /// The kind of file, such as `cosmic-design`.
-    #[serde(rename = "format")]
-    pub name: &'static str,
-    /// Raised by each change that older readers would misread.
-    pub version: u32,
-}
 
 /// Replaces a file by the output of `fill`. A reader, and a run resumed after a crash, sees either
 /// the old bytes or the new ones.
@@ -129,28 +122,6 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// A body with its format in front.
-#[derive(Serialize)]
-struct Stamped<'b, T> {
-    #[serde(flatten)]
-    format: Format,
-    #[serde(flatten)]
-    body: &'b T,
-}
-
-impl Format {
-    /// A kind of file and its version.
-    pub const fn new(name: &'static str, version: u32) -> Self {
-        Self { name, version }
-    }
-
-    /// `format`, `version` and the body's keys as one line of JSON.
-    pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
-        let text = serde_json::to_string(&Stamped { format: self, body });
-        text.expect("plain numbers and string keys serialise") + "\n"
-    }
-}
-
 /// Copies files of one folder to another.
 ///
 /// # Errors
@@ -175,13 +146,6 @@ pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result
     })
 }
 
-/// The first two keys of a file that is read.
-#[derive(Deserialize)]
-struct Stamp {
-    format: String,
-    version: u32,
-}
-
 /// Reads a file of [`write_json`]. `T` gets the keys `format` and `version` too and must accept them.
 ///
 /// # Errors
@@ -189,34 +153,4 @@ struct Stamp {
 /// not JSON, has another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
     parse_json(path, &read_whole(path)?, format)
-}
-
-/// As [`read_json`], from bytes; messages name `path`.
-///
-/// # Errors
-/// [`Error::Malformed`].
-pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
-    parse_stamped(path, 0, bytes, format)
-}
-
-/// As [`parse_json`], for bytes that follow after `lines` lines of the file.
-pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
-    path: &Path,
-    lines: usize,
-    bytes: &[u8],
-    format: Format,
-) -> Result<T> {
-    let file = &path.display().to_string();
-    let stamp: Stamp = from_json(file, lines, bytes)?;
-    if stamp.format != format.name || stamp.version != format.version {
-        let found = format!("{:?} version {}", stamp.format, stamp.version);
-        let needed = format!("{:?} version {}", format.name, format.version);
-        let message = format!("the format is {found}, not {needed}");
-        let place = Position {
-            line: lines + 1,
-            column: 1,
-        };
-        return Err(malformed(file, place, &message));
-    }
-    from_json(file, lines, bytes)
 }

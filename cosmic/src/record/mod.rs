@@ -1,25 +1,44 @@
 //! Runs in folders: the files of a run, and optimising in a folder.
 //!
-//! [`optimise`] begins a run and [`resume`] continues one; [`optimise_with`] and [`resume_with`]
+//! [`DesignFile`] is a robot as a file, and needs no file system. All else is behind the feature `files`:
+//! `optimise` begins a run and `resume` continues one; `optimise_with` and `resume_with`
 //! take the caller's loss or robot. The folder holds at any moment all that resuming needs. A run
 //! that is killed at any point and resumed ends with the same bytes, except wall times.
 
+pub mod format;
+#[cfg(feature = "files")]
 pub mod files;
 pub mod design_file;
+#[cfg(feature = "files")]
 pub mod trajectory_file;
+#[cfg(feature = "files")]
 pub mod history;
+#[cfg(feature = "files")]
 pub mod snapshot;
+#[cfg(feature = "files")]
 pub mod summary;
+#[cfg(feature = "files")]
 mod agreement;
+#[cfg(feature = "files")]
 pub mod run;
+#[cfg(feature = "files")]
 pub mod multistart;
+#[cfg(feature = "files")]
 mod carry_out;
 
-pub use agreement::check_one_run;
-pub use carry_out::{allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_with};
 pub use design_file::DesignFile;
+
+#[cfg(feature = "files")]
+pub use agreement::check_one_run;
+#[cfg(feature = "files")]
+pub use carry_out::{allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_with};
+#[cfg(feature = "files")]
 pub use multistart::MOST_RUNS;
+#[cfg(feature = "files")]
 pub use run::{Observer, Run};
+#[cfg(feature = "files")]
 pub use snapshot::{RunPlan, Search};
+#[cfg(feature = "files")]
 pub use summary::{DIVERGED, Start, StopReason, Summary};
+#[cfg(feature = "files")]
 pub use trajectory_file::TrajectoryFile;

@@ -1,6 +1,7 @@
 //! `snapshot.json`: the plan and the state of a run, all that resuming needs.
 
-use super::files::{Format, parse_json, read_json, write_json};
+use super::files::{read_json, write_json};
+use super::format::{Format, parse_json};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::scene::Scene;

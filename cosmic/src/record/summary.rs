@@ -1,7 +1,8 @@
 //! `summary.json`: the result of a run, written last.
 
 use super::RunPlan;
-use super::files::{Format, read_json};
+use super::files::read_json;
+use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress};
 use crate::design::Structure;

@@ -1,6 +1,6 @@
 //! `trajectory.json`: how the delivered design moves.
 
-use super::files::Format;
+use super::format::Format;
 use crate::lattice::State;
 use serde::{Deserialize, Serialize};
 

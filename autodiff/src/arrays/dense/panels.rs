@@ -186,6 +186,12 @@ impl<R: Real> Panels<R> {
                 (1, _) => self.part::<L, 1, 1, K>(panel, 0, x, output),
                 (2, _) => self.part::<L, 2, 2, K>(panel, 0, x, output),
                 (3, 1) => self.part::<L, 3, 3, K>(panel, 0, x, output),
+                (_, 1) if cfg!(lanes = "simd128") => {
+                    // Engines of WebAssembly have sixteen registers, of which factors and products need some.
+                    let [low, high] =
+                        [0, 2].map(|from| self.sums::<L, PANEL, 2, K>(panel, from, x));
+                    output.add_rows(panel.first_row, [low[0], low[1], high[0], high[1]]);
+                }
                 (_, 1) => self.part::<L, PANEL, PANEL, K>(panel, 0, x, output),
                 // With two vectors the registers hold the sums of half as many rows.
                 (3, _) => {
@@ -231,6 +237,17 @@ impl<R: Real> Panels<R> {
         x: &[R],
         output: &mut Epilogue<R>,
     ) {
+        let all = self.sums::<L, W, H, K>(panel, from, x);
+        output.add_rows(panel.first_row + from * L::N, all);
+    }
+
+    #[inline(always)]
+    fn sums<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
+        &self,
+        panel: Panel,
+        from: usize,
+        x: &[R],
+    ) -> [[L; K]; H] {
         // All sums stay in registers from the first column to the last.
         let mut sums = [[[L::zero(); K]; H]; PHASES];
         let chunks = x[..self.columns * K].chunks_exact(const { columns_of_chunk(W) * K });
@@ -247,7 +264,7 @@ impl<R: Real> Panels<R> {
                 all[h][k] = (sums[0][h][k] + sums[1][h][k]) + (sums[2][h][k] + sums[3][h][k]);
             }
         }
-        output.add_rows(panel.first_row + from * L::N, all);
+        all
     }
 
     /// Adds the columns of a chunk, as many as `x` has numbers for.

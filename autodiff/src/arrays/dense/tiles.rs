@@ -8,8 +8,9 @@ use super::panels::PHASES;
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// Rows that are worked on at once.
-const TILE: usize = 16;
+/// Rows that are worked on at once: their sums stay in registers. Engines of WebAssembly have sixteen, of
+/// which factors and products need some.
+const TILE: usize = if cfg!(lanes = "simd128") { 8 } else { 16 };
 /// Rows whose results are finished at once; more would need too many registers.
 const ABREAST: usize = 4;
 

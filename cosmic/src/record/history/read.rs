@@ -4,7 +4,7 @@ use super::rows::{FORMAT, HistoryRow, LINES};
 use crate::codesign::Record;
 use crate::error::Result;
 use crate::reading::read_whole;
-use crate::record::files::{Format, parse_stamped};
+use crate::record::format::{Format, parse_stamped};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 

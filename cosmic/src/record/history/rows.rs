@@ -2,7 +2,7 @@
 
 use super::walk::Walk;
 use crate::codesign::Record;
-use crate::record::files::Format;
+use crate::record::format::Format;
 use serde::{Deserialize, Serialize};
 
 /// The format of every line of `history.jsonl`.

@@ -8,7 +8,8 @@
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::Record;
 use crate::error::{Result, fits};
-use crate::record::files::{Format, write_json};
+use crate::record::files::write_json;
+use crate::record::format::Format;
 use crate::record::history;
 use crate::record::run::Observer;
 use crate::record::snapshot::RunPlan;

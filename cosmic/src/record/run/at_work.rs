@@ -3,7 +3,7 @@
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
-use crate::record::design_file::{DESIGN, DesignFile, START};
+use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, History, Walk};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
@@ -14,6 +14,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+/// Where the robot is kept that a run began with, if it was not the scene's start.
+const START: &str = "start.json";
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
 /// The longest time from one snapshot to the next, if iterations take as long as the last one.

@@ -1,0 +1,77 @@
+//! The format and version that every JSON file begins with.
+
+use crate::error::Result;
+use crate::reading::{Position, from_json, malformed};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The first two keys of a JSON file, `format` and `version`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Format {
+    /// The kind of file, such as `cosmic-design`.
+    #[serde(rename = "format")]
+    pub name: &'static str,
+    /// Raised by each change that older readers would misread.
+    pub version: u32,
+}
+
+/// A body with its format in front.
+#[derive(Serialize)]
+pub(super) struct Stamped<'b, T> {
+    #[serde(flatten)]
+    pub(super) format: Format,
+    #[serde(flatten)]
+    pub(super) body: &'b T,
+}
+
+impl Format {
+    /// A kind of file and its version.
+    pub const fn new(name: &'static str, version: u32) -> Self {
+        Self { name, version }
+    }
+
+    /// `format`, `version` and the body's keys as one line of JSON.
+    pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
+        let text = serde_json::to_string(&Stamped { format: self, body });
+        text.expect("plain numbers and string keys serialise") + "\n"
+    }
+}
+
+/// The first two keys of a file that is read.
+#[derive(Deserialize)]
+struct Stamp {
+    format: String,
+    version: u32,
+}
+
+/// Reads the bytes of a JSON file that begins with `format` and `version`; messages name `path`. `T` gets
+/// these two keys too and must accept them.
+///
+/// # Errors
+/// [`Error::Malformed`](crate::Error::Malformed) for bytes that are not JSON, have another format or version, or lack keys.
+pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
+    parse_stamped(path, 0, bytes, format)
+}
+
+/// As [`parse_json`], for bytes that follow after `lines` lines of the file.
+pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
+    path: &Path,
+    lines: usize,
+    bytes: &[u8],
+    format: Format,
+) -> Result<T> {
+    let file = &path.display().to_string();
+    let stamp: Stamp = from_json(file, lines, bytes)?;
+    if stamp.format != format.name || stamp.version != format.version {
+        let found = format!("{:?} version {}", stamp.format, stamp.version);
+        let needed = format!("{:?} version {}", format.name, format.version);
+        let message = format!("the format is {found}, not {needed}");
+        let place = Position {
+            line: lines + 1,
+            column: 1,
+        };
+        return Err(malformed(file, place, &message));
+    }
+    from_json(file, lines, bytes)
+}

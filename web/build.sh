@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Builds the page into web/dist, which any file server can host. Where the compiler has no target
+# wasm32-unknown-unknown and none can be installed, it says so and ends with 0.
+set -euo pipefail
+cd "$(dirname "$0")"
+target=wasm32-unknown-unknown
+
+if ! rustup target add "$target" >/dev/null 2>&1 &&
+  ! [ -d "$(rustc --print sysroot)/lib/rustlib/$target" ]; then
+  echo "SKIPPED: no target $target, and it cannot be installed: the page is not built"
+  exit 0
+fi
+
+# Rollouts need more than the megabyte of stack that a program has by default.
+flags='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
+RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
+
+rm -rf dist
+mkdir dist
+cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js,stage.js,ternary.js,curve.js} dist
+folder=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+cp "$folder/$target/release/cosmic_web.wasm" dist/cosmic.wasm
+chmod 644 dist/*
+
+kilobytes() { echo $(($(wc -c) / 1000)); }
+all=$(cat dist/* | kilobytes)
+packed=$(for file in dist/*; do gzip -9 -c "$file"; done | kilobytes)
+echo "web/dist: $all kB, $packed kB compressed by gzip"
+if [ "$packed" -gt 3000 ]; then
+  echo 'the page has more than 3000 kB compressed' >&2
+  exit 1
+fi

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Builds the page and tests it in the browsers that are installed: every control, the files it saves, its robot in
+# the native program, Lighthouse's score. What is missing is named and skipped. Pictures of the page go to the
+# folder $1, if there is one.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+say() { printf '\n== web: %s\n' "$1"; }
+
+say 'formatting, lints, build'
+cargo fmt --check
+./build.sh
+if ! [ -e dist/cosmic.wasm ]; then
+  exit 0
+fi
+RUSTFLAGS='-C target-feature=+simd128' cargo clippy --release --quiet --locked --target wasm32-unknown-unknown -- -D warnings
+
+say 'what the tests need'
+if ! command -v node >/dev/null || ! command -v npm >/dev/null; then
+  echo 'SKIPPED: no node with npm: the page is not tested'
+  exit 0
+fi
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! npm ci --prefix test --no-audit --no-fund >"$log" 2>&1; then
+  if grep -qE 'EAI_AGAIN|ENOTFOUND|ECONNREFUSED|ECONNRESET|ETIMEDOUT|E40[134]' "$log"; then
+    echo 'SKIPPED: the registry of npm cannot be reached: the page is not tested'
+    exit 0
+  fi
+  cat "$log" >&2
+  exit 1
+fi
+
+say 'the page in browsers'
+program=${CARGO_TARGET_DIR:-../target}/release/cosmic
+node test/page.mjs --program "$program" ${1:+--shots "$1"}
+
+say 'accessibility'
+node test/lighthouse.mjs

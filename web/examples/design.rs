@@ -1,0 +1,24 @@
+//! Designs a robot of a built-in scene and prints its `design.json`: what the page has to arrive at.
+//!
+//!     RUSTFLAGS='--cfg unoptimised' cargo run --release --example design -- stability 0
+//!
+//! With that flag the library uses no SIMD registers, and has no fused multiply-add but that of the elementary
+//! functions: the bits of WebAssembly.
+
+use cosmic::codesign::CoDesign;
+use cosmic::record::DesignFile;
+use cosmic::scene::Scene;
+
+fn main() -> cosmic::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, seed] = &arguments[..] else {
+        panic!("usage: design SCENE SEED");
+    };
+    let seed = seed.parse().expect("a seed is a whole number");
+    let mut codesign = CoDesign::new(&Scene::load(scene)?)?;
+    let robot = codesign.optimise(seed, |_| ())?;
+    let lattice = &codesign.task().lattice;
+    let file = DesignFile::new(lattice, &robot.z, &robot.materials, &robot.controller);
+    print!("{}", file.to_json());
+    Ok(())
+}

@@ -1,0 +1,128 @@
+// Editing the delivered robot: by a click on a bar, or by the controls below the stage.
+
+import { MATERIALS } from "./walk.js";
+
+export class Editor {
+  #canvas;
+  #stage;
+  #player;
+  #parts;
+  #design;
+  /** Bars from left to right and from bottom to top, as they stand at rest. */
+  #order = [];
+  #bar = null;
+  #busy = Promise.resolve();
+
+  /** @param onerror is called with what an edit ended in, if not in a robot. */
+  constructor({ canvas, stage, player, parts, onerror }) {
+    [this.#canvas, this.#stage, this.#player, this.#parts] = [canvas, stage, player, parts];
+    this.onerror = onerror;
+    parts.previous.addEventListener("click", () => this.#step(-1));
+    parts.next.addEventListener("click", () => this.#step(1));
+    parts.undo.addEventListener("click", () => this.#undo());
+    for (const radio of parts.materials) radio.addEventListener("change", () => this.#give(Number(radio.value)));
+    canvas.addEventListener("click", event => this.#click(event));
+    canvas.addEventListener("pointermove", event => this.#hover(event));
+    canvas.addEventListener("pointerleave", () => this.#mark(this.#bar));
+    canvas.addEventListener("keydown", event => this.#key(event));
+  }
+
+  /** Editing begins with a delivered robot, and ends with null. */
+  open(design) {
+    this.#design = design;
+    this.#bar = null;
+    this.#parts.fieldset.disabled = design === null;
+    this.#canvas.classList.toggle("editable", design !== null);
+    if (design === null) {
+      this.#canvas.removeAttribute("tabindex");
+      this.#canvas.setAttribute("role", "img");
+      this.#parts.legend.textContent = "After a design, click a bar above: void, skeleton, actuator.";
+      for (const radio of this.#parts.materials) radio.checked = false;
+      this.#mark(null);
+      return;
+    }
+    this.#canvas.tabIndex = 0;
+    this.#canvas.setAttribute("role", "application");
+    this.#parts.legend.textContent = "Click a bar above, or choose one here. Every click changes its material, and the robot walks with it.";
+    const { rest, edges } = design.world;
+    const middle = ([i, j]) => [0, 1].map(axis => Math.round(1e6 * (rest[i][axis] + rest[j][axis])));
+    const middles = edges.map(middle);
+    this.#order = [...edges.keys()].sort((a, b) => middles[a][1] - middles[b][1] || middles[a][0] - middles[b][0]);
+  }
+
+  #step(by) {
+    const count = this.#order.length;
+    const at = this.#bar === null ? (by > 0 ? -1 : 0) : this.#order.indexOf(this.#bar);
+    this.#choose(this.#order[(at + by + count) % count]);
+  }
+
+  #choose(bar) {
+    this.#bar = bar;
+    const material = this.#design.delivered.walk.materials[bar];
+    this.#parts.legend.textContent = `Bar ${bar} of ${this.#order.length}: ${MATERIALS[material]}`;
+    for (const radio of this.#parts.materials) radio.checked = Number(radio.value) === material;
+    this.#mark(bar);
+  }
+
+  #mark(bar) {
+    this.#player.highlight = bar;
+    if (!this.#player.playing) this.#player.paint();
+  }
+
+  #click(event) {
+    if (!this.#design) return;
+    const bar = this.#stage.edgeAt(event.clientX, event.clientY);
+    if (bar === null) return;
+    this.#bar = bar;
+    this.#cycle();
+  }
+
+  #cycle() {
+    this.#give((this.#design.delivered.walk.materials[this.#bar] + 1) % MATERIALS.length);
+  }
+
+  #hover(event) {
+    if (this.#design) this.#mark(this.#stage.edgeAt(event.clientX, event.clientY) ?? this.#bar);
+  }
+
+  #key(event) {
+    if (!this.#design) return;
+    const moves = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 };
+    if (event.key in moves) {
+      this.#step(moves[event.key]);
+    } else if (event.key === "Enter" && this.#bar !== null) {
+      this.#cycle();
+    } else {
+      return;
+    }
+    event.preventDefault();
+  }
+
+  #give(material) {
+    if (this.#bar === null) this.#bar = this.#order[0];
+    const [bar, design] = [this.#bar, this.#design];
+    // One after the other: a quick second click is of the robot after the first.
+    this.#busy = this.#busy.then(async () => {
+      const materials = [...design.delivered.walk.materials];
+      materials[bar] = material;
+      await this.#apply(materials);
+      if (this.#design === design) this.#choose(bar);
+    });
+  }
+
+  #undo() {
+    const design = this.#design;
+    this.#busy = this.#busy.then(async () => {
+      await this.#apply(null);
+      if (this.#design === design && this.#bar !== null) this.#choose(this.#bar);
+    });
+  }
+
+  async #apply(materials) {
+    try {
+      await this.#design.edit(materials);
+    } catch (error) {
+      this.onerror(error);
+    }
+  }
+}

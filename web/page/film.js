@@ -1,0 +1,65 @@
+// A film of the walk: the canvas, recorded as the browser can.
+
+const KINDS = [["video/webm;codecs=vp9", "webm"], ["video/webm;codecs=vp8", "webm"], ["video/webm", "webm"], ["video/mp4", "mp4"]];
+
+/** The kind of film that this browser records, or null. */
+export function filmKind() {
+  if (!("MediaRecorder" in globalThis) || !("captureStream" in HTMLCanvasElement.prototype)) return null;
+  return KINDS.find(([type]) => MediaRecorder.isTypeSupported(type)) ?? null;
+}
+
+/**
+ * Records one walk from its beginning to its end, at the player's speed.
+ * @param label gives the text in the corner at a time; `onprogress` is called with the share that is done.
+ * @returns the film and the ending of its file's name.
+ */
+export async function film({ canvas, player, label, colours, onprogress, signal }) {
+  const [type, ending] = filmKind();
+  const copy = Object.assign(document.createElement("canvas"), evenSize(canvas));
+  const pen = copy.getContext("2d", { alpha: false });
+  const recorder = new MediaRecorder(copy.captureStream(30), { mimeType: type, videoBitsPerSecond: 6e6 });
+  const parts = [];
+  recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+  const stopped = new Promise(resolve => recorder.addEventListener("stop", resolve));
+  const before = { playing: player.playing, time: player.time };
+  player.playing = true;
+  player.time = 0;
+  recorder.start();
+  for (let last = 0; ; last = player.time) {
+    await new Promise(requestAnimationFrame);
+    // It has begun anew, or another robot is there.
+    if (player.time < last || signal.aborted) break;
+    copyFrame(pen, canvas, colours, label(player.time));
+    onprogress(player.time / player.walk.duration);
+  }
+  recorder.stop();
+  await stopped;
+  player.playing = before.playing;
+  signal.throwIfAborted();
+  return { blob: new Blob(parts, { type }), ending };
+}
+
+/** As large as the canvas, at most 1920 pixels wide, in even numbers as encoders want them. */
+function evenSize({ width, height }) {
+  const scale = Math.min(1, 1920 / width);
+  return { width: 2 * Math.round(width * scale / 2), height: 2 * Math.round(height * scale / 2) };
+}
+
+function copyFrame(pen, canvas, { paper, ink }, label) {
+  const { width, height } = pen.canvas;
+  pen.fillStyle = paper;
+  pen.fillRect(0, 0, width, height);
+  pen.drawImage(canvas, 0, 0, width, height);
+  pen.fillStyle = ink;
+  pen.font = `600 ${Math.round(height / 20)}px system-ui, sans-serif`;
+  pen.fillText(label, height / 24, height / 12);
+}
+
+/** Has the browser save something under a name. */
+export function save(name, blob) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60e3);
+}

@@ -1,0 +1,336 @@
+// The page: its controls, and what each of them does.
+/* global Stage, Ternary, Curve, decimals: of stage.js, ternary.js, curve.js and drawing.js */
+
+import { Client, Refused, Stopped } from "./client.js";
+import { Design } from "./design.js";
+import { Editor } from "./editor.js";
+import { film, filmKind, save } from "./film.js";
+import { GroundEditor } from "./ground.js";
+import { Player } from "./player.js";
+import { Scene } from "./scene.js";
+
+const $ = id => document.getElementById(id);
+const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
+/** `?panic=5` stops the library after iteration 5, for tests of what the page does then. */
+const panicAfter = new URLSearchParams(location.search).get("panic");
+
+// The world while there is no robot.
+const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
+const ternary = new Ternary($("ternary"));
+const curve = new Curve($("curve"), x => look(Math.round(x)));
+const player = new Player(stage, tellTime);
+const client = new Client(stopped);
+const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
+const scene = new Scene(client, $("settings"), sceneKnown);
+const ground = new GroundEditor($("ground"), points => scene.setGround(points));
+const editor = new Editor({
+  canvas: $("stage"), stage, player, onerror: fail,
+  parts: {
+    fieldset: $("editor"), legend: $("bar"), previous: $("previous"), next: $("next"), undo: $("undo"),
+    materials: [...document.getElementsByName("material")],
+  },
+});
+/** The iteration that is looked at; null for the last one or the delivered robot. */
+let looked = null;
+let recording = null;
+
+async function begin() {
+  try {
+    const { ok } = await client.ask({ do: "scenes" });
+    $("scene").replaceChildren(...ok.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
+    if (!ok.some(({ name }) => name === scene.name)) {
+      scene.changed.clear();
+      scene.name = "stability";
+    }
+    await scene.check();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** The scene, or the seed, is another one: its robot stands ready. */
+async function sceneKnown(error) {
+  $("scene").value = scene.name;
+  $("seed").value = scene.seed;
+  $("refusal").textContent = "";
+  if (error) {
+    design.abandon("empty");
+    return fail(error);
+  }
+  history.replaceState(null, "", scene.link);
+  const { settings, profile } = scene.checked;
+  const columns = settings["lattice.columns"] - 1;
+  ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
+  await prepare();
+}
+
+async function prepare() {
+  looked = null;
+  recording?.abort();
+  editor.open(null);
+  try {
+    await design.prepare(scene.asked, scene.seed);
+    return true;
+  } catch (error) {
+    design.abandon("empty");
+    fail(error);
+    return false;
+  }
+}
+
+/** A refusal belongs to the page; a stop has a dialog. */
+function fail(error) {
+  if (error instanceof Stopped) return;
+  if (!(error instanceof Refused)) throw error;
+  $("refusal").textContent = error.message;
+  $("status").textContent = "The scene is refused: see “Draw the scene”.";
+}
+
+function stopped(message) {
+  design.abandon("stopped");
+  $("message").textContent = message;
+  if (!$("stopped").open) $("stopped").showModal();
+}
+
+// What is shown.
+
+/** The robot that is shown, and the record of its iteration. */
+function shown() {
+  if (looked !== null) return design.robots[looked];
+  return design.delivered ?? design.robots.at(-1);
+}
+
+function changed(state) {
+  const busy = state === "working" || state === "measuring";
+  const words = { working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design again" };
+  $("design").textContent = words[state] ?? "Design";
+  $("design").disabled = ["empty", "stopped", "measuring"].includes(state);
+  $("save-design").disabled = state !== "finished";
+  $("save-scene").disabled = scene.checked === null;
+  $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
+  tellStatus(state);
+  if (design.world === null || state === "stopped" || state === "empty") return;
+  if (state === "finished" && !$("stage").classList.contains("editable")) {
+    looked = null;
+    editor.open(design);
+  }
+  if (looked === null || !busy) show({ restart: state === "ready" });
+  else drawCurve();
+}
+
+function show(how = {}) {
+  const { walk } = shown();
+  const isDelivered = looked === null && design.delivered !== null;
+  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered });
+  $("time").max = walk.duration;
+  $("along").textContent = walk.along === null ? "diverged" : `${decimals(walk.along, 2)} m`;
+  const number = looked ?? design.iteration;
+  $("iteration").textContent = `${number} / ${design.world.iterations}`;
+  $("back").disabled = number === 0;
+  $("ahead").disabled = $("latest").disabled = looked === null;
+  drawTernary(walk);
+  drawCurve();
+  describe(walk);
+}
+
+function look(iteration) {
+  if (design.world === null) return;
+  const within = Math.min(design.iteration, Math.max(0, iteration));
+  looked = within === design.iteration && design.state !== "finished" ? null : within;
+  show();
+}
+
+function step(by) {
+  const at = looked ?? (design.delivered ? design.iteration + 1 : design.iteration);
+  if (at + by > design.iteration) looked = null;
+  else looked = Math.max(0, at + by);
+  show();
+}
+
+function drawTernary(walk) {
+  const mixtures = walk.world.edges.map((_, e) => walk.mixture(e));
+  ternary.draw({ mixtures, delivered: walk.materials, highlight: player.highlight });
+}
+
+function drawCurve() {
+  const points = design.robots.map(({ walk }, k) => [k, walk.along ?? NaN]);
+  curve.draw({
+    title: "Displacement after each iteration, m",
+    series: [{ name: "displacement", colour: "accent", points }],
+    x: [0, design.world.iterations],
+    unit: "iterations",
+    cursor: looked ?? design.iteration,
+    phases: phases(),
+  });
+}
+
+/** Spans of iterations of one phase. */
+function phases() {
+  const spans = [];
+  design.robots.forEach(({ record }, k) => {
+    const name = record && PHASES[record.phase];
+    if (name === null) return;
+    if (spans.at(-1)?.name === name) spans.at(-1).to = k;
+    else spans.push({ name, from: k - 1, to: k });
+  });
+  return spans;
+}
+
+function describe(walk) {
+  const far = walk.along === null ? "its walk diverges" : `it gets ${decimals(walk.along, 2)} m far`;
+  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bars of skeleton and ${walk.count(2)} actuators; ${far} in ${walk.duration.toFixed(1)} s`);
+  const solid = walk.materials.length - walk.count(0);
+  $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
+}
+
+function tellStatus(state) {
+  const about = {
+    empty: "",
+    ready: "The bars are undecided. Press Design.",
+    paused: `Paused after iteration ${design.iteration}.`,
+    measuring: "Measuring the robot from other starts …",
+    stopped: "The computation stopped.",
+  };
+  $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
+}
+
+function working() {
+  const { record } = design.robots.at(-1);
+  if (record === null) return "Designing …";
+  const left = (design.world.iterations - design.iteration) * design.seconds / design.iteration;
+  return `Designing: ${PHASES[record.phase]}. About ${Math.max(1, Math.round(left))} s left.`;
+}
+
+function finished() {
+  const { walk, asDesigned, measured } = design.delivered;
+  const { p10, p50, p90 } = measured.spread;
+  const far = [p50, p10, p90].every(Number.isFinite)
+    ? `${decimals(p50, 2)} m from perturbed starts (10 to 90 %: ${decimals(p10, 2)} to ${decimals(p90, 2)} m)`
+    : "some perturbed starts diverge";
+  if (walk === asDesigned) return `Designed in ${Math.round(design.seconds)} s: ${far}.`;
+  if (walk.along === null) return `Edited: ${walk.diverged}.`;
+  return `Edited: ${decimals(walk.along, 2)} m; as designed ${decimals(asDesigned.along, 2)} m.`;
+}
+
+function tellTime(time) {
+  $("time").value = time;
+  $("clock").textContent = `${time.toFixed(1)} s`;
+}
+
+// Controls.
+
+function tellPlay() {
+  $("play").textContent = player.playing ? "Pause walk" : "Play walk";
+}
+
+function togglePlay() {
+  player.toggle();
+  tellPlay();
+}
+
+async function pressDesign() {
+  if (design.state === "working") return design.pause();
+  if (design.state === "finished" && !(await prepare())) return;
+  looked = null;
+  try {
+    await design.work();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** A new seed is designed for at once, where a robot was being designed or is finished. */
+async function newSeed(seed) {
+  const goesOn = !["empty", "ready", "stopped"].includes(design.state);
+  scene.seed = seed;
+  design.abandon("empty");
+  await scene.check();
+  if (goesOn && design.state === "ready") await pressDesign();
+}
+
+async function saveFilm() {
+  const style = getComputedStyle(document.documentElement);
+  const colour = name => style.getPropertyValue(`--${name}`).trim();
+  recording = new AbortController();
+  $("save-film").disabled = true;
+  const { walk } = player;
+  try {
+    const { blob, ending } = await film({
+      canvas: $("stage"), player, signal: recording.signal,
+      label: time => `${time.toFixed(1)} s   ${decimals(walkedAlong(walk, time), 2)} m`,
+      colours: { paper: colour("panel"), ink: colour("ink") },
+      onprogress: share => { $("saved").textContent = `Recording the walk: ${Math.round(100 * share)} %`; },
+    });
+    save(`cosmic-${scene.name}-${scene.seed}.${ending}`, blob);
+    $("saved").textContent = "The animation is saved.";
+  } catch (error) {
+    if (error.name !== "AbortError") throw error;
+    $("saved").textContent = "No animation: another robot came while this one was recorded.";
+  } finally {
+    recording = null;
+    $("save-film").disabled = filmKind() === null;
+    tellPlay();
+  }
+}
+
+/** How far the payload is from its start along the ground. */
+function walkedAlong(walk, time) {
+  const trail = walk.trail(time);
+  const [payload] = walk.world.drawn.payloads;
+  const from = walk.world.rest[payload ?? 0];
+  return Math.sign(trail.at(-2) - from[0]) * Math.hypot(trail.at(-2) - from[0], trail.at(-1) - from[1]);
+}
+
+async function copyLink() {
+  history.replaceState(null, "", scene.link);
+  try {
+    await navigator.clipboard.writeText(location.href);
+    $("saved").textContent = "The link is copied.";
+  } catch {
+    $("saved").textContent = `The browser does not let the page copy. The link is in the address bar.`;
+  }
+}
+
+function connect() {
+  const on = (id, does, event = "click") => $(id).addEventListener(event, does);
+  on("design", pressDesign);
+  on("play", togglePlay);
+  on("time", () => player.seek(Number($("time").value)), "input");
+  on("speed", () => { player.speed = Number($("speed").value); }, "change");
+  on("scene", () => scene.choose($("scene").value), "change");
+  on("seed", () => newSeed(Math.max(0, Math.floor(Number($("seed").value)) || 0)), "change");
+  on("other", () => newSeed(scene.seed + 1));
+  on("back", () => step(-1));
+  on("ahead", () => step(1));
+  on("latest", () => { looked = null; show(); });
+  on("level", () => ground.level());
+  on("stairs", () => ground.stairs());
+  on("rough", () => ground.rough());
+  on("reset", () => scene.choose(scene.name));
+  on("save-design", async () => save("design.json", new Blob([await design.file()], { type: "application/json" })));
+  on("save-scene", () => save("scene.toml", new Blob([scene.checked.toml], { type: "text/plain" })));
+  on("save-film", saveFilm);
+  on("link", copyLink);
+  on("restart", () => {
+    $("stopped").close();
+    client.start();
+    begin();
+  });
+  on("ternary", () => { player.highlight = null; }, "pointerleave");
+  on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
+  // The space bar plays wherever the focus is, except where it has a use of its own.
+  addEventListener("keydown", event => {
+    if (event.key !== " " || event.target.closest("button, select, input:not([type=range]), dialog")) return;
+    event.preventDefault();
+    togglePlay();
+  });
+  $("stopped").addEventListener("cancel", event => event.preventDefault());
+  addEventListener("hashchange", () => location.reload());
+}
+
+connect();
+tellPlay();
+if (filmKind() === null) $("saved").textContent = "This browser cannot record a canvas: no animation.";
+begin();
+/** For tests: what a picture costs. */
+globalThis.playerCost = player.cost;

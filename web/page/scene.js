@@ -1,0 +1,137 @@
+// The scene of the page: a built-in one, and settings in place of its own. The link holds both, and the seed.
+
+/** Fields of the form: a key, its name, and what its number or word may be. */
+const FIELDS = [
+  { key: "lattice.columns", name: "Columns of nodes", min: 2, max: 16, step: 1 },
+  { key: "lattice.rows", name: "Rows of nodes", min: 2, max: 16, step: 1 },
+  { key: "physics.payload_mass", name: "Payload, kg", min: 0, max: 1, step: 0.005 },
+  { key: "physics.gravity", name: "Gravity, m/s²", min: 0, max: 30, step: 0.1 },
+  { key: "physics.incline_deg", name: "Incline, degrees", min: -45, max: 45, step: 1 },
+  { key: "physics.contact", name: "Feet", words: { infinite: "never slip", coulomb: "slip (Coulomb)" } },
+  { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
+];
+
+const POINTS = "ground.points";
+const PROFILE = "ground.profile";
+
+export class Scene {
+  #client;
+  #form;
+  #own = {};
+  #asked = 0;
+  name = "stability";
+  seed = 0;
+  /** Settings in place of the scene's, each a key and a value in TOML. */
+  changed = new Map();
+  /** All settings and the text of `scene.toml`, or null while there are none. */
+  checked = null;
+
+  /** @param onchange is called when the scene, or what is wrong with it, is known. */
+  constructor(client, form, onchange) {
+    this.#client = client;
+    this.#form = form;
+    this.onchange = onchange;
+    this.#build();
+    this.#readLink();
+  }
+
+  /** As requests name it. */
+  get asked() {
+    return { scene: this.name, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };
+  }
+
+  /** The fragment of a link to this scene. */
+  get link() {
+    const link = new URLSearchParams({ scene: this.name, seed: String(this.seed) });
+    for (const setting of this.asked.settings) link.append("set", setting);
+    return `#${link}`;
+  }
+
+  /** Another built-in scene, without changes. */
+  async choose(name) {
+    this.name = name;
+    this.changed.clear();
+    await this.check();
+  }
+
+  set(key, value) {
+    this.changed.set(key, value);
+    return this.check();
+  }
+
+  /** The ground as points [along, height], or level. */
+  setGround(points) {
+    this.changed.delete(POINTS);
+    this.changed.set(PROFILE, points.length > 0 ? "points" : "flat");
+    if (points.length > 0) this.changed.set(POINTS, `[${points.map(([x, y]) => `[${x}, ${y}]`).join(", ")}]`);
+    if (points.length === 0 && this.#own[PROFILE] === "flat") this.changed.delete(PROFILE);
+    return this.check();
+  }
+
+  /** Has the library look at the scene. The last call's answer counts. */
+  async check() {
+    const asked = ++this.#asked;
+    try {
+      const own = await this.#client.ask({ do: "check", scene: this.name, settings: [] });
+      const { ok } = await this.#client.ask({ do: "check", ...this.asked });
+      if (asked !== this.#asked) return;
+      this.#own = flat(own.ok.settings);
+      this.checked = { toml: ok.toml, profile: ok.profile, settings: flat(ok.settings) };
+      for (const [key, value] of this.changed) {
+        if (key !== POINTS && String(this.#own[key]) === value) this.changed.delete(key);
+      }
+      this.#show();
+      await this.onchange(null);
+    } catch (error) {
+      if (asked !== this.#asked) return;
+      this.checked = null;
+      this.onchange(error);
+    }
+  }
+
+  #build() {
+    for (const { key, name, words, ...limits } of FIELDS) {
+      const label = document.createElement("label");
+      label.textContent = name;
+      const field = document.createElement(words ? "select" : "input");
+      if (words) {
+        for (const [word, says] of Object.entries(words)) field.add(new Option(says, word));
+      } else {
+        Object.assign(field, { type: "number", required: true, ...limits });
+      }
+      field.name = key;
+      field.addEventListener("change", () => field.value === "" ? this.#show() : this.set(key, field.value));
+      label.append(field);
+      this.#form.append(label);
+    }
+    this.#form.addEventListener("submit", event => event.preventDefault());
+  }
+
+  #show() {
+    for (const { key, words } of FIELDS) {
+      const [field, value] = [this.#form.elements[key], String(this.checked.settings[key])];
+      // A scene may have a word that the form does not offer.
+      if (words && !(value in words) && ![...field.options].some(option => option.value === value)) field.add(new Option(value, value));
+      field.value = value;
+    }
+    this.#form.elements["physics.friction"].disabled = this.checked.settings["physics.contact"] !== "coulomb";
+  }
+
+  #readLink() {
+    const link = new URLSearchParams(location.hash.slice(1));
+    this.name = link.get("scene") ?? this.name;
+    const seed = Number(link.get("seed") ?? 0);
+    if (Number.isSafeInteger(seed) && seed >= 0) this.seed = seed;
+    for (const setting of link.getAll("set")) {
+      const at = setting.indexOf("=");
+      if (at > 0) this.changed.set(setting.slice(0, at), setting.slice(at + 1));
+    }
+  }
+}
+
+/** Sections of keys as `section.key`. */
+function flat(settings) {
+  const entries = Object.entries(settings).flatMap(([section, keys]) =>
+    Object.entries(keys).map(([key, value]) => [`${section}.${key}`, value]));
+  return Object.fromEntries(entries);
+}

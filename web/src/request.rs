@@ -1,0 +1,82 @@
+//! Requests in JSON.
+
+use crate::session::Session;
+use cosmic::design::Material;
+use cosmic::error::Result;
+use cosmic::scene::{BUILTIN, Scene, named};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// What the page asks for.
+#[derive(Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+enum Request {
+    /// The built-in scenes.
+    Scenes,
+    /// Whether a scene is right, and all its settings.
+    Check(Asked),
+    /// Before the first iteration.
+    Begin { scene: Asked, seed: u64 },
+    /// One iteration.
+    Iterate { shown: bool },
+    /// The choice of the robot after the last iteration.
+    Deliver,
+    /// The delivered robot with other materials, or with its own again.
+    Edit { materials: Option<Vec<Material>> },
+    /// The text of `design.json`.
+    Design,
+    /// Stops as an error in the program would: for tests.
+    Panic,
+}
+
+/// A scene: the name of a built-in one or TOML, and settings in place of its own.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    scene: String,
+    settings: Vec<String>,
+}
+
+impl Asked {
+    fn read(&self) -> Result<Scene> {
+        let (name, text) = match named(&self.scene) {
+            Some(builtin) => (builtin.name, builtin.text),
+            None => ("scene.toml", &self.scene[..]),
+        };
+        Scene::parse(name, text)?.set(&self.settings)
+    }
+}
+
+/// The answer to a request, as JSON.
+pub(crate) fn answer(session: &mut Session, request: &[u8]) -> String {
+    let answer = match serde_json::from_slice(request) {
+        Ok(request) => carry_out(session, request).map_err(|error| error.to_string()),
+        Err(error) => Err(format!("a request that is none: {error}")),
+    };
+    match answer {
+        Ok(ok) => json!({ "ok": ok }).to_string(),
+        Err(error) => json!({ "error": error }).to_string(),
+    }
+}
+
+fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
+    match request {
+        Request::Scenes => Ok(scenes()),
+        Request::Check(asked) => {
+            let scene = asked.read()?;
+            let profile = scene.physics.ground.resolved();
+            Ok(json!({ "toml": scene.to_toml(), "settings": scene, "profile": profile.points() }))
+        }
+        Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
+        Request::Iterate { shown } => session.iterate(shown),
+        Request::Deliver => session.deliver(),
+        Request::Edit { materials } => session.edit(materials),
+        Request::Design => session.design(),
+        Request::Panic => panic!("a panic that was asked for"),
+    }
+}
+
+fn scenes() -> Value {
+    let scene = |builtin: &cosmic::scene::Builtin| json!({ "name": builtin.name, "about": builtin.about() });
+    BUILTIN.iter().map(scene).collect()
+}

@@ -1,0 +1,189 @@
+//! An optimisation in progress, and the robot that came of it.
+
+use crate::view;
+use cosmic::codesign::{CoDesign, Delivery, Progress};
+use cosmic::controller::Controller;
+use cosmic::design::{Material, Structure, one_hot};
+use cosmic::error::{Error, Result};
+use cosmic::record::DesignFile;
+use cosmic::scene::Scene;
+use cosmic::simulator::Span;
+use serde_json::{Value, json};
+
+/// All that the page works on.
+#[derive(Default)]
+pub(crate) struct Session {
+    work: Option<Work>,
+    /// The numbers of the last answer: the mixtures of all edges, then the positions of a rollout.
+    pub(crate) numbers: Vec<f32>,
+}
+
+struct Work {
+    codesign: CoDesign,
+    progress: Progress,
+    /// The robot that was delivered, after the last iteration.
+    delivered: Option<Robot>,
+    /// That robot with other materials.
+    edited: Option<Robot>,
+}
+
+#[derive(Clone)]
+struct Robot {
+    z: Vec<[f64; 3]>,
+    mixture: Vec<[f64; 3]>,
+    materials: Vec<Material>,
+    controller: Controller<f64>,
+}
+
+impl Session {
+    /// Begins with a scene, and answers with what there is to draw of the robot before the first iteration.
+    pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Result<Value> {
+        let codesign = CoDesign::new(scene)?;
+        let progress = codesign.begin(seed)?;
+        let begun = Work {
+            codesign,
+            progress,
+            delivered: None,
+            edited: None,
+        };
+        let first = begun.present(&mut self.numbers);
+        let answer = json!({ "world": view::world(&begun.codesign), "first": first });
+        self.work = Some(begun);
+        Ok(answer)
+    }
+
+    /// One iteration; with the rollout of the robot after it if `shown`.
+    pub(crate) fn iterate(&mut self, shown: bool) -> Result<Value> {
+        let Self { work, numbers } = self;
+        let work = begun(work)?;
+        let record = work.codesign.iterate(&mut work.progress);
+        let check = work.codesign.step_check(&work.progress);
+        check.accept(&work.codesign.scene().physics)?;
+        let robot = if shown {
+            work.present(numbers)
+        } else {
+            Value::Null
+        };
+        let done = work.codesign.is_done(&work.progress);
+        Ok(json!({ "record": record, "robot": robot, "done": done }))
+    }
+
+    /// Chooses the robot to deliver and measures it.
+    pub(crate) fn deliver(&mut self) -> Result<Value> {
+        let Self { work, numbers } = self;
+        let work = begun(work)?;
+        let Delivery {
+            z,
+            materials,
+            controller,
+            iteration,
+            spread,
+            volumes,
+            ..
+        } = work.codesign.deliver(&work.progress);
+        let mixture = work.codesign.mixture(&work.progress);
+        let robot = Robot {
+            z,
+            mixture,
+            materials,
+            controller,
+        };
+        let shown = work.show(&robot, numbers);
+        work.delivered = Some(robot);
+        work.edited = None;
+        Ok(json!({
+            "spread": spread,
+            "volumes": volumes,
+            "iteration": iteration,
+            "robot": shown,
+        }))
+    }
+
+    /// Gives the delivered robot other materials, or its own again.
+    pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Result<Value> {
+        let Self { work, numbers } = self;
+        let work = begun(work)?;
+        let mut robot = work.delivered.clone().ok_or_else(nothing)?;
+        let Some(materials) = materials else {
+            work.edited = None;
+            return Ok(json!({ "robot": work.show(&robot, numbers) }));
+        };
+        let (found, edges) = (materials.len(), robot.materials.len());
+        if found != edges {
+            let says = format!("expected {edges} materials, found {found}");
+            return Err(Error::Usage(says));
+        }
+        robot.z = one_hot(&materials);
+        robot.mixture = robot.z.clone();
+        robot.materials = materials;
+        let shown = work.show(&robot, numbers);
+        work.edited = Some(robot);
+        Ok(json!({ "robot": shown }))
+    }
+
+    /// The text of `design.json` for the robot that was delivered, as edited.
+    pub(crate) fn design(&mut self) -> Result<Value> {
+        let work = begun(&mut self.work)?;
+        let robot = work.edited.as_ref().or(work.delivered.as_ref());
+        let robot = robot.ok_or_else(nothing)?;
+        let lattice = &work.codesign.task().lattice;
+        let file = DesignFile::new(lattice, &robot.z, &robot.materials, &robot.controller);
+        Ok(file.to_json().into())
+    }
+}
+
+fn begun(work: &mut Option<Work>) -> Result<&mut Work> {
+    work.as_mut().ok_or_else(nothing)
+}
+
+fn nothing() -> Error {
+    Error::Usage("no robot is there yet".to_owned())
+}
+
+impl Work {
+    /// The robot as it is now.
+    fn present(&self, numbers: &mut Vec<f32>) -> Value {
+        let robot = Robot {
+            z: self.progress.z.clone(),
+            mixture: self.codesign.mixture(&self.progress),
+            materials: self.codesign.materials(&self.progress),
+            controller: self.progress.controller.clone(),
+        };
+        self.show(&robot, numbers)
+    }
+
+    /// Rolls a robot out. Mixtures and positions go to the numbers.
+    fn show(&self, robot: &Robot, numbers: &mut Vec<f32>) -> Value {
+        let task = self.codesign.task();
+        let start = task.lattice.state_at_rest();
+        let last = self.codesign.scene().physics.steps;
+        let mut steps = view::drawn_steps(&self.codesign);
+        let frames = steps.len();
+        if steps.last() != Some(&last) {
+            steps.push(last);
+        }
+        let span = Span::from_start(steps);
+        let guarded = task.guarded(&robot.mixture, &robot.controller, &start, &span);
+        let mut trajectory = guarded.trajectory;
+        let end = trajectory.at(last).x[0];
+        let moved = [0, 1].map(|k| end[k] - start.x[0][k]);
+        trajectory.states.truncate(frames);
+        numbers.clear();
+        numbers.extend(
+            robot
+                .mixture
+                .as_flattened()
+                .iter()
+                .map(|&share| share as f32),
+        );
+        numbers.extend(view::positions(&trajectory));
+        let along = task.ground().vector_to_ground(moved)[0];
+        let diverged = guarded.divergence.as_ref();
+        json!({
+            "materials": robot.materials,
+            "along": diverged.is_none().then_some(along),
+            "diverged": diverged.map(|divergence| Error::from(divergence).to_string()),
+            "structure": Structure::new(&task.lattice, &robot.materials),
+        })
+    }
+}

@@ -1,0 +1,26 @@
+// Lighthouse's score for accessibility: at least 95 of 100. Ends with 1 below that.
+import lighthouse from "lighthouse";
+import { fileURLToPath } from "node:url";
+import { installed, launch } from "./browsers.mjs";
+import { serve } from "./serve.mjs";
+
+const LEAST = 95;
+
+if (!installed("chrome")) {
+  console.log("SKIPPED: no Chromium: no score of Lighthouse");
+  process.exit(0);
+}
+const server = await serve(fileURLToPath(new URL("../dist", import.meta.url)));
+const browser = await launch("chrome");
+try {
+  const port = Number(new URL(browser.wsEndpoint()).port);
+  const { lhr } = await lighthouse(server.address, { port, onlyCategories: ["accessibility"], output: "json", logLevel: "error" });
+  const score = Math.round(100 * lhr.categories.accessibility.score);
+  const failed = Object.values(lhr.audits).filter(audit => audit.score !== null && audit.score < 1);
+  for (const audit of failed) console.log(`     ${audit.title}: ${JSON.stringify(audit.details?.items?.map(item => item.node?.snippet))}`);
+  console.log(`${score >= LEAST ? "ok  " : "FAIL"} Lighthouse: accessibility ${score}`);
+  process.exitCode = score >= LEAST ? 0 : 1;
+} finally {
+  await browser.close();
+  server.close();
+}

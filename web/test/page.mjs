@@ -1,0 +1,306 @@
+// Every control of the page in real browsers, the files it saves, and its robot in the native program.
+//   node test/page.mjs [--shots FOLDER] [--program COSMIC]
+// What is missing here (a browser, the program) is named and skipped. Ends with 1 where something is wrong.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, statSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { parseArgs } from "node:util";
+import { fileURLToPath } from "node:url";
+import { installed, launch, open, ready, says, text } from "./browsers.mjs";
+import { serve } from "./serve.mjs";
+
+const here = path => fileURLToPath(new URL(path, import.meta.url));
+const { values: given } = parseArgs({ options: { shots: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
+/** A robot that is designed in a few seconds. */
+const SMALL = "#scene=stability&seed=1&" + [
+  "lattice.columns=3", "lattice.rows=3", "physics.steps=512", "schedule.iterations=120", "schedule.attraction_from=40",
+  "schedule.snap_at=80", "schedule.horizon=[128, 256]", "loss.window=64",
+].map(setting => `set=${encodeURIComponent(setting)}`).join("&");
+/** Milliseconds of script that a picture may take on average. */
+const FRAME = 4;
+
+let failures = 0;
+function check(is, says) {
+  console.log(`${is ? "ok  " : "FAIL"} ${says}`);
+  if (!is) failures += 1;
+}
+
+const wait = milliseconds => new Promise(resolve => setTimeout(resolve, milliseconds));
+const press = (page, id) => page.$eval(`#${id}`, element => element.click());
+const value = (page, id) => page.$eval(`#${id}`, element => element.value);
+const settled = page => ready(page).then(() => wait(150));
+
+async function set(page, selector, to) {
+  await page.$eval(selector, (element, to) => {
+    element.value = to;
+    element.dispatchEvent(new Event("input", { bubbles: true }));
+    element.dispatchEvent(new Event("change", { bubbles: true }));
+  }, to);
+}
+
+/** A file that the page saves under a name, once it is whole. */
+async function saved(folder, matches, timeout = 60_000) {
+  for (const end = Date.now() + timeout; Date.now() < end; await wait(100)) {
+    const name = readdirSync(folder).find(name => matches.test(name));
+    if (name && statSync(join(folder, name)).size > 0) return join(folder, name);
+  }
+  throw new Error(`nothing was saved that matches ${matches}`);
+}
+
+async function designing(page) {
+  check(await page.$eval("#stage", canvas => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some(x => x > 0)), "the robot is there before it is designed");
+  await page.evaluate(() => {
+    globalThis.shifted = [];
+    const shift = ({ value, sources }) => `${value.toFixed(5)} by ${sources.map(({ node }) => node?.id || node?.nodeName).join(", ")}`;
+    new PerformanceObserver(list => globalThis.shifted.push(...list.getEntries().map(shift))).observe({ type: "layout-shift", buffered: true });
+  });
+  await page.click("#design");
+  await page.waitForFunction(() => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3);
+  await page.click("#design");
+  await says(page, "Resume");
+  const paused = await text(page, "iteration");
+  await wait(400);
+  check(paused === await text(page, "iteration"), `pause holds at ${paused}`);
+  await press(page, "back");
+  await press(page, "back");
+  const number = async () => Number.parseInt(await text(page, "iteration"), 10);
+  check(await number() === Number.parseInt(paused, 10) - 2, "two steps back");
+  await press(page, "ahead");
+  check(await number() === Number.parseInt(paused, 10) - 1, "a step ahead");
+  await press(page, "latest");
+  check(await text(page, "iteration") === paused, "the latest");
+  await page.focus("#curve");
+  await page.keyboard.press("Home");
+  check(await number() === 0, "the curve goes to the beginning by a key");
+  const curve = await (await page.$("#curve")).boundingBox();
+  await page.mouse.click(curve.x + 50, curve.y + curve.height / 2);
+  check(await number() <= 1, "and by a click");
+  await page.click("#design");
+  await says(page, "Design again");
+  check(/^120 \/ 120$/.test(await text(page, "iteration")), `designed: ${await text(page, "status")}`);
+}
+
+async function playing(page) {
+  await press(page, "play");
+  check(await text(page, "play") === "Play walk", "the walk pauses");
+  const clock = await text(page, "clock");
+  await wait(300);
+  check(clock === await text(page, "clock"), "and stands still");
+  await page.evaluate(() => document.activeElement.blur());
+  await page.keyboard.press("Space");
+  check(await text(page, "play") === "Pause walk", "the space bar plays");
+  await set(page, "#speed", "4");
+  await set(page, "#time", "0.5");
+  check(Number.parseFloat(await text(page, "clock")) >= 0.5, "time is set");
+  await wait(1500);
+  const cost = await page.evaluate(() => globalThis.playerCost);
+  const mean = cost.total / cost.frames;
+  check(mean <= FRAME, `a picture takes ${mean.toFixed(2)} ms of script (mean of ${cost.frames}, longest ${cost.longest.toFixed(1)})`);
+}
+
+async function editing(page) {
+  await press(page, "play");
+  await set(page, "#time", "0");
+  await press(page, "next");
+  const first = await text(page, "bar");
+  await page.click("[name=material][value='1']");
+  await page.waitForFunction(() => document.getElementById("bar").textContent.endsWith("skeleton"));
+  const status = await text(page, "status");
+  check(/^Bar \d+ of 20/.test(first) && /^Edited|^Designed/.test(status), `${first}; then skeleton: ${status}`);
+  await page.focus("#stage");
+  await page.keyboard.press("ArrowRight");
+  const before = await text(page, "bar");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(before => document.getElementById("bar").textContent !== before, {}, before);
+  check(true, `by keys: ${before}; then ${await text(page, "bar")}; ${await text(page, "status")}`);
+  // Somewhere in the middle of the stage there is a bar.
+  const box = await (await page.$("#stage")).boundingBox();
+  const said = await text(page, "bar");
+  for (let up = 0.72; up > 0.3 && said === await text(page, "bar"); up -= 0.03) {
+    await page.mouse.click(box.x + box.width / 2, box.y + box.height * up);
+    await wait(120);
+  }
+  check(said !== await text(page, "bar"), `by a click: ${await text(page, "bar")}; ${await text(page, "status")}`);
+  await press(page, "previous");
+  await press(page, "play");
+}
+
+async function files(page, folder, program) {
+  await press(page, "save-scene");
+  await press(page, "save-design");
+  const [scene, design] = [await saved(folder, /^scene\.toml$/), await saved(folder, /^design\.json$/)];
+  check(JSON.parse(readFileSync(design)).format === "cosmic-design" && readFileSync(scene, "utf8").includes("columns = 3"), "scene.toml and design.json are saved");
+  if (existsSync(program)) {
+    const { results } = JSON.parse(execFileSync(program, ["evaluate", design], { encoding: "utf8" }));
+    const along = Number((await text(page, "along")).replace("\u2212", "-").replace(" m", ""));
+    check(Math.abs(results.displacement - along) < 0.006, `the native program moves the edited robot ${results.displacement.toFixed(4)} m, the page ${along} m`);
+    execFileSync(program, ["report", design], { encoding: "utf8" });
+    check(true, "and writes its report");
+  } else {
+    console.log(`SKIPPED: no program ${program}: the saved robot is not evaluated natively`);
+  }
+  await press(page, "undo");
+  await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("Designed"));
+  check(true, "back to the robot as designed");
+  await press(page, "save-film");
+  const film = await saved(folder, /^cosmic-stability-1\.(webm|mp4)$/);
+  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("is saved"));
+  const bytes = readFileSync(film);
+  check(bytes.length > 20_000 && (bytes.readUInt32BE(0) === 0x1a45dfa3 || film.endsWith("mp4")), `the animation has ${bytes.length} bytes`);
+}
+
+async function scenes(page, address) {
+  const along = await text(page, "along");
+  await press(page, "link");
+  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("link"));
+  check(new URL(page.url()).hash.includes("seed=1"), await text(page, "saved"));
+  await press(page, "other");
+  await says(page, "Pause");
+  await says(page, "Design again");
+  check(await value(page, "seed") === "2", `another seed: ${along}, then ${await text(page, "along")}`);
+  await set(page, "#seed", "3");
+  await says(page, "Design again");
+  await page.select("#scene", "incline");
+  await page.waitForFunction(() => document.querySelector("[name='physics.incline_deg']").value === "15");
+  check(new URL(page.url()).hash === "#scene=incline&seed=3", "a built-in scene");
+  for (const [key, to] of [["lattice.columns", 4], ["lattice.rows", 3], ["physics.payload_mass", 0.05], ["physics.gravity", 9.81], ["physics.incline_deg", -5], ["physics.contact", "coulomb"], ["physics.friction", 0.8]]) {
+    await set(page, `[name="${key}"]`, String(to));
+    await settled(page);
+    check(decodeURIComponent(page.url()).includes(`${key}=${to}`), `${key} = ${to}`);
+  }
+  for (const [id, has] of [["stairs", true], ["rough", true], ["level", false]]) {
+    await press(page, id);
+    await settled(page);
+    check(page.url().includes("ground.points") === has, `the ground: ${id}`);
+  }
+  await page.focus("#ground");
+  for (const key of ["ArrowRight", "ArrowUp", "PageUp"]) await page.keyboard.press(key);
+  await settled(page);
+  check((await page.$eval("#ground", canvas => canvas.getAttribute("aria-valuetext"))) === "2.5 cm at 0.9 m", "the ground by keys");
+  const box = await (await page.$("#ground")).boundingBox();
+  await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.4);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.6, box.y + box.height * 0.3, { steps: 5 });
+  await page.mouse.up();
+  await settled(page);
+  check(decodeURIComponent(page.url()).split("[").length > 6, "the ground by a pointer");
+  const link = page.url();
+  await page.goto("about:blank");
+  await page.goto(link);
+  await settled(page);
+  check(await value(page, "scene") === "incline" && await page.$eval("[name='lattice.columns']", field => field.value) === "4" && page.url() === link, "the link brings all of it back");
+  await press(page, "reset");
+  await page.waitForFunction(() => location.hash === "#scene=incline&seed=3");
+  check(true, "the scene's own settings");
+  await set(page, "[name='lattice.columns']", "1");
+  await page.waitForFunction(() => document.getElementById("refusal").textContent.includes("out of range"));
+  check(await page.$eval("#design", button => button.disabled), "what the library refuses is said");
+  await page.goto("about:blank");
+  await page.goto(`${address}${SMALL}`);
+  await settled(page);
+}
+
+async function stopping(browser, address) {
+  const { page, faults } = await open(browser, `${address}?panic=2${SMALL}`);
+  await ready(page);
+  await page.focus("#design");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("#stopped[open]");
+  const message = await text(page, "message");
+  check(message.includes("a panic that was asked for"), `a panic is told: ${message.replaceAll("\n", " ")}`);
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("#stopped:not([open])");
+  await ready(page);
+  await page.focus("#design");
+  await page.keyboard.press("Enter");
+  await says(page, "Design again");
+  check(true, "restart works, by keys alone");
+  return close(page, faults);
+}
+
+async function close(page, faults) {
+  check(faults.length === 0, `no errors, no foreign requests${faults.map(fault => `\n       ${fault}`).join("")}`);
+  await page.close();
+}
+
+async function motionless(browser, address) {
+  const { page, faults } = await open(browser, address + SMALL, { width: 400, height: 800, touch: true, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
+  await ready(page);
+  await (await page.$("#design")).tap();
+  await says(page, "Design again");
+  check(await text(page, "play") === "Play walk" && await text(page, "clock") === "1.0 s", "with reduced motion the robot stands where it got to; the button takes a touch");
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  check(wide <= 400, `at 400 px nothing is wider: ${wide} px`);
+  const box = await (await page.$("#stage")).boundingBox();
+  const said = await text(page, "bar");
+  for (let up = 0.74; up > 0.3 && said === await text(page, "bar"); up -= 0.03) {
+    await page.touchscreen.tap(box.x + box.width / 2, box.y + box.height * up);
+    await wait(120);
+  }
+  check(said !== await text(page, "bar"), `a touch edits: ${await text(page, "bar")}`);
+  return close(page, faults);
+}
+
+async function shots(browser, address, folder) {
+  mkdirSync(folder, { recursive: true });
+  for (const scheme of ["light", "dark"]) {
+    for (const [width, height] of [[400, 800], [1280, 900], [3840, 2160]]) {
+      const features = [{ name: "prefers-color-scheme", value: scheme }];
+      const { page, faults } = await open(browser, address + SMALL, { width, height, features });
+      await ready(page);
+      await press(page, "design");
+      await says(page, "Design again");
+      await wait(700);
+      await page.screenshot({ path: join(folder, `${scheme}-${width}.png`), fullPage: true });
+      await close(page, faults);
+    }
+  }
+}
+
+async function inFirefox(address) {
+  const browser = await launch("firefox");
+  try {
+    const { page, faults } = await open(browser, address + SMALL);
+    await ready(page);
+    await press(page, "design");
+    await says(page, "Design again");
+    await press(page, "next");
+    await press(page, "link");
+    check(/m$/.test(await text(page, "along")), `Firefox: ${await text(page, "status")}`);
+    await close(page, faults);
+  } finally {
+    await browser.close();
+  }
+}
+
+async function inChromium(address) {
+  const folder = mkdtempSync(join(tmpdir(), "cosmic-page-"));
+  const browser = await launch("chrome", { downloadBehavior: { policy: "allow", downloadPath: folder } });
+  try {
+    const { page, faults } = await open(browser, address + SMALL);
+    await ready(page);
+    await designing(page);
+    await playing(page);
+    await editing(page);
+    await files(page, folder, given.program);
+    const shifted = await page.evaluate(() => globalThis.shifted);
+    check(shifted.length === 0, `nothing shifts${shifted.map(shift => `\n       ${shift}`).join("")}`);
+    await scenes(page, address);
+    await close(page, faults);
+    await stopping(browser, address);
+    await motionless(browser, address);
+    if (given.shots) await shots(browser, address, given.shots);
+  } finally {
+    await browser.close();
+  }
+}
+
+const server = await serve(here("../dist"));
+for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
+  if (installed(browser)) await test(server.address);
+  else console.log(`SKIPPED: no ${browser === "chrome" ? "Chromium" : "Firefox"}`);
+}
+server.close();
+console.log(failures === 0 ? "the page: all checks passed" : `the page: ${failures} checks failed`);
+process.exitCode = failures === 0 ? 0 : 1;
