@@ -14,7 +14,7 @@ use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::{Vibration, bound_of_any_design};
-use crate::simulator::{BarLoad, Guarded, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// Which steps carry a gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,15 +144,15 @@ impl Task {
         }
     }
 
-    /// What every edge of a mixture's robot bears in the states of a trajectory.
-    pub fn loads(
+    /// What the edges of a mixture's robot do in the states of a trajectory.
+    pub fn moments(
         &self,
         mixture: &[[f64; 3]],
         controller: &Controller<f64>,
         trajectory: &Trajectory<f64>,
-    ) -> Vec<BarLoad> {
+    ) -> Vec<EdgeMoments> {
         let body = self.body(mixture);
-        self.simulator.loads(&body, controller, trajectory)
+        self.simulator.moments(&body, controller, trajectory)
     }
 
     /// The ground line.

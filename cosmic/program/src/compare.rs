@@ -7,13 +7,13 @@ use cosmic::record::files::write_atomic;
 use cosmic_lab::report::Comparison;
 use std::path::PathBuf;
 
-/// Show the summaries of finished runs side by side
+/// Show the summaries of finished runs side by side, and with --out the robots walking
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The runs' folders
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Write a page of HTML to this file as well
+    /// Write a page of HTML to this file as well: the robots in lanes on one ground, and the table
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write JSON to standard output: each run's folder and its summary
@@ -25,7 +25,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let comparison = Comparison::read(&self.runs)?;
         if let Some(path) = &self.out {
-            let page = comparison.to_html();
+            let page = comparison.to_html()?;
             write_atomic(path, |file| file.write_all(page.as_bytes()))?;
         }
         print_as(self.json, &comparison, &comparison.to_text())

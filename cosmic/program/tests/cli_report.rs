@@ -1,7 +1,7 @@
 //! `cosmic report` and `cosmic compare` as a user meets them: files, page, messages, exit codes.
 
 use crate::common::Bench;
-use crate::program::Told;
+use crate::program::{Told, command};
 use std::fs;
 use std::io::{self, Write};
 use std::process::{Command, Stdio};
@@ -58,23 +58,88 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
 
     let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
-    // The page fetches nothing: no element of it refers to another file.
+    fetches_nothing(&page);
+    // 1.024 s, a picture every 0.08 s from the start on.
+    assert_eq!(pictures(&bench, "run/gait.gif"), 13);
+}
+
+/// No element of a page refers to another file, and no script asks for one.
+fn fetches_nothing(page: &str) {
+    let page = page.replace("href=\"data:,\"", "");
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
         assert!(!page.contains(reference), "the page has {reference}");
     }
-    let animation = fs::File::open(bench.path("run/gait.gif")).unwrap();
+}
+
+/// How many pictures an animation has, each with a robot on its ground.
+fn pictures(bench: &Bench, name: &str) -> usize {
+    let animation = fs::File::open(bench.path(name)).unwrap();
     let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
-    let mut frames = 0;
+    let mut count = 0;
     while let Some(frame) = animation.read_next_frame().unwrap() {
         let mut colours = frame.buffer.to_vec();
         colours.sort_unstable();
         colours.dedup();
-        // Sky, ground and robot at least.
-        assert!((frame.width, frame.height) == (480, 240) && colours.len() > 3);
-        frames += 1;
+        // Sky, ground, robot and label at least.
+        assert!((frame.width, frame.height) == (800, 334) && colours.len() > 3);
+        count += 1;
     }
-    // 1.024 s, ten frames a second, both ends included.
-    assert_eq!(frames, 11);
+    count
+}
+
+#[test]
+fn an_evolution_shows_the_robots_on_the_way() {
+    let bench = finished();
+    let told = bench.cosmic("report run --evolution").ok().out;
+    let last: Vec<&str> = told.lines().rev().take(2).collect();
+    assert_eq!(last, ["run/evolution.gif", "run/gait.gif"]);
+    // The robots of iterations 1 and 10, walking for 1.008 s in steps of 0.084 s, and the delivered one.
+    assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13 + 13);
+    let page = bench.read("run/report.html");
+    assert!(page.contains("\"iteration\":10,") && page.matches("\"every\":0.084").count() == 2);
+
+    // Runs of earlier versions kept designs without walks.
+    let rows = bench.read("run/designs.jsonl");
+    let without = rows.lines().map(|row| {
+        let (before, _) = row.split_once(",\"walk\"").unwrap();
+        format!("{before}}}\n")
+    });
+    bench.write("run/designs.jsonl", without.collect::<String>());
+    let page = report(&bench).ok();
+    assert_eq!(page.out.lines().count(), 4);
+    let told = bench.cosmic("report run --evolution");
+    told.fails(2, &["run/designs.jsonl", "no walks were kept"]);
+}
+
+/// A film is encoded by ffmpeg: by one that is there, and by one that is not.
+#[test]
+fn a_film_needs_ffmpeg() {
+    let bench = finished();
+    let mut without = command("report run --mp4");
+    let without = without.current_dir(bench.path("")).env("PATH", "").output();
+    Told::of(without.unwrap()).fails(4, &["needs ffmpeg on the path"]);
+    if Command::new("ffmpeg").arg("-version").output().is_err() {
+        writeln!(io::stderr(), "no ffmpeg here: no film is encoded").unwrap();
+        return;
+    }
+    let told = bench.cosmic("report run --mp4").ok().out;
+    assert!(told.ends_with("convergence.svg\nrun/gait.mp4\n"), "{told}");
+    let film = fs::read(bench.path("run/gait.mp4")).unwrap();
+    assert!(film.len() > 10_000 && film[4..8] == *b"ftyp");
+    let both = bench.cosmic("report run --mp4 --gif").ok().out;
+    assert!(both.ends_with("run/gait.gif\nrun/gait.mp4\n"), "{both}");
+}
+
+/// Strains beyond the limit are said, and drawn in a colour of their own.
+#[test]
+fn strains_beyond_the_limit_are_said() {
+    let bench = Bench::with(&(SCENE.to_owned() + "[materials]\nmax_strain = [0.0, 0.0, 1e-4]\n"));
+    bench.run("run", "--quiet");
+    report(&bench).ok();
+    let page = bench.read("run/report.html");
+    assert!(page.contains("are strained beyond \u{b1}0.0 %</b>"));
+    assert!(bench.read("run/robot.svg").contains("#b800b8"));
+    report(&finished()).ok();
 }
 
 #[test]
@@ -125,8 +190,10 @@ fn a_design_alone_is_drawn() {
     let told = bench.cosmic("report alone").ok();
     assert_eq!(told.out, "alone/report.html\nalone/robot.svg\n");
     let page = bench.read("alone/report.html");
-    assert_eq!(page.matches("</svg>").count(), 2);
-    assert!(page.contains("9 nodes, 20 edges") && !page.contains("<script"));
+    assert!(page.contains("9 nodes, 20 edges") && !page.contains("id=\"stage\""));
+    fetches_nothing(&page);
+    let told = bench.cosmic("report alone --gif");
+    told.fails(2, &["alone/design.json: a design alone does not move"]);
 
     bench.remove("alone/report.html");
     bench.remove("alone/robot.svg");
@@ -274,6 +341,15 @@ fn compare_has_a_row_for_every_run() {
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
     let html = bench.read("compare.html");
     assert_eq!(html.matches("<tr>").count(), 3);
+    fetches_nothing(&html);
+    assert_eq!(html.matches("\"name\":\"run\"").count(), 2);
+    // A run without a trajectory, as `sweep prune` leaves it, is in the table alone.
+    let trajectory = bench.read("run/trajectory.json");
+    bench.remove("run/trajectory.json");
+    bench.cosmic("compare run --out compare.html").ok();
+    let html = bench.read("compare.html");
+    assert!(html.matches("<tr>").count() == 2 && !html.contains("<script"));
+    bench.write("run/trajectory.json", trajectory);
 
     let json = bench.cosmic("compare run run --json").json();
     assert_eq!(json["runs"][1]["run"], "run");
@@ -348,15 +424,26 @@ fn a_browser_draws_the_page_without_errors() {
         let file = bench.path("run").join(name);
         document(browser, &file.display().to_string())
     };
-    let page = document("report.html");
-    // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
-    assert!(
-        page.contains("data-ready=\"true\""),
-        "the script did not end"
-    );
-    assert!(!page.contains("data-error"), "the script failed");
-    // Gait, strains, layout, mixtures, convergence.
-    assert_eq!(page.matches("</svg>").count(), 5);
+    bench.cosmic("compare run run --out run/compare.html").ok();
+    fs::create_dir(bench.path("run/alone")).unwrap();
+    for name in ["scene.toml", "design.json"] {
+        bench.write(
+            &format!("run/alone/{name}"),
+            bench.read(&format!("run/{name}")),
+        );
+    }
+    bench.cosmic("report run/alone").ok();
+    for name in ["report.html", "compare.html", "alone/report.html"] {
+        let page = document(name);
+        // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
+        assert!(
+            page.contains("data-ready=\"true\""),
+            "{name}: the script did not end"
+        );
+        assert!(!page.contains("data-error"), "{name}: the script failed");
+        let drawn = page.matches("<canvas").count();
+        assert_eq!(page.matches(" width=\"").count(), drawn, "{name}");
+    }
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);
         // XML that is not well formed is replaced by a `parsererror`.

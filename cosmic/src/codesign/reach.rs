@@ -37,6 +37,33 @@ impl CoDesign {
         self.try_many(&[self.mixture(progress)], &progress.controller, &self.task)[0]
     }
 
+    /// The present robot after such numbers of steps from the unperturbed start, in the precision of gradients;
+    /// `None` if it diverges.
+    pub(crate) fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
+        match self.scene.gradient.precision {
+            GradientPrecision::F64 => self.watch_in::<f64>(progress, steps),
+            GradientPrecision::F32 => self.watch_in::<f32>(progress, steps),
+        }
+    }
+
+    fn watch_in<R: Real + Into<f64>>(
+        &self,
+        progress: &Progress,
+        steps: Vec<usize>,
+    ) -> Option<Trajectory<f64>> {
+        let mixture = self.mixture(progress);
+        let mixture: Vec<[R; 3]> = mixture.iter().map(|m| m.map(R::lit)).collect();
+        let span = Span {
+            watched: true,
+            ..Span::from_start(steps)
+        };
+        let (controller, start) = (progress.controller.map(R::lit), self.start.map(R::lit));
+        let seen = self.task.rollout(&mixture, &controller, &start, &span);
+        let states: Vec<_> = seen.states.iter().map(|state| state.map(R::into)).collect();
+        let steps = seen.steps;
+        (!states.iter().any(State::is_absurd)).then_some(Trajectory { steps, states })
+    }
+
     /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
     /// start that is moved by a nanometre is the unperturbed start: medians over perturbed starts
     /// need [`reach_many`](Self::reach_many) in f64.

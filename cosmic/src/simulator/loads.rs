@@ -97,37 +97,67 @@ fn radius_against_buckling(force: f64, stiffness: f64, length: f64) -> f64 {
     (force * length / stiffness).sqrt() / PI
 }
 
+/// What the edges of a robot do in a state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EdgeMoments {
+    /// The controller's output for each, from -1 to 1.
+    pub activation: Vec<f64>,
+    /// Change of length over the length at rest.
+    pub strain: Vec<f64>,
+    /// The force with which its bar pulls its ends together, N.
+    pub tension: Vec<f64>,
+    /// The rate of its length, m/s.
+    pub rate: Vec<f64>,
+    /// The energy of all forces that have one, J.
+    pub elastic: f64,
+}
+
 impl Simulator {
-    /// The loads of every edge in the states of a trajectory, with the controller's activation there.
-    /// Between those states nothing is known.
+    /// What the edges do in the states of a trajectory, with the controller's activation there.
+    pub fn moments(
+        &self,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        trajectory: &Trajectory<f64>,
+    ) -> Vec<EdgeMoments> {
+        let edges = self.lattice.edges.iter().enumerate();
+        let forces = &self.robot.mechanics.forces;
+        let moment = |(&step, state): (&usize, &State<f64>)| {
+            let time = step as f64 * self.dt;
+            let activation = self.activation(body, controller, state, time);
+            let pose = Pose {
+                lattice: &self.lattice,
+                body,
+                state,
+                activation: &activation,
+                time,
+            };
+            let strain = |(edge, ends): (usize, &[usize; 2])| {
+                length(&state.x, *ends) / self.lattice.rest_length[edge] - 1.0
+            };
+            let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
+            EdgeMoments {
+                strain: edges.clone().map(strain).collect(),
+                tension: edges.clone().map(|(edge, _)| pull(edge)).collect(),
+                rate: edges.clone().map(|(_, ends)| rate(state, *ends)).collect(),
+                elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
+                activation,
+            }
+        };
+        let states = trajectory.steps.iter().zip(&trajectory.states);
+        states.map(moment).collect()
+    }
+
+    /// The loads of every edge in the states of a trajectory. Between those states nothing is known.
     pub fn loads(
         &self,
         body: &Body<f64>,
         controller: &Controller<f64>,
         trajectory: &Trajectory<f64>,
     ) -> Vec<BarLoad> {
-        let edges = self.lattice.edges.len();
-        // Per edge: strains, tensions, rates.
-        let mut seen = vec![[(); 3].map(|()| Vec::new()); edges];
-        for (&step, state) in trajectory.steps.iter().zip(&trajectory.states) {
-            let time = step as f64 * self.dt;
-            let pose = Pose {
-                lattice: &self.lattice,
-                body,
-                state,
-                activation: &self.activation(body, controller, state, time),
-                time,
-            };
-            for (edge, [strains, tensions, rates]) in seen.iter_mut().enumerate() {
-                let rest_length = self.lattice.rest_length[edge];
-                let ends = self.lattice.edges[edge];
-                strains.push(length(&state.x, ends) / rest_length - 1.0);
-                let forces = self.robot.mechanics.forces.iter();
-                tensions.push(forces.map(|force| force.tension(&pose, edge)).sum());
-                rates.push(rate(state, ends));
-            }
-        }
-        seen.into_iter().map(BarLoad::of).collect()
+        let moments = self.moments(body, controller, trajectory);
+        let edges = 0..self.lattice.edges.len();
+        edges.map(|edge| BarLoad::of(edge, &moments)).collect()
     }
 
     /// The loads of a layout's bars.
@@ -194,8 +224,13 @@ impl Simulator {
 }
 
 impl BarLoad {
-    /// From strains, tensions (N) and rates (m/s) in some states.
-    fn of([strains, tensions, rates]: [Vec<f64>; 3]) -> Self {
+    /// Of an edge in some states.
+    pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
+        let series = |of: fn(&EdgeMoments) -> &Vec<f64>| -> Vec<f64> {
+            moments.iter().map(|moment| of(moment)[edge]).collect()
+        };
+        let (strains, tensions) = (series(|m| &m.strain), series(|m| &m.tension));
+        let rates = series(|m| &m.rate);
         let most = |sample: &[f64], sign: f64| sample.iter().fold(0.0, |m: f64, x| m.max(sign * x));
         let powers = tensions
             .iter()

@@ -22,7 +22,7 @@ pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
 pub use driven::Driven;
 pub use energy::Store;
-pub use loads::{BarLoad, Loads, Magnitude};
+pub use loads::{BarLoad, EdgeMoments, Loads, Magnitude};
 pub use overflow::Overflow;
 pub use rollout::{Simulator, Span};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};

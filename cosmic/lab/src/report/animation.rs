@@ -1,59 +1,166 @@
-//! The gait as an animated GIF.
+//! Walks as animations: a GIF, or a film that ffmpeg encodes.
 
+use std::fs;
 use std::io::{self, Write};
+use std::process::{Child, Command, Stdio};
 
+use cosmic::error::{Error, Result};
 use cosmic::record::TrajectoryFile;
 use gif::{Encoder, Frame, Repeat};
-use tiny_skia::{
-    Color, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke, Transform,
-};
+use tiny_skia::PremultipliedColorU8;
 
+use super::canvas::{Shot, TICK};
 use super::files::RobotFiles;
-use super::motion::{Motion, PAYLOAD, SKELETON, View};
+use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
+use crate::table::decimals;
 
-const SIZE: [u16; 2] = [480, 240];
+/// Width and height of a [`frame`], of a GIF and of a film, pixels.
+const FRAME_SIZE: [u16; 2] = [480, 240];
+const GIF_SIZE: [u16; 2] = [800, 334];
+const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`], pixels.
-pub const FRAME_WIDTH: usize = SIZE[0] as usize;
-/// Colour of the ticks on the ground.
-const TICK: [u8; 3] = [0x99; 3];
-/// Width of the picture in the world, in widths of the lattice.
-const WIDTHS: f64 = 3.2;
-/// Seconds of the rollout from one frame to the next, and hundredths of a second that a frame shows.
-const FRAME: (f64, u16) = (0.1, 5);
-/// Pixels beyond the edges of a picture at which longer lines end: more than the width of any line.
-const BEYOND: f64 = 32.0;
-/// The most ticks across a picture.
-const MOST_TICKS: f64 = 100.0;
+pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// Writes the whole rollout at double speed, faster if it is long. The camera moves with the robot. Ticks
-/// stand at every tenth of a metre along the ground, longer ones at whole metres; if these are too many,
-/// they are farther apart by powers of ten.
+/// Seconds from one picture of a GIF to the next, and of a film.
+pub(super) const GIF_EVERY: f64 = 0.08;
+pub(super) const FILM_EVERY: f64 = 0.04;
+/// The most pictures of a walk in a GIF; a longer one is shown faster.
+const MOST_PICTURES: f64 = 250.0;
+/// How long the last picture stays, s.
+const STAYS: f64 = 1.0;
+
+/// The shots of a walk from its start, so many seconds apart or more, for so many seconds at most; labels have the
+/// time and the metres along the ground, after `says`.
+pub(super) fn shots<'m>(
+    motion: &'m Motion<'m>,
+    every: f64,
+    seconds: f64,
+    says: &str,
+) -> Vec<Shot<'m>> {
+    let every = every.max(motion.duration().min(seconds) / MOST_PICTURES);
+    let (_, moments) = motion.every(every);
+    let start = motion.ground().point_to_ground(motion.states()[0].x[0]);
+    let shot = |index: usize| {
+        let now = motion.ground().point_to_ground(motion.states()[index].x[0]);
+        let [time, metres] = [(motion.time(index), 1), (now[0] - start[0], 2)]
+            .map(|(x, digits)| decimals(x, digits));
+        let label = format!("{says}{time} s   {metres} m").replace('\u{2212}', "-");
+        Shot {
+            motion,
+            index,
+            label,
+        }
+    };
+    let within = moments
+        .into_iter()
+        .take_while(|index| motion.time(*index) <= seconds);
+    within.map(shot).collect()
+}
+
+/// Writes shots as a GIF in which each stays for [`GIF_EVERY`].
 ///
 /// # Errors
 /// Errors of writing to `file`.
-pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
-    let palette = Palette::new(motion);
-    let mut encoder = Encoder::new(file, SIZE[0], SIZE[1], palette.shades.as_flattened())
+pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> {
+    let palette = Palette::new();
+    let [width, height] = GIF_SIZE;
+    let mut encoder = Encoder::new(file, width, height, palette.shades.as_flattened())
         .map_err(io::Error::other)?;
     encoder
         .set_repeat(Repeat::Infinite)
         .map_err(io::Error::other)?;
-    let (_, moments) = motion.every(FRAME.0);
-    let frames = moments.len() - 1;
-    for (k, index) in moments.into_iter().enumerate() {
-        let Some(picture) = Canvas::new(motion, index) else {
+    let hundredths = |seconds: f64| (100.0 * seconds).round() as u16;
+    for (k, shot) in shots.iter().enumerate() {
+        let Some(picture) = shot.draw(GIF_SIZE) else {
             break;
         };
+        let pixels = picture.pixels().iter();
+        let stays = if k + 1 == shots.len() {
+            STAYS
+        } else {
+            GIF_EVERY
+        };
         let frame = Frame {
-            width: SIZE[0],
-            height: SIZE[1],
-            delay: if k == frames { 20 * FRAME.1 } else { FRAME.1 },
-            buffer: picture.draw(&palette).into(),
+            width,
+            height,
+            delay: hundredths(stays),
+            buffer: pixels
+                .map(|pixel| palette.index(pixel))
+                .collect::<Vec<u8>>()
+                .into(),
             ..Frame::default()
         };
         encoder.write_frame(&frame).map_err(io::Error::other)?;
     }
     Ok(())
+}
+
+/// Shots as a film, MP4, in which each stays for [`FILM_EVERY`]; ffmpeg encodes it.
+///
+/// # Errors
+/// [`Error::Read`] if there is no ffmpeg on the path, or with what it says if it fails.
+pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
+    let failed = Error::reading("ffmpeg's film");
+    let folder = match tempfile::tempdir() {
+        Ok(folder) => folder,
+        Err(error) => return Err(failed(error)),
+    };
+    let path = folder.path().join("film.mp4");
+    let [width, height] = FILM_SIZE;
+    let (size, rate) = (format!("{width}x{height}"), (1.0 / FILM_EVERY).to_string());
+    let given = [
+        "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-",
+    ];
+    // Players want this arrangement of colours, and the index at the beginning.
+    let wanted = [
+        "-f",
+        "mp4",
+        "-pix_fmt",
+        "yuv420p",
+        "-movflags",
+        "+faststart",
+    ];
+    let child = Command::new("ffmpeg")
+        .args(["-y", "-loglevel", "error"])
+        .args(given)
+        .args(wanted)
+        .arg(&path)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn();
+    let child = child.map_err(|error| {
+        let says =
+            format!("{error}; a film needs ffmpeg on the path: install it, or ask for --gif");
+        Error::reading("ffmpeg")(io::Error::other(says))
+    })?;
+    feed(child, shots)
+        .and_then(|()| fs::read(&path))
+        .map_err(failed)
+}
+
+/// Hands the pictures over, and waits for the end.
+fn feed(mut child: Child, shots: &[Shot]) -> io::Result<()> {
+    let mut pipe = child.stdin.take();
+    let pictures = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
+    // One that stops reading says why on its way out.
+    for picture in pictures {
+        if pipe
+            .as_mut()
+            .is_none_or(|pipe| pipe.write_all(picture.data()).is_err())
+        {
+            break;
+        }
+    }
+    drop(pipe);
+    let output = child.wait_with_output()?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let told = String::from_utf8_lossy(&output.stderr);
+    let last = told.lines().rev().find(|line| !line.trim().is_empty());
+    let says = last.unwrap_or("it failed and does not say why");
+    Err(io::Error::other(format!("ffmpeg: {says}")))
 }
 
 /// One moment of a rollout as a picture of 240 rows of 480 pixels, from the top left, with red, green and blue of
@@ -62,8 +169,14 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
 /// # Panics
 /// If the trajectory has no state of that index.
 pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> Option<Vec<u8>> {
-    let motion = Motion::new(robot, trajectory);
-    let drawn = Canvas::new(&motion, index)?.drawn();
+    let motion = &Motion::new(robot, trajectory);
+    let label = String::new();
+    let drawn = Shot {
+        motion,
+        index,
+        label,
+    }
+    .draw(FRAME_SIZE)?;
     let pixels = drawn.pixels().iter();
     Some(
         pixels
@@ -72,37 +185,10 @@ pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> O
     )
 }
 
-/// The part of the segment inside the picture or a little beyond, or `None`.
-/// The rasteriser has no room for lines that end far away.
-fn within([from, to]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
-    // Shares of the way, by Liang and Barsky.
-    let (mut first, mut last) = (0.0_f64, 1.0_f64);
-    for k in 0..2 {
-        let way = to[k] - from[k];
-        let bounds = [-BEYOND, f64::from(SIZE[k]) + BEYOND].map(|bound| bound - from[k]);
-        if way == 0.0 && !(bounds[0]..=bounds[1]).contains(&0.0) {
-            return None;
-        }
-        if way != 0.0 {
-            let [one, other] = bounds.map(|bound| bound / way);
-            first = first.max(one.min(other));
-            last = last.min(one.max(other));
-        }
-    }
-    // Held to the bounds: from far away their share is rounded.
-    let at = |share: f64| {
-        let along = |k: usize| from[k] + share * (to[k] - from[k]);
-        [0, 1].map(|k| along(k).clamp(-BEYOND, f64::from(SIZE[k]) + BEYOND))
-    };
-    let ends = [
-        if first > 0.0 { at(first) } else { from },
-        if last < 1.0 { at(last) } else { to },
-    ];
-    let finite = ends.as_flattened().iter().all(|x| x.is_finite());
-    (first <= last && finite).then_some(ends)
-}
+/// Shades of a colour, on the way from white: fewer make edges rough, more make files large.
+const SHADES: u16 = 4;
 
-/// The colours of the picture in eight shades from white, and for any colour the nearest of them.
+/// The colours of the picture in their shades from white, and for any colour the nearest of them.
 struct Palette {
     shades: Vec<[u8; 3]>,
     /// Indices of shades by the upper five bits of red, green and blue.
@@ -110,11 +196,11 @@ struct Palette {
 }
 
 impl Palette {
-    fn new(motion: &Motion) -> Self {
-        let strains = (-13..=13).map(|k| motion.colour(f64::from(k) / 13.0 * motion.limit));
-        let colours = strains.chain([SKELETON, PAYLOAD, TICK]);
-        let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / 8) as u8);
-        let shades = colours.flat_map(|colour| (1..=8).map(move |k| shade(colour, k)));
+    fn new() -> Self {
+        let strains = (-6..=6).map(|k| strained(f64::from(k) / 6.0));
+        let colours = strains.chain([SKELETON, PAYLOAD, TICK, BEYOND]);
+        let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / SHADES) as u8);
+        let shades = colours.flat_map(|colour| (1..=SHADES).map(move |k| shade(colour, k)));
         let shades: Vec<[u8; 3]> = shades.chain([[255; 3]]).collect();
         let middle = |bits: usize| (8 * (bits % 32) + 4) as i32;
         let nearest = |bits: usize| {
@@ -132,134 +218,5 @@ impl Palette {
     fn index(&self, pixel: &PremultipliedColorU8) -> u8 {
         let bits = [pixel.red(), pixel.green(), pixel.blue()].map(|c| usize::from(c / 8));
         self.nearest[1024 * bits[0] + 32 * bits[1] + bits[2]]
-    }
-}
-
-/// One frame under construction.
-struct Canvas<'m> {
-    motion: &'m Motion<'m>,
-    index: usize,
-    pixels: Pixmap,
-    view: View,
-}
-
-impl<'m> Canvas<'m> {
-    /// `None` if there is no memory for it.
-    fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
-        let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
-        pixels.fill(Color::WHITE);
-        let side = motion.robot.lattice.side();
-        let [x, _] = motion.camera(index);
-        let view = View {
-            // In the middle of the lower third.
-            corner: [x, motion.floor(x)],
-            origin: [0.5 * f64::from(SIZE[0]), 0.78 * f64::from(SIZE[1])],
-            scale: f64::from(SIZE[0]) / (WIDTHS * side),
-        };
-        Some(Self {
-            view,
-            motion,
-            index,
-            pixels,
-        })
-    }
-
-    /// A line through points of the world.
-    fn stroke(&mut self, points: &[[f64; 2]], [r, g, b]: [u8; 3], width: f32) {
-        let mut path = PathBuilder::new();
-        let mut end = None;
-        for pair in points.windows(2) {
-            let Some([from, to]) = within([pair[0], pair[1]].map(|point| self.view.place(point)))
-            else {
-                continue;
-            };
-            if end != Some(from) {
-                path.move_to(from[0] as f32, from[1] as f32);
-            }
-            path.line_to(to[0] as f32, to[1] as f32);
-            end = Some(to);
-        }
-        // A path of one point, or of points that are not finite, has nothing to draw.
-        let Some(path) = path.finish() else { return };
-        let mut paint = Paint::default();
-        paint.set_color_rgba8(r, g, b, 255);
-        let stroke = Stroke {
-            width,
-            line_cap: LineCap::Round,
-            ..Stroke::default()
-        };
-        self.pixels
-            .stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-    }
-
-    /// The finished frame as indices into the palette.
-    fn draw(self, palette: &Palette) -> Vec<u8> {
-        let pixels = self.drawn();
-        let pixels = pixels.pixels().iter();
-        pixels.map(|pixel| palette.index(pixel)).collect()
-    }
-
-    /// The finished frame.
-    fn drawn(mut self) -> Pixmap {
-        self.draw_ground();
-        let path = self.motion.path();
-        self.stroke(&path[..=self.index], PAYLOAD, 1.2);
-        let state = &self.motion.states()[self.index];
-        for bar in self.motion.bars(state) {
-            let width = if bar.actuator { 3.4 } else { 2.4 };
-            self.stroke(&[bar.from, bar.to], bar.colour, width);
-        }
-        // A short line with round ends is a dot.
-        let [x, y] = state.x[0];
-        self.stroke(&[[x, y], [x + 1e-4, y]], PAYLOAD, 9.0);
-        self.pixels
-    }
-
-    fn draw_ground(&mut self) {
-        let half = 0.5 * f64::from(SIZE[0]) / self.view.scale;
-        let motion = self.motion;
-        let height = |x| motion.ground_height(x);
-        let middle = self.view.corner[0];
-        let ends = [middle - half, middle + half];
-        let line = motion.ground_line(ends);
-        let per_metre = 10f64.powf((MOST_TICKS / (2.0 * half)).log10().floor().min(1.0));
-        // Along the ground, as displacements are measured.
-        let [cos, _] = self.motion.ground().tangent();
-        let [first, last] = ends.map(|x| per_metre * x / cos);
-        let ticks = first.ceil() as i64..=last.floor() as i64;
-        let pixel = 1.0 / self.view.scale;
-        for k in ticks {
-            let x = cos * k as f64 / per_metre;
-            let length = if k % 10 == 0 { 14.0 } else { 5.0 };
-            let tick = [[x, height(x)], [x, height(x) - length * pixel]];
-            self.stroke(&tick, TICK, 1.0);
-        }
-        self.stroke(&line, SKELETON, 1.6);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::within;
-
-    #[test]
-    fn lines_end_where_the_picture_does() {
-        let inside = [[10.0, 10.0], [400.0, 200.0]];
-        assert_eq!(within(inside), Some(inside));
-        // Across the picture's middle, from 32 pixels before its left edge to 32 behind its right.
-        let [from, to] = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
-        assert!(
-            near(from[0], -32.0) && near(to[0], 512.0),
-            "{from:?} {to:?}"
-        );
-        let [from, to] = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
-        assert!(from == [240.0, 120.0] && near(to[1], -32.0), "{to:?}");
-        let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
-        assert!(far.iter().all(|end| end[0].abs() <= 512.0), "{far:?}");
-        assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);
-        assert_eq!(within([[0.0, 1e9], [1e9, 1e9 + 1.0]]), None);
-        assert_eq!(within([[f64::NAN, 0.0], [1.0, 1.0]]), None);
-        assert_eq!(within([[0.0, 0.0], [f64::INFINITY, 1.0]]), None);
     }
 }

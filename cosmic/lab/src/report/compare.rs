@@ -1,7 +1,7 @@
 //! Runs side by side.
 
-use super::html;
 use super::numbers::{departures, with_numbers};
+use super::{html, page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
@@ -21,6 +21,8 @@ struct ComparedRun {
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
+    #[serde(skip)]
+    folder: PathBuf,
 }
 
 impl Comparison {
@@ -37,6 +39,7 @@ impl Comparison {
             Ok(ComparedRun {
                 name: if has_namesake { path() } else { name.clone() },
                 summary: Summary::read(folder)?,
+                folder: folder.clone(),
             })
         };
         let runs = folders.iter().zip(&names).map(run).collect::<Result<_>>()?;
@@ -54,13 +57,33 @@ impl Comparison {
         self.columns().done().to_text()
     }
 
-    /// A page with the table.
-    pub fn to_html(&self) -> String {
+    /// A page on which the robots walk side by side, with the table. Runs without a trajectory are in the table
+    /// alone.
+    ///
+    /// # Errors
+    /// Those of reading designs, scenes and trajectories.
+    pub fn to_html(&self) -> Result<String> {
         let departures = |run: &ComparedRun| departures(&run.summary);
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        html::page(title, &format!("<h1>{title}</h1>{table}"))
+        let mut lanes = Vec::new();
+        for run in &self.runs {
+            lanes.extend(race::lane(&run.folder)?.map(|mut lane| {
+                lane["name"] = run.name[..].into();
+                lane
+            }));
+        }
+        let race = if lanes.is_empty() {
+            String::new()
+        } else {
+            include_str!("page/race.html").to_owned()
+                + &page::scripts(&lanes.into(), &[include_str!("page/race.js")])
+        };
+        let body = format!(
+            "<h1>{title}</h1>\n{race}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers\">{table}</div>\n"
+        );
+        Ok(html::page(title, &body))
     }
 }
 

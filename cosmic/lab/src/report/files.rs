@@ -1,6 +1,7 @@
 //! The files of a run, or of a design alone, for reports.
 
 use cosmic::codesign::Record;
+use cosmic::design::Material;
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::projection::{Holds, Projection, mixture};
@@ -36,6 +37,35 @@ impl RobotFiles {
             lattice,
             design,
         })
+    }
+
+    /// The edges whose delivered material is of a kind.
+    pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
+        let materials = self.design.materials.iter().enumerate();
+        let of_kind = materials.filter(|(_, material)| kind(**material));
+        of_kind.map(|(edge, _)| edge).collect()
+    }
+
+    /// The robot of design vectors on the way. Its edges are of the solid material that they have more of, and void
+    /// where they have none.
+    pub(super) fn on_the_way(&self, z: &[[f64; 3]]) -> Self {
+        let drawn = |[void, skeleton, actuator]: [f64; 3]| {
+            if void > 0.98 {
+                Material::Void
+            } else if skeleton >= actuator {
+                Material::Skeleton
+            } else {
+                Material::Actuator
+            }
+        };
+        let mut design = self.design.clone();
+        design.z = z.to_vec();
+        design.materials = self.mixtures(z).into_iter().map(drawn).collect();
+        Self {
+            scene: self.scene.clone(),
+            lattice: self.lattice.clone(),
+            design,
+        }
     }
 
     /// The mixtures of design vectors; a layout has exactly one material per edge (D7).
@@ -113,7 +143,7 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     )))
 }
 
-fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
+pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
     let path = &folder.join(trajectory_file::TRAJECTORY);
     let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
     let name = &path.display().to_string();

@@ -24,6 +24,8 @@ const FLOORS: u32 = 16;
 const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
 const AT_REST: [u8; 3] = [0xb4, 0xae, 0xba];
 const EXTENDED: [u8; 3] = [0xd6, 0x1f, 0x1f];
+/// The colour of an actuator beyond those strains.
+pub(super) const BEYOND: [u8; 3] = [0xb8, 0x00, 0xb8];
 
 /// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +34,8 @@ pub(super) struct DrawnEdge {
     pub(super) to: [f64; 2],
     pub(super) colour: [u8; 3],
     pub(super) actuator: bool,
+    /// More void than not.
+    pub(super) faint: bool,
 }
 
 /// A window on the world: a point of it in metres, its place in the drawing, the scale.
@@ -60,11 +64,13 @@ pub(super) struct Motion<'r> {
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
     /// Nodes at which something is drawn.
-    seen: Vec<usize>,
+    pub(super) seen: Vec<usize>,
+    /// How solid every edge is: bars of a mixture are drawn the fainter, the more of it is void.
+    presence: Vec<f64>,
     /// The strain with the full colour.
     pub(super) limit: f64,
     /// The profile on the ground line.
-    profile: Profile,
+    pub(super) profile: Profile,
 }
 
 impl<'r> Motion<'r> {
@@ -75,6 +81,9 @@ impl<'r> Motion<'r> {
             trajectory,
             body: body(robot),
             seen: seen(robot),
+            presence: (robot.mixtures(&robot.design.z).iter())
+                .map(|mixture| 1.0 - mixture[0])
+                .collect(),
             limit: if largest > 0.0 { largest } else { 1.0 },
             profile: robot.scene.physics.ground.resolved(),
         }
@@ -123,32 +132,29 @@ impl<'r> Motion<'r> {
             let [from, to] = design.edges[e].map(|node| state.x[node]);
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
             let strain = length / lattice.rest_length[e] - 1.0;
+            let colour = match material {
+                Material::Void => return None,
+                Material::Skeleton => SKELETON,
+                Material::Actuator => self.colour(strain),
+            };
             Some(DrawnEdge {
                 from,
                 to,
-                colour: match material {
-                    Material::Void => return None,
-                    Material::Skeleton => SKELETON,
-                    Material::Actuator => self.colour(strain),
-                },
+                colour: mixed([255; 3], colour, self.presence[e]),
+                faint: self.presence[e] < 0.5,
                 actuator: *material == Material::Actuator,
             })
         };
         let edges = design.materials.iter().enumerate();
         let mut bars: Vec<DrawnEdge> = edges.filter_map(bar).collect();
-        bars.sort_by_key(|bar| bar.actuator);
+        // Faint ones below the others.
+        bars.sort_by_key(|bar| (!bar.faint, bar.actuator));
         bars
     }
 
     /// The colour of an actuator's strain.
     pub(super) fn colour(&self, strain: f64) -> [u8; 3] {
-        let share = (strain / self.limit).clamp(-1.0, 1.0);
-        let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
-        let mix = |k: usize| {
-            let (rest, end) = (f64::from(AT_REST[k]), f64::from(end[k]));
-            (rest + share.abs() * (end - rest)).round() as u8
-        };
-        [0, 1, 2].map(mix)
+        strained(strain / self.limit)
     }
 
     /// Positions of the payload, state by state.
@@ -240,6 +246,24 @@ impl<'r> Motion<'r> {
     }
 }
 
+/// The colour of a strain that is such a share of the limit.
+pub(super) fn strained(share: f64) -> [u8; 3] {
+    if share.abs() > 1.0 {
+        return BEYOND;
+    }
+    let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
+    mixed(AT_REST, end, share.abs())
+}
+
+/// A colour on the way from one to another.
+fn mixed(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
+    let mix = |k: usize| {
+        let (from, to) = (f64::from(from[k]), f64::from(to[k]));
+        (from + share * (to - from)).round() as u8
+    };
+    [0, 1, 2].map(mix)
+}
+
 fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
     let edges = run.design.edges.iter().zip(&run.design.materials);
     edges.filter(|(_, m)| m.is_solid()).map(|(e, _)| *e)
@@ -282,7 +306,7 @@ pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
+    use super::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
     use crate::report::RunFiles;
     use cosmic::design::Material;
     use cosmic::ground::Profile;
@@ -315,7 +339,14 @@ mod tests {
         let rest = &motion.states()[0];
         let materials = &results.robot.design.materials;
         let count = |m| materials.iter().filter(|e| **e == m).count();
-        for (strain, colour) in [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)] {
+        let [within, beyond] = [0.999 * motion.limit, 1.001 * motion.limit];
+        for (strain, colour) in [
+            (0.0, AT_REST),
+            (within, EXTENDED),
+            (-within, CONTRACTED),
+            (beyond, BEYOND),
+            (-beyond, BEYOND),
+        ] {
             let mut stretched = rest.clone();
             for x in stretched.x.as_flattened_mut() {
                 *x *= 1.0 + strain;

@@ -1,40 +1,52 @@
 //! The page of a run: a single file of HTML that fetches nothing.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::files::{RobotFiles, RunFiles};
-use super::motion::{Motion, PAYLOAD, SKELETON, bounds, hex};
+use super::gait::Gait;
+use super::motion::Motion;
 use super::numbers::with_numbers;
-use super::{html, layout, loads, ternary};
+use super::{data, html, loads};
 use crate::table::{Cell, Column, Table, decimals, escape};
 use cosmic::design::Material;
-use cosmic::record::Summary;
+use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
 
-/// The page of a run with its pictures of the robot and, if it has a history, of the convergence.
-pub(super) fn of_run(
-    run: &RunFiles,
-    motion: &Motion,
-    robot: &str,
-    convergence: Option<&str>,
-) -> String {
+/// The page of a run: the robot in motion, its design, gait, energy and, if it has a history, the convergence.
+pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     let summary = &run.summary;
     let about = format!(
         "; {} iterations in {:.1} s; controller of iteration {}",
         summary.iterations, summary.seconds, summary.delivered_iteration,
     );
-    let convergence = convergence.map_or("<p>No history was kept.</p>", |drawn| drawn);
+    let gait = Gait::new(run).ok();
+    let loads = gait.as_ref().map(Gait::loads);
+    let walks = loads.as_ref().map_or(String::new(), |loads| {
+        let actuators = run.robot.edges_of(|m| m == Material::Actuator);
+        format!(
+            include_str!("page/run.html"),
+            peaks = loads::peaks(loads, &actuators, motion.limit),
+            table = loads::table(loads, &actuators),
+        )
+    });
+    let gait = gait.as_ref().zip(loads.as_deref());
+    let convergence = if run.history.is_empty() {
+        "<h2>Convergence</h2>\n<p>No history was kept.</p>\n"
+    } else {
+        include_str!("page/convergence.html")
+    };
     let body = [
-        head(&run.robot, &run.title(), &about),
-        figures(summary),
-        player(motion),
-        format!("<h2>Gait</h2>\n{robot}\n"),
-        loads::section(run),
-        design(&run.robot),
-        format!("<h2>Convergence</h2>\n{convergence}\n"),
-        numbers(summary, motion.deepest_cut()),
-        scene(&run.robot),
-        script(),
+        &head(&run.robot, &run.title(), &about),
+        &figures(summary),
+        include_str!("page/player.html"),
+        "<div>\n",
+        include_str!("page/design.html"),
+        &walks,
+        "</div>\n",
+        convergence,
+        &numbers(summary, motion.deepest_cut()),
+        &scene(&run.robot),
+        &script(&data::of_run(run, motion, gait)),
     ];
     html::page(&run.title(), &body.concat())
 }
@@ -42,18 +54,55 @@ pub(super) fn of_run(
 /// A page with the four most important numbers of a run and the robot in motion: what a notebook shows.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
-    let body = [figures(&run.summary), player(&motion), script()];
+    let body = [
+        &figures(&run.summary),
+        include_str!("page/player.html"),
+        &script(&data::of_motion(&motion)),
+    ];
     html::page(&run.title(), &body.concat())
 }
 
-fn script() -> String {
-    format!("<script>\n{}</script>\n", include_str!("page.js"))
+/// The page of a design alone: the robot at rest.
+pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
+    let at_rest = TrajectoryFile {
+        dt: robot.scene.physics.dt,
+        steps: vec![0],
+        states: vec![robot.lattice.state_at_rest()],
+    };
+    let motion = Motion::new(robot, &at_rest);
+    let body = [
+        &head(robot, title, ""),
+        include_str!("page/design.html"),
+        &scene(robot),
+        &script(&data::of_motion(&motion)),
+    ];
+    html::page(title, &body.concat())
 }
 
-/// The page of a design alone.
-pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
-    let body = [head(robot, title, ""), design(robot), scene(robot)];
-    html::page(title, &body.concat())
+/// What a page's scripts draw from, the drawings that all pages share, and the scripts of that page.
+pub(super) fn scripts(data: &Value, of_page: &[&str]) -> String {
+    // In texts, no `<` ends the script element early.
+    let data = data.to_string().replace('<', "\\u003c");
+    let shared = [
+        include_str!("page/drawing.js"),
+        include_str!("page/stage.js"),
+        include_str!("page/walker.js"),
+    ];
+    let code = [&shared[..], of_page].concat().concat();
+    format!(
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{code}</script>\n"
+    )
+}
+
+/// The scripts of a page with one robot.
+fn script(data: &Value) -> String {
+    let of_page = [
+        include_str!("page/ternary.js"),
+        include_str!("page/curve.js"),
+        include_str!("page/gait.js"),
+        include_str!("page/page.js"),
+    ];
+    scripts(data, &of_page)
 }
 
 /// The heading, and a line with the size of the lattice and `about`.
@@ -63,14 +112,9 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     format!("<h1>{title}</h1>\n<p class=\"muted\">{nodes} nodes, {edges} edges{about}</p>\n")
 }
 
-fn design(robot: &RobotFiles) -> String {
-    let pair = [layout::draw_layout(robot), ternary::draw_mixtures(robot)].concat();
-    format!("<h2>Design</h2>\n<div class=\"pair\">{pair}</div>\n")
-}
-
 fn scene(robot: &RobotFiles) -> String {
     format!(
-        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre>{}</pre></details>\n",
+        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(&robot.scene.to_toml())
     )
 }
@@ -134,53 +178,4 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
 /// A table of two columns without headings.
 fn pairs(rows: Vec<Vec<Cell>>) -> String {
     Table::new(vec![Column::new("", ""), Column::new("", "")], rows).to_html()
-}
-
-/// The canvas, its controls, and the motion as data.
-fn player(motion: &Motion) -> String {
-    // Numbers and colours alone: nothing in it can end the script element early.
-    format!(include_str!("player.html"), data = motion_data(motion))
-}
-
-/// The data of the player: 25 frames a second, fewer for a long rollout, in thousandths of a cell.
-fn motion_data(motion: &Motion) -> Value {
-    let robot = motion.robot;
-    let (lattice, design) = (&robot.lattice, &robot.design);
-    let (step, indices) = motion.every(0.04);
-    let unit = 1e-3 * lattice.spacing;
-    let whole = |v: &f64| (v / unit).round() as i64;
-    let frame = |&i: &usize| -> Vec<i64> {
-        let places = motion.states()[i].x.as_flattened();
-        places.iter().map(whole).collect()
-    };
-    let camera = |&i: &usize| {
-        let x = motion.camera(i)[0];
-        [x, motion.floor(x)].map(|v| (v / unit).round() * unit)
-    };
-    // Skeleton edges have no rest length here: their colour does not depend on it.
-    let edge = |(e, [i, j]): (usize, &[usize; 2])| match design.materials[e] {
-        Material::Void => None,
-        Material::Skeleton => Some(json!([i, j, 0])),
-        Material::Actuator => Some(json!([i, j, lattice.rest_length[e]])),
-    };
-    let edges = design.edges.iter().enumerate().filter_map(edge);
-    let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit)));
-    let width = 4.0 * lattice.side();
-    let cameras = indices.iter().map(|&i| motion.camera(i)[0]);
-    let [low, high] = bounds(cameras.map(|x| [x, 0.0]));
-    json!({
-        "step": step,
-        "unit": unit,
-        "duration": motion.duration(),
-        "width": width,
-        "ground": motion.ground_line([low[0] - width, high[0] + width]),
-        "cos": motion.ground().tangent()[0],
-        "limit": motion.limit,
-        "ramp": ramp.collect::<Vec<_>>(),
-        "skeleton": hex(SKELETON),
-        "payload": hex(PAYLOAD),
-        "edges": edges.collect::<Vec<_>>(),
-        "camera": indices.iter().map(camera).collect::<Vec<_>>(),
-        "frames": indices.iter().map(frame).collect::<Vec<_>>(),
-    })
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::iter::once;
 use std::ops::RangeInclusive;
 
-use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON, View, bounds, hex};
+use super::motion::{BEYOND, DrawnEdge, Motion, PAYLOAD, SKELETON, View, bounds, hex};
 use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
 
 const WIDTH: f64 = 960.0;
@@ -190,7 +190,7 @@ fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, vie
 
 /// Draws the legend of the colours at the right end of the first line.
 fn draw_legend(svg: &mut Svg, motion: &Motion) {
-    let (left, y) = (WIDTH - 430.0, 22.0);
+    let (left, y) = (WIDTH - 532.0, 22.0);
     let end = r#"stroke-width="4" stroke-linecap="round""#;
     let skeleton = format!(r#"stroke="{}" {end}"#, hex(SKELETON));
     svg.line([left, y], [left + 18.0, y], &skeleton);
@@ -208,4 +208,7 @@ fn draw_legend(svg: &mut Svg, motion: &Motion) {
         svg.rect([x, y - 4.0], [4.2, 8.0], &format!(r#"fill="{colour}""#));
     }
     svg.text([ramp[1] + 8.0, y + 4.0], &format!("+{percent:.0} %"), "");
+    let beyond = format!(r#"stroke="{}" {end}"#, hex(BEYOND));
+    svg.line([ramp[1] + 64.0, y], [ramp[1] + 82.0, y], &beyond);
+    svg.text([ramp[1] + 90.0, y + 4.0], "beyond these", "");
 }

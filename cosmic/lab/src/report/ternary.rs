@@ -40,54 +40,47 @@ fn frame(title: &str) -> Svg {
     svg
 }
 
-/// The mixtures of the final design vectors.
-pub(super) fn draw_mixtures(robot: &RobotFiles) -> String {
-    let mut svg = frame("Mixture of every edge at the end");
-    for (place, count, material) in clusters(robot) {
-        let radius = 3.0 + 1.6 * (count as f64).sqrt();
-        let colour = colour(material);
-        let style = format!(r##"fill="{colour}" fill-opacity="0.85" stroke="#fff""##);
-        svg.circle(place, radius, &style);
-        if count > 4 {
-            let text = r##"text-anchor="middle" fill="#fff" font-weight="600""##;
-            svg.text([place[0], place[1] + 4.0], &count.to_string(), text);
-        }
-    }
-    let title = "Mixtures of the final design between void, skeleton and actuator";
-    svg.finish(SIZE, title)
-}
-
-/// The path of every edge's mixture from the first iteration to the end, in the colour of its final
-/// material.
+/// The paths of the mixtures of solid edges from the first iteration to the end, in the colours of their
+/// materials; those of edges that end as void are left out. A ring marks where edges are delivered.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
-    let mut svg = frame("Mixture of every edge on the way");
+    let robot = &run.robot;
+    let mut svg = frame("Mixtures of the robot's edges on the way");
     let designs = run.designs.iter().map(|row| &row.z);
-    let designs = designs.chain([&run.robot.design.z]);
-    let designs: Vec<Vec<[f64; 3]>> = designs.map(|z| run.robot.mixtures(z)).collect();
-    for (edge, &material) in run.robot.design.materials.iter().enumerate() {
+    let designs = designs.chain([&robot.design.z]);
+    let designs: Vec<Vec<[f64; 3]>> = designs.map(|z| robot.mixtures(z)).collect();
+    let materials = &robot.design.materials;
+    for edge in robot.edges_of(Material::is_solid) {
         let path: Vec<[f64; 2]> = designs.iter().map(|design| place(&design[edge])).collect();
-        let colour = colour(material);
-        let style = format!(r#"stroke="{colour}" stroke-opacity="0.55" stroke-linejoin="round""#);
+        let colour = colour(materials[edge]);
+        let style = format!(r#"stroke="{colour}" stroke-opacity="0.22" stroke-linejoin="round""#);
         svg.polyline(&path, &style);
-        svg.circle(path[0], 2.2, &format!(r#"fill="{colour}""#));
+    }
+    for ([x, y], count, material) in ends(robot) {
+        let colour = colour(material);
+        let style = format!(r##"fill="#fff" stroke="{colour}" stroke-width="2""##);
+        svg.circle([x, y], 9.0, &style);
+        svg.text([x, y + 4.0], &count.to_string(), MIDDLE);
     }
     let iterations: Vec<usize> = run.designs.iter().map(|row| row.iteration).collect();
     let caption = match (iterations.first(), iterations.last()) {
-        (Some(first), Some(last)) => format!("iterations {first} to {last}; dots where they began"),
+        (Some(first), Some(last)) => {
+            format!("iterations {first} to {last}; rings count the edges that end there")
+        }
         _ => "the way was not recorded".to_owned(),
     };
     svg.text([230.0, 412.0], &caption, MUTED_MIDDLE);
-    let title = "The way of every edge's mixture between void, skeleton and actuator";
+    let title = "The way of the mixtures of the robot's edges between void, skeleton and actuator";
     svg.finish(SIZE, title)
 }
 
-/// Mixtures at one spot of the picture: the place, their number, their material.
-fn clusters(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
+/// Where solid edges end in the picture: the place, their number, their material.
+fn ends(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);
-    for (mixture, &material) in mixtures.iter().zip(&robot.design.materials) {
-        let [x, y] = place(mixture);
-        let spot = [x, y].map(|pixels| (pixels / 2.0).round() as i64);
+    for edge in robot.edges_of(Material::is_solid) {
+        let [x, y] = place(&mixtures[edge]);
+        let spot = [x, y].map(|pixels| (pixels / 18.0).round() as i64);
+        let material = robot.design.materials[edge];
         let (_, count, _) = spots.entry(spot).or_insert(([x, y], 0, material));
         *count += 1;
     }

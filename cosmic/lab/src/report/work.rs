@@ -1,10 +1,12 @@
 //! The report of a run, or of a design alone.
 
+use super::animation::{self, FILM_EVERY, GIF_EVERY};
+use super::canvas::Shot;
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
-use super::{animation, convergence, layout, page, robot};
+use super::{convergence, evolution, layout, page, robot};
 use crate::files::write_texts;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use cosmic::record::run::DESIGN;
 use cosmic::record::snapshot::SNAPSHOT;
@@ -12,15 +14,27 @@ use cosmic::record::summary::SUMMARY;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use std::path::{Path, PathBuf};
 
+/// Which animations a report of a run has: if neither GIF nor film is asked for, a GIF.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Animations {
+    /// `gait.gif`.
+    pub gif: bool,
+    /// `gait.mp4`, by the ffmpeg on the path.
+    pub mp4: bool,
+    /// `evolution.gif`, `evolution.mp4` or both as well: the robot at iterations from the first to the last.
+    pub evolution: bool,
+}
+
 /// Writes the report of a run's folder, or of a design, into that folder: `report.html`, `robot.svg`
-/// and, for a run, `convergence.svg` if it has a history, and `gait.gif`. The page holds all of its
+/// and, for a run, `convergence.svg` if it has a history, and its animations. The page holds all of its
 /// pictures and fetches nothing. Returns the paths.
 ///
 /// A folder without a run in it, or a file, is a design alone; its scene is `scene.toml` beside it.
 ///
 /// # Errors
-/// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`](cosmic::Error::Write).
-pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
+/// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] for animations of a design alone, or of
+/// an evolution that was not kept; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
+pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         (path.with_file_name(""), path.to_owned())
     } else {
@@ -30,9 +44,15 @@ pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
     let is_of_run =
         design == folder.join(DESIGN) && [SUMMARY, SNAPSHOT, TRAJECTORY].iter().any(has);
     if is_of_run || !design.exists() {
-        return of_run(&RunFiles::read(&folder)?);
+        return of_run(&RunFiles::read(&folder)?, animations);
     }
     let robot = RobotFiles::read(&design)?;
+    if *animations != Animations::default() {
+        let design = design.display();
+        return Err(Error::Usage(format!(
+            "{design}: a design alone does not move"
+        )));
+    }
     let title = design.display().to_string();
     let texts = [
         ("report.html", page::of_design(&robot, &title)),
@@ -41,16 +61,44 @@ pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
     write_texts(&folder, texts)
 }
 
-fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
+fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     let motion = Motion::new(&run.robot, &run.trajectory);
-    let robot = robot::draw(&motion);
-    let convergence = (!run.history.is_empty()).then(|| convergence::draw(run));
-    let page = page::of_run(run, &motion, &robot, convergence.as_deref());
-    let mut texts = vec![("report.html", page), ("robot.svg", robot)];
-    texts.extend(convergence.map(|text| ("convergence.svg", text)));
+    let page = page::of_run(run, &motion);
+    let mut texts = vec![("report.html", page), ("robot.svg", robot::draw(&motion))];
+    if !run.history.is_empty() {
+        texts.push(("convergence.svg", convergence::draw(run)));
+    }
     let mut written = write_texts(&run.folder, texts)?;
-    let path = run.folder.join("gait.gif");
-    write_atomic(&path, |file| animation::write(&motion, file))?;
-    written.push(path);
+    let whole = |every| animation::shots(&motion, every, f64::INFINITY, "");
+    written.extend(animate(run, animations, "gait", whole)?);
+    if animations.evolution {
+        let walkers = evolution::walkers(run)?;
+        let motions = evolution::motions(&walkers, run);
+        let in_turn = |every| evolution::in_turn(&motions, every);
+        written.extend(animate(run, animations, "evolution", in_turn)?);
+    }
+    Ok(written)
+}
+
+/// Writes the animations of a name that are asked for, from shots that are so many seconds apart.
+fn animate<'m>(
+    run: &RunFiles,
+    animations: &Animations,
+    name: &str,
+    shots: impl Fn(f64) -> Vec<Shot<'m>>,
+) -> Result<Vec<PathBuf>> {
+    let path = |extension: &str| run.folder.join(format!("{name}.{extension}"));
+    let mut written = Vec::new();
+    if animations.gif || !animations.mp4 {
+        written.push(path("gif"));
+        write_atomic(&written[0], |file| {
+            animation::write_gif(&shots(GIF_EVERY), file)
+        })?;
+    }
+    if animations.mp4 {
+        written.push(path("mp4"));
+        let film = animation::film(&shots(FILM_EVERY))?;
+        write_atomic(&path("mp4"), |file| file.write_all(&film))?;
+    }
     Ok(written)
 }

@@ -1,6 +1,7 @@
 //! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
-//! the design vectors of some of them.
+//! the designs of some of them, and how they walk.
 
+mod walk;
 mod rows;
 mod table;
 mod appended;
@@ -9,4 +10,5 @@ mod write;
 
 pub use read::{read, read_lines};
 pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE};
+pub use walk::Walk;
 pub(super) use write::History;

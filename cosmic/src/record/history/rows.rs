@@ -1,5 +1,6 @@
 //! The rows of `history.jsonl` and of `designs.jsonl`.
 
+use super::walk::Walk;
 use crate::codesign::Record;
 use crate::record::format::Format;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,19 @@ pub struct DesignRow {
     pub iteration: usize,
     /// Design vectors, one per edge, to four decimals: enough for pictures, too few to resume from.
     pub z: Vec<[f64; 3]>,
+    /// How the robot walks with the controller of that iteration; `None` if the rollout diverged, and in
+    /// files of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub walk: Option<Walk>,
+}
+
+impl DesignRow {
+    /// The row of an iteration.
+    pub(in crate::record) fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
+        let rounded = |x: f64| (1e4 * x).round() / 1e4;
+        let z = z.iter().map(|z| z.map(rounded)).collect();
+        Self { iteration, z, walk }
+    }
 }
 
 /// Number of lines of `designs.jsonl` up to an iteration, in a run that entered after `entered`.

@@ -51,34 +51,29 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration, and every tenth time its design.
+    /// Appends an iteration.
     ///
     /// # Errors
     /// [`Error::Write`](crate::Error::Write).
-    pub(in crate::record) fn append(
-        &mut self,
-        record: &Record,
-        seconds: f64,
-        z: &[[f64; 3]],
-    ) -> Result<()> {
+    pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
         self.table.append(&table::line(&row))?;
-        self.lines.append(&FORMAT.line(&row))?;
-        self.append_design(row.record.iteration, z)
+        self.lines.append(&FORMAT.line(&row))
     }
 
-    fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
+    /// True if the design after an iteration is kept: after the run's first, and after every tenth.
+    pub(in crate::record) fn keeps_design(&self, iteration: usize) -> bool {
         let rows = |iteration| design_rows(self.entered, iteration);
-        if rows(iteration) == rows(iteration - 1) {
-            return Ok(());
-        }
-        let rounded = |x: f64| (1e4 * x).round() / 1e4;
-        let row = DesignRow {
-            iteration,
-            z: z.iter().map(|z| z.map(rounded)).collect(),
-        };
-        self.designs.append(&DESIGNS_FORMAT.line(&row))
+        rows(iteration) != rows(iteration - 1)
+    }
+
+    /// Appends the design after an iteration that [keeps](Self::keeps_design) it.
+    ///
+    /// # Errors
+    /// [`Error::Write`](crate::Error::Write).
+    pub(in crate::record) fn append_design(&mut self, row: &DesignRow) -> Result<()> {
+        self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
     /// Flushes the rows to the disk. A snapshot written after this never counts rows that are lost.
@@ -108,7 +103,7 @@ mod tests {
         let mut history = History::open(folder.path(), 0, 0).unwrap();
         records
             .iter()
-            .for_each(|record| history.append(record, 0.25, &[]).unwrap());
+            .for_each(|record| history.append(record, 0.25).unwrap());
         assert_eq!(read(folder.path(), 4).unwrap(), records);
         let table = fs::read_to_string(folder.path().join(TABLE)).unwrap();
         let cells: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
@@ -123,7 +118,11 @@ mod tests {
         let file = folder.path().join(DESIGNS);
         let mut history = History::open(folder.path(), 0, 0).unwrap();
         let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
-        (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
+        let kept: Vec<usize> = (1..=21).filter(|k| history.keeps_design(*k)).collect();
+        for k in kept {
+            let row = DesignRow::new(k, &z(k), None);
+            history.append_design(&row).unwrap();
+        }
         let text = fs::read_to_string(&file).unwrap();
         let row = |line| serde_json::from_str::<DesignRow>(line).unwrap();
         let rows: Vec<_> = text.lines().map(row).collect();

@@ -5,7 +5,7 @@ use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
-use crate::record::history::History;
+use crate::record::history::{DesignRow, History, Walk};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
@@ -178,7 +178,11 @@ impl Run {
             let record = self.codesign.iterate(&mut self.progress);
             self.refuse_lost(observer)?;
             let seconds = self.seconds();
-            (self.history).append(&record, seconds, &self.progress.z)?;
+            self.history.append(&record, seconds)?;
+            if self.history.keeps_design(record.iteration) {
+                let row = DesignRow::new(record.iteration, &self.progress.z, self.walk());
+                self.history.append_design(&row)?;
+            }
             let interrupted = observer.iteration(self, &record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
@@ -200,6 +204,15 @@ impl Run {
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    /// How the present robot walks; `None` if it diverges.
+    fn walk(&self) -> Option<Walk> {
+        let physics = &self.plan.scene.physics;
+        let moments = Walk::moments(physics.steps, physics.dt);
+        let seen = self.codesign.watch(&self.progress, moments)?;
+        let spacing = self.codesign.task().lattice.spacing;
+        Walk::of_moments(&seen, physics.dt, spacing)
     }
 
     /// Warns of a time step that became worse than any before, and refuses an unstable one unless

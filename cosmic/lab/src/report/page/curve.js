@@ -40,7 +40,9 @@ class Curve extends Drawing {
     const up = log ? Math.log10 : y => y;
     const seen = series.flatMap(line => line.points.map(point => point[1])).filter(y => Number.isFinite(y) && (!log || y > 0));
     const [low, high] = this.#range([...seen, ...levels], log).map(up);
-    const [left, top, wide, deep] = [48, 46, width - 56, height - 72];
+    const readings = this.#readings(series, cursor, digits, log, width);
+    const below = 18 * Math.max(0, ...readings.map(({ line }) => line));
+    const [left, top, wide, deep] = [48, 46 + below, width - 56, height - 72 - below];
     const place = ([along, y]) => [left + wide * (along - x[0]) / (x[1] - x[0] || 1), top + deep * (high - up(log ? Math.max(y, 10 ** low) : y)) / (high - low || 1)];
     this.#axes = { x, left, wide, cursor };
     this.#paintAxes({ place, low, high, log, phases, x, unit, left, top, wide, deep });
@@ -48,7 +50,14 @@ class Curve extends Drawing {
     for (const { points, colour } of series) this.#paintLine(points, place, this.colour(colour), log);
     if (cursor !== null) this.#dashed([[place([cursor, 0])[0], top], [place([cursor, 0])[0], top + deep]], "ink");
     this.text(title, 0, 13, "ink", "left", "600 13px");
-    this.#paintReadings(series, cursor, digits, log, width, place);
+    for (const { text, colour, line, left: at } of readings) {
+      this.disc(at + 4, 29 + 18 * line, 4, this.colour(colour));
+      this.text(text, at + 13, 33 + 18 * line);
+    }
+    for (const { colour, points } of cursor === null ? [] : series) {
+      const point = this.#at(points, cursor);
+      if (point && Number.isFinite(point[1])) this.disc(...place(point), 3.5, this.colour(colour), this.colour("paper"));
+    }
     if (cursor !== null) this.#tell(series, cursor, digits, unit, log);
   }
 
@@ -78,7 +87,7 @@ class Curve extends Drawing {
     const digits = Math.max(0, -Math.floor(Math.log10(along) + 1e-9));
     const end = Math.floor(x[1] / along + 1e-9);
     this.text(`${decimals(end * along, digits)} ${unit}`, left + wide, top + deep + 18, "muted", "right");
-    const room = place([end * along, 1])[0] - this.pen.measureText(unit).width - 36;
+    const room = place([end * along, 1])[0] - this.measure(unit) - 36;
     for (let k = Math.ceil(x[0] / along - 1e-9); k < end; k++) {
       const at = place([k * along, 1])[0];
       if (at < room) this.text(decimals(k * along, digits), at, top + deep + 18, "muted", "center");
@@ -109,17 +118,16 @@ class Curve extends Drawing {
     return log ? point[1].toExponential(1).replace("-", "\u2212") : decimals(point[1], digits);
   }
 
-  // Names, each with its number at the cursor, and the points there.
-  #paintReadings(series, cursor, digits, log, width, place) {
-    let at = 0;
-    for (const { name, colour, points } of series) {
+  // Names, each with its number at the cursor, in lines that are as wide as the drawing.
+  #readings(series, cursor, digits, log, width) {
+    let [at, line] = [0, 0];
+    return series.map(({ name, colour, points }) => {
       const text = cursor === null ? name : `${name} ${this.#reading(points, cursor, digits, log)}`;
-      this.disc(at + 4, 29, 4, this.colour(colour));
-      this.text(text, at + 13, 33, "muted");
-      at += this.pen.measureText(text).width + 28;
-      const point = cursor === null ? null : this.#at(points, cursor);
-      if (point && Number.isFinite(point[1])) this.disc(...place(point), 3.5, this.colour(colour), this.colour("paper"));
-    }
+      const wide = this.measure(text) + 28;
+      if (at > 0 && at + wide - 14 > width) [at, line] = [0, line + 1];
+      at += wide;
+      return { text, colour, line, left: at - wide };
+    });
   }
 
   // What the drawing says at the cursor, for those who do not see it.

@@ -1,10 +1,13 @@
 "use strict";
 // What all drawings share: a canvas as sharp as the screen and as large as its element, and the page's colours.
 
+const FONT = 'system-ui, "Segoe UI", Helvetica, Arial, sans-serif';
+
 class Drawing {
   #scene = null;
   #colours = new Map();
   #size;
+  #inView = true;
 
   constructor(canvas) {
     this.canvas = canvas;
@@ -14,6 +17,10 @@ class Drawing {
       this.#size = [canvas.clientWidth, canvas.clientHeight];
       this.#again();
     }).observe(canvas);
+    new IntersectionObserver(entries => {
+      this.#inView = entries[entries.length - 1].isIntersecting;
+      this.#again();
+    }).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.#colours.clear();
       this.recoloured();
@@ -21,11 +28,11 @@ class Drawing {
     });
   }
 
-  // Draws a scene; it is kept and drawn again when the element's size or the colours change.
+  // Draws a scene, once its element is in view; it is kept and drawn again when size or colours change.
   draw(scene) {
     this.#scene = scene;
     const [width, height] = this.#size;
-    if (width === 0 || height === 0) return;
+    if (!this.#inView || width === 0 || height === 0) return;
     const sharp = devicePixelRatio || 1;
     const [across, down] = [Math.round(width * sharp), Math.round(height * sharp)];
     if (this.canvas.width !== across || this.canvas.height !== down) {
@@ -90,11 +97,26 @@ class Drawing {
 
   text(text, x, y, colour = "muted", align = "left", font = "12px") {
     const pen = this.pen;
-    pen.font = `${font} system-ui, "Segoe UI", Helvetica, Arial, sans-serif`;
+    pen.font = `${font} ${FONT}`;
     pen.fillStyle = this.colour(colour);
     pen.textAlign = align;
     pen.fillText(text, x, y);
   }
+
+  // The width of a small text.
+  measure(text) {
+    this.pen.font = `12px ${FONT}`;
+    return this.pen.measureText(text).width;
+  }
+}
+
+// The height of a ground of corners [[x, y], …] at an x.
+function levelAt(ground, x) {
+  // The first corner ahead ends the part of the ground that x is on.
+  const found = ground.findIndex(point => point[0] >= x);
+  const ahead = found < 0 ? ground.length - 1 : Math.max(1, found);
+  const [[x0, y0], [x1, y1]] = ground.slice(ahead - 1, ahead + 1);
+  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
 // A number with a minus sign that is as wide as a plus sign.

@@ -8,7 +8,7 @@ class Ternary extends Drawing {
   // or 2), which gives its colour. What may be left out: `paths`, for edges that have one the mixtures on the
   // way, and `highlight` as an edge's number.
   paint({ mixtures, delivered, paths = [], highlight = null }, width, height) {
-    const side = Math.min(width - 72, (height - 64) / Math.sqrt(0.75));
+    const side = Math.min(width - 88, (height - 104) / Math.sqrt(0.75));
     const [middle, bottom] = [width / 2, height / 2 + side * Math.sqrt(0.1875) + 2];
     const corners = [[middle - side / 2, bottom], [middle + side / 2, bottom], [middle, bottom - side * Math.sqrt(0.75)]];
     const place = mixture => [0, 1].map(axis => corners.reduce((sum, corner, k) => sum + mixture[k] * corner[axis], 0));
@@ -18,12 +18,25 @@ class Ternary extends Drawing {
       this.pen.globalAlpha = share;
       this.line(paths[e].map(place), colours[delivered[e]], thick);
     };
-    for (const e in paths) if (paths[e]) walk(e, 0.13, 1);
-    this.pen.globalAlpha = 1;
     const radius = Math.max(2.2, Math.min(3.6, side / 90));
+    for (const e in paths) if (paths[e]) walk(e, 0.13, 1);
+    this.#paintEnds(paths, place, delivered, colours, radius);
     this.#spots = this.#spread(mixtures.map(place), 2.15 * radius);
     this.#spots.forEach(([x, y], e) => this.disc(x, y, radius, colours[delivered[e]]));
     if (highlight !== null && mixtures[highlight]) this.#paintChosen(highlight, paths, walk, place, colours[delivered[highlight]], radius);
+    this.pen.globalAlpha = 1;
+  }
+
+  // A ring where paths end, once for those of a material that end at one spot.
+  #paintEnds(paths, place, delivered, colours, radius) {
+    const ends = new Map();
+    for (const e in paths) {
+      if (!paths[e]) continue;
+      const [x, y] = place(paths[e][paths[e].length - 1]).map(Math.round);
+      ends.set(`${x},${y},${delivered[e]}`, [x, y, colours[delivered[e]]]);
+    }
+    this.pen.globalAlpha = 0.5;
+    for (const [x, y, colour] of ends.values()) this.disc(x, y, 2 * radius + 3, "transparent", colour);
     this.pen.globalAlpha = 1;
   }
 
@@ -46,7 +59,7 @@ class Ternary extends Drawing {
       }
     }
     this.line([...corners, corners[0]], this.colour("muted"), 1);
-    const names = [["void", 30], ["skeleton", 30], ["actuator", -18]];
+    const names = [["void", 46], ["skeleton", 46], ["actuator", -36]];
     names.forEach(([name, below], k) => this.text(name, corners[k][0], corners[k][1] + below, "ink", "center", "13px"));
   }
 

@@ -1,0 +1,223 @@
+//! How a robot walks, for the scripts of a page: which nodes stand when, what its actuators are told and do, what
+//! its bars bear, and its energies. All of it is taken from the states of the trajectory.
+
+use std::f64::consts::TAU;
+
+use serde_json::{Value, json};
+
+use super::files::RunFiles;
+use super::motion::Motion;
+use cosmic::Result;
+use cosmic::case::Case;
+use cosmic::design::Material;
+use cosmic::lattice::State;
+use cosmic::record::run::DESIGN;
+use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
+
+/// Periods of the clock that are shown, at the end of the rollout.
+const PERIODS: f64 = 3.0;
+/// The most states of a rollout that energies are given of.
+const MOST_STATES: usize = 600;
+/// A node that is less far above the ground stands on it, m: contact puts nodes onto the ground to rounding.
+const TOUCHES: f64 = 1e-6;
+
+/// A run's delivered robot, and what its edges do in the states of the trajectory.
+pub(super) struct Gait<'r> {
+    run: &'r RunFiles,
+    case: Case,
+    moments: Vec<EdgeMoments>,
+}
+
+impl<'r> Gait<'r> {
+    /// # Errors
+    /// If the design does not fit its scene.
+    pub(super) fn new(run: &'r RunFiles) -> Result<Self> {
+        let file = run.folder.join(DESIGN).display().to_string();
+        let case = run.robot.design.case(&run.robot.scene, &file)?;
+        let trajectory = Trajectory {
+            steps: run.trajectory.steps.clone(),
+            states: run.trajectory.states.clone(),
+        };
+        let (task, mixture) = (case.task(), case.own_mixture());
+        let moments = task.moments(&mixture, &case.controller, &trajectory);
+        Ok(Self { run, case, moments })
+    }
+
+    /// What every edge bears.
+    pub(super) fn loads(&self) -> Vec<BarLoad> {
+        let edges = 0..self.case.lattice.edges.len();
+        edges.map(|edge| BarLoad::of(edge, &self.moments)).collect()
+    }
+
+    /// The last periods of the clock: feet, commands as target strains, strains; and peaks of strains and forces.
+    pub(super) fn last_periods(&self, motion: &Motion, loads: &[BarLoad]) -> Value {
+        let omega = motion.scene().controller.omega;
+        let period = (TAU / omega).min(motion.duration());
+        let last = motion.states().len() - 1;
+        let from = motion.index_at(motion.duration() - (PERIODS * period).min(motion.duration()));
+        let (shown, bars) = (from..=last, self.run.robot.edges_of(Material::is_solid));
+        let actuators = self.run.robot.edges_of(|m| m == Material::Actuator);
+        let series = |of: &dyn Fn(&EdgeMoments, usize) -> f64| -> Vec<Vec<f64>> {
+            let of_edge = |&edge: &usize| {
+                let moments = self.moments[shown.clone()].iter();
+                moments.map(|moment| brief(of(moment, edge))).collect()
+            };
+            actuators.iter().map(of_edge).collect()
+        };
+        let peak = |&edge: &usize| {
+            let (load, [low, high]) = (&loads[edge], loads[edge].strains);
+            [low, high, load.compression, load.tension].map(brief)
+        };
+        let body = self.case.body();
+        json!({
+            "period": period,
+            "times": shown.clone().map(|k| brief(motion.time(k))).collect::<Vec<_>>(),
+            "feet": self.feet(motion, &motion.states()[shown.clone()]),
+            "actuators": actuators,
+            "commands": series(&|m, edge| m.activation[edge] * body.strain[edge]),
+            "strains": series(&|m, edge| m.strain[edge]),
+            "bars": bars,
+            "peaks": bars.iter().map(peak).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The nodes of the robot that stand on the ground in some of these states, each with a letter a state: 1
+    /// where it stands.
+    fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
+        let ground = motion.ground();
+        let heights: Vec<Vec<f64>> = states
+            .iter()
+            .map(|state| {
+                let state = state.to_ground(&ground);
+                let height =
+                    |&node: &usize| state.x[node][1] - motion.profile.height(state.x[node][0]);
+                motion.seen.iter().map(height).collect()
+            })
+            .collect();
+        let of_node = |(k, &node): (usize, &usize)| {
+            let stands = |heights: &Vec<f64>| if heights[k] < TOUCHES { '1' } else { '0' };
+            (node, heights.iter().map(stands).collect::<String>())
+        };
+        let nodes = motion.seen.iter().enumerate().map(of_node);
+        let has_ground = motion.scene().physics.contact.has_ground();
+        nodes
+            .filter(|(_, stands)| has_ground && stands.contains('1'))
+            .collect()
+    }
+
+    /// The forces along the bars in some states, rounded to a five-hundredth of the largest.
+    pub(super) fn forces(&self, states: &[usize]) -> Value {
+        let bars = self.run.robot.edges_of(Material::is_solid);
+        let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));
+        let force = |(state, edge): (usize, usize)| self.moments[state].tension[edge];
+        let all = states.iter().flat_map(|state| tensions(state).map(force));
+        let largest = all.fold(0.0, |most: f64, force| most.max(force.abs()));
+        let unit = if largest > 0.0 { largest / 500.0 } else { 1.0 };
+        let count = |state: &usize| -> Vec<i64> {
+            tensions(state)
+                .map(|at| (force(at) / unit).round() as i64)
+                .collect()
+        };
+        json!({ "unit": unit, "counts": states.iter().map(count).collect::<Vec<_>>() })
+    }
+
+    /// Kinetic energy, that of springs and stops, and that of height above the start, J, over the time.
+    pub(super) fn energies(&self, motion: &Motion) -> Value {
+        let (states, mass) = (motion.states(), &self.case.body().mass);
+        let every = states.len().div_ceil(MOST_STATES);
+        let shown: Vec<usize> = (0..states.len()).step_by(every).collect();
+        let sum = |k: usize, of: &dyn Fn(&State<f64>, usize) -> f64| -> f64 {
+            let nodes = mass.iter().enumerate();
+            nodes.map(|(node, mass)| mass * of(&states[k], node)).sum()
+        };
+        let kinetic = |&k: &usize| {
+            let square = |[x, y]: [f64; 2]| 0.5 * (x * x + y * y);
+            brief(sum(k, &|state, node| square(state.v[node])))
+        };
+        let gravity = motion.scene().physics.gravity;
+        let height = |&k: &usize| {
+            let height = |state: &State<f64>, node: usize| state.x[node][1] - states[0].x[node][1];
+            brief(gravity * sum(k, &height))
+        };
+        let all = |of: &dyn Fn(&usize) -> f64| shown.iter().map(of).collect::<Vec<f64>>();
+        json!({
+            "times": all(&|&k| brief(motion.time(k))),
+            "kinetic": all(&kinetic),
+            "elastic": all(&|&k| brief(self.moments[k].elastic)),
+            "height": all(&height),
+        })
+    }
+}
+
+/// A number to four digits; they are read in pictures.
+pub(super) fn brief(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Gait;
+    use crate::report::RunFiles;
+    use crate::report::motion::Motion;
+    use cosmic::design::Material;
+    use cosmic::record::{RunPlan, optimise};
+    use cosmic::scene::{Scene, StartKind};
+
+    /// The short three-legged robot of the paper's scene, dropped for 0.3 s and hardly trained.
+    #[test]
+    fn a_gait_is_that_of_the_trajectory() {
+        let mut scene = Scene::default();
+        scene.start.kind = StartKind::Layout;
+        (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
+        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
+        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("run");
+        optimise(&folder, &RunPlan::new("test", scene, 0), &mut ()).unwrap();
+        let run = RunFiles::read(&folder).unwrap();
+        let motion = Motion::new(&run.robot, &run.trajectory);
+        let gait = Gait::new(&run).unwrap();
+        let loads = gait.loads();
+        let shown = gait.last_periods(&motion, &loads);
+
+        // The largest strain and force are those of the summary, which the run took from the same states.
+        let summary = run.summary.loads.as_ref().unwrap();
+        let actuators = run.robot.edges_of(|m| m == Material::Actuator);
+        let most = |of: fn(&[f64]) -> f64| {
+            let peaks = shown["peaks"].as_array().unwrap().iter();
+            let numbers =
+                peaks.map(|peak| serde_json::from_value::<Vec<f64>>(peak.clone()).unwrap());
+            numbers.map(|peak| of(&peak)).fold(0.0, f64::max)
+        };
+        let near = |a: f64, b: f64| assert!((a - b).abs() <= 6e-4 * b, "{a} is not {b}");
+        let strain = actuators.iter().map(|&edge| loads[edge].strain.peak);
+        assert_eq!(strain.fold(0.0, f64::max), summary.strain.peak);
+        near(most(|peak| peak[2]), summary.compression);
+
+        // A rollout shorter than a period is shown whole; the robot begins on its three feet.
+        let times = shown["times"].as_array().unwrap();
+        assert_eq!(times.len(), motion.states().len());
+        let feet: Vec<(usize, String)> = serde_json::from_value(shown["feet"].clone()).unwrap();
+        let begins: Vec<usize> = feet
+            .iter()
+            .filter(|(_, stands)| stands.starts_with('1'))
+            .map(|(node, _)| *node)
+            .collect();
+        let lowest = motion
+            .seen
+            .iter()
+            .filter(|node| run.robot.lattice.places[**node][1] == 0.0);
+        assert!(lowest.eq(&begins), "{begins:?}");
+
+        // At the start nothing moves and nothing has sunk. Then energies are those of all nodes.
+        let energies = gait.energies(&motion);
+        let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
+        assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
+        let last = motion.states().last().unwrap();
+        let mass = gait.case.body().mass;
+        let square = |v: &[f64; 2]| v[0].powi(2) + v[1].powi(2);
+        let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * square(v));
+        near(at("kinetic", motion.states().len() - 1), kinetic.sum());
+        assert!(at("elastic", 3) > 0.0);
+    }
+}

@@ -1,0 +1,280 @@
+"use strict";
+// The page of a run: one time, one iteration and one chosen edge for all of its drawings.
+
+// Said in the document, where a test can see it.
+addEventListener("error", event => { document.body.dataset.error = event.message; });
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const part = id => document.getElementById(id);
+const { robot, world, gait, energies, forces, history } = data;
+const walkers = [...(data.designs ?? []), { iteration: data.iteration, mixtures: robot.mixtures, walk: data.walk }]
+  .map(({ iteration, mixtures, walk }) => Object.assign(new Walker(robot, world, mixtures, walk), { iteration }));
+const last = walkers.length - 1;
+const view = { now: 0, playing: startsPlaying(), shown: last, chosen: null, hovered: null, evolving: false };
+const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 1)}\u00a0%`;
+const newton = force => `${decimals(force, Math.abs(force) < 10 ? 2 : 1)}\u00a0N`;
+
+// What is drawn anew for every moment, and what for another iteration or edge alone.
+const moving = [], still = [];
+const drawStill = () => still.forEach(draw => draw());
+const walker = () => walkers[view.shown];
+const highlight = () => view.hovered ?? view.chosen;
+
+function choose(edge) {
+  view.chosen = edge;
+  drawStill();
+}
+
+function hover(edge) {
+  if (view.hovered === edge) return;
+  view.hovered = edge;
+  drawStill();
+}
+
+// The edge under the mouse is marked everywhere, and one that is clicked or tapped stays so.
+function link(canvas, edgeAt) {
+  canvas.addEventListener("pointermove", event => {
+    if (event.pointerType !== "mouse") return;
+    const edge = edgeAt(event.clientX, event.clientY);
+    canvas.style.cursor = edge === null ? "default" : "pointer";
+    hover(edge);
+  });
+  canvas.addEventListener("pointerleave", () => hover(null));
+  canvas.addEventListener("click", event => {
+    const edge = edgeAt(event.clientX, event.clientY);
+    choose(edge === view.chosen ? null : edge);
+  });
+}
+
+function seek(time) {
+  view.now = Math.min(time, walker().duration);
+}
+
+// Another iteration; the time goes on where its walk is long enough.
+function show(index) {
+  view.shown = index;
+  if (view.now > walker().duration) view.now = 0;
+  drawStill();
+}
+
+function player() {
+  const stage = new Stage(part("stage"), { ...world, payloads: robot.payloads });
+  link(stage.canvas, (x, y) => stage.edgeAt(x, y));
+  const [play, time] = ["play", "time"].map(part);
+  const toggle = () => {
+    view.playing = !view.playing;
+    play.textContent = view.playing ? "Pause" : "Play";
+  };
+  play.textContent = view.playing ? "Pause" : "Play";
+  play.onclick = toggle;
+  playBySpace(toggle);
+  time.oninput = () => seek(Number(time.value));
+  part("limit").textContent = `\u00b1${decimals(100 * world.limit, 0)} %`;
+  const strongest = forces ? Math.max(...gait.peaks.flatMap(peak => peak.slice(2))) : 0;
+  part("strongest").textContent = newton(strongest);
+  part("by").hidden = !forces;
+  const byForce = () => Boolean(forces) && view.shown === last && part("colours").value === "force";
+  part("colours").onchange = drawStill;
+  still.push(() => {
+    for (const id of ["of-strain", "of-beyond"]) part(id).hidden = byForce();
+    part("of-force").hidden = !byForce();
+    part("colours").disabled = view.shown !== last;
+    time.max = walker().duration;
+  });
+  moving.push(moment => {
+    const colours = byForce() ? {} : null;
+    if (colours) gait.bars.forEach((edge, k) => { colours[edge] = stage.shade(Math.max(-1, Math.min(1, forceAt(moment.frame, k) / strongest))); });
+    const { iteration } = walker();
+    const which = view.shown === last ? "" : `   iteration ${iteration}`;
+    const label = `${decimals(view.now, 1)} s   ${decimals(moment.metres, 2)} m${which}`;
+    stage.draw({ ...moment, highlight: highlight(), label, colours });
+    time.value = view.now;
+    time.setAttribute("aria-valuetext", label);
+  });
+  return stage;
+}
+
+const forceAt = (frame, bar) => forces.counts[frame][bar] * forces.unit;
+
+function evolution() {
+  part("evolution").hidden = last === 0;
+  const [slider, which, evolve] = ["iteration", "which", "evolve"].map(part);
+  slider.max = last;
+  slider.oninput = () => {
+    view.evolving = false;
+    show(Number(slider.value));
+  };
+  evolve.onclick = () => {
+    view.evolving = !view.evolving;
+    if (view.evolving) {
+      view.now = 0;
+      if (!view.playing) part("play").click();
+      show(0);
+    }
+    drawStill();
+  };
+  still.push(() => {
+    const { iteration, walk } = walker();
+    const says = view.shown === last ? `delivered, iteration ${iteration}` : `iteration ${iteration}${walk ? "" : ", no walk kept"}`;
+    slider.value = view.shown;
+    slider.setAttribute("aria-valuetext", says);
+    which.textContent = says;
+    evolve.textContent = view.evolving ? "Stop" : "Evolve";
+  });
+}
+
+function design() {
+  const layout = new Stage(part("layout"), { ...world, width: 3.1 * robot.side, payloads: robot.payloads });
+  const ternary = new Ternary(part("ternary"));
+  link(layout.canvas, (x, y) => layout.edgeAt(x, y));
+  link(ternary.canvas, (x, y) => ternary.edgeAt(x, y));
+  const along = [0, 1].map(axis => robot.start.filter((_, k) => k % 2 === axis));
+  const middle = (Math.min(...along[0]) + Math.max(...along[0])) / 2;
+  const camera = [middle, Math.min(...along[1])];
+  const paths = robot.materials.map((material, e) => (material === 0 ? null : walkers.map(walker => walker.mixtures[e])));
+  const count = material => robot.materials.filter(other => other === material).length;
+  part("counts").textContent = `${count(1)} skeleton, ${count(2)} actuators, ${count(0)} void`;
+  const select = part("edge");
+  const names = ["void", "skeleton", "actuator"];
+  robot.edges.forEach((_, e) => select.add(new Option(`${e}, ${names[robot.materials[e]]}`, e)));
+  select.onchange = () => choose(select.value === "" ? null : Number(select.value));
+  still.push(() => {
+    layout.draw({ positions: robot.start, edges: walker().edges, camera, highlight: highlight(), colours: walker().edges.map(([, , , material]) => layout.colour(names[material])) });
+    ternary.draw({ mixtures: walker().mixtures, delivered: robot.materials, paths, highlight: highlight() });
+    select.value = highlight() ?? "";
+  });
+  moving.push(moment => { part("told").textContent = told(highlight(), moment); });
+}
+
+// What an edge is, and its strain and force, now and at their peaks.
+function told(edge, { shape, frame }) {
+  if (edge === null) return "Point at a bar, a row or a point, or choose an edge.";
+  const [i, j] = robot.edges[edge];
+  const material = ["void", "skeleton", "actuator"][robot.materials[edge]];
+  const words = [`${material}, nodes ${i}\u2013${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
+  const bar = gait ? gait.bars.indexOf(edge) : -1;
+  if (bar >= 0 && view.shown === last) {
+    const [low, high, push, pull] = gait.peaks[bar];
+    const strain = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]) / robot.rest[edge] - 1;
+    words.push(`strain ${percent(strain)} (${percent(low)} to ${percent(high)})`);
+    words.push(`force ${newton(forceAt(frame, bar))} (${newton(-push)} to ${newton(pull)})`);
+  }
+  return words.join(" \u00b7 ");
+}
+
+function actuators(stage) {
+  const rows = gait.actuators.map(edge => gait.bars.indexOf(edge));
+  const buttons = gait.actuators.map(edge => {
+    const button = Object.assign(document.createElement("button"), { type: "button", textContent: edge, onclick: () => choose(edge) });
+    button.setAttribute("aria-label", `actuator of edge ${edge}`);
+    button.onfocus = () => { if (button.matches(":focus-visible")) choose(edge); };
+    button.onpointerenter = () => hover(edge);
+    button.onpointerleave = () => hover(null);
+    return button;
+  });
+  part("rows").append(...buttons);
+  part("peaks").append(...rows.map(bar => {
+    const line = document.createElement("span");
+    const ends = gait.peaks[bar].slice(0, 2).map(strain => {
+      const beyond = Math.abs(strain) > world.limit;
+      return Object.assign(document.createElement("b"), { textContent: percent(strain), className: beyond ? "beyond" : "", style: beyond ? "" : "font-weight: 400" });
+    });
+    line.append(ends[0], "\u2002", ends[1]);
+    return line;
+  }));
+  const edgeOf = row => gait.actuators[row] ?? null;
+  for (const id of ["commands", "strains"]) {
+    part(id).style.height = `${24 * rows.length}px`;
+    const heat = new Heat(part(id));
+    link(heat.canvas, (_, y) => edgeOf(heat.rowAt(y)));
+    heat.canvas.addEventListener("click", event => goTo(heat.timeAt(event.clientX)));
+    moving.push(() => heat.draw({ ...gait, rows: gait[id], cursor: cursor(), chosen: gait.actuators.indexOf(highlight()), colour: strain => stage.strainColour(strain) }));
+  }
+  still.push(() => buttons.forEach((button, k) => button.setAttribute("aria-pressed", gait.actuators[k] === highlight())));
+}
+
+// The time of the delivered robot, or one that is in no diagram.
+const cursor = () => (view.shown === last ? view.now : -1);
+
+function goTo(time) {
+  if (view.shown !== last) show(last);
+  seek(time);
+}
+
+function feet() {
+  const feet = new Feet(part("feet"));
+  part("feet").style.height = `${24 * Math.max(1, gait.feet.length) + 24}px`;
+  feet.canvas.addEventListener("click", event => goTo(feet.timeAt(event.clientX)));
+  moving.push(() => feet.draw({ ...gait, cursor: cursor() }));
+  const { times, period } = gait;
+  const shown = Math.min(3, Math.round((times[times.length - 1] - times[0]) / period));
+  part("periods").textContent = shown > 1 ? `The last ${shown} periods of the clock, ${decimals(period, 2)} s each` : `${decimals(period, 2)} s at the end`;
+}
+
+function bars() {
+  const peaks = new Peaks(part("forces"));
+  link(peaks.canvas, x => peaks.edgeAt(x));
+  const order = gait.bars.map((_, bar) => bar).sort((a, b) => Math.max(...gait.peaks[b].slice(2)) - Math.max(...gait.peaks[a].slice(2)));
+  moving.push(({ frame }) => {
+    const now = bar => (view.shown === last ? forceAt(frame, bar) : null);
+    peaks.draw({ bars: order.map(bar => ({ edge: gait.bars[bar], push: gait.peaks[bar][2], pull: gait.peaks[bar][3], now: now(bar) })), highlight: highlight() });
+  });
+}
+
+function energy() {
+  const curve = new Curve(part("energy"), goTo, 0.1);
+  const line = (name, colour, key) => ({ name, colour, points: energies.times.map((time, k) => [time, energies[key][k]]) });
+  const series = [line("kinetic", "accent", "kinetic"), line("in springs", "third", "elastic"), line("of height", "second", "height")];
+  const x = [0, energies.times[energies.times.length - 1]];
+  moving.push(() => curve.draw({ title: "Energy, J", series, x, unit: "s", cursor: view.shown === last ? view.now : 0, digits: 3 }));
+}
+
+function convergence() {
+  const { columns, phases, first } = history;
+  const count = columns.solid.length;
+  const x = [first - 1, first - 1 + count];
+  const points = name => columns[name].flatMap((y, k) => (y === null ? [] : [[first + k, y]]));
+  const line = (name, colour, key) => ({ name, colour, points: points(key) });
+  // The design that stands nearest to an iteration.
+  const toIteration = iteration => {
+    view.evolving = false;
+    if (last > 0) show(walkers.reduce((best, { iteration: at }, k) => (Math.abs(at - iteration) <= Math.abs(walkers[best].iteration - iteration) && k < last ? k : best), 0));
+  };
+  const charts = [
+    ["displacement", "Displacement along the ground, m", [line("full rollout", "accent", "displacement"), line("gradient's horizon", "second", "horizon")], { levels: history.median === null ? [] : [history.median] }],
+    ["volumes", "Share of edges", [line("solid", "accent", "solid"), line("actuators", "second", "actuators")], { levels: history.bounds }],
+    ["measures", "Binarisation measures", [line("norm", "accent", "norm"), line("void\u2013skeleton", "second", "void_skeleton"), line("void\u2013actuator", "third", "void_actuator"), line("skeleton\u2013actuator", "fourth", "skeleton_actuator")], {}],
+    ["gradients", "Norm of the gradient before any bound", [line("design", "accent", "design"), line("design, stability", "third", "design_stability"), line("controller", "second", "controller")], { log: true }],
+  ];
+  for (const [id, title, series, more] of charts) {
+    const curve = new Curve(part(id), toIteration, 10);
+    still.push(() => curve.draw({ title, series, x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), ...more }));
+  }
+  const names = phases.map(({ name, from, to }) => `${name.replace("_", "-")} ${from + 1 < to ? `${from + 1}\u2013` : ""}${to}`);
+  part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of what is delivered, and the bounds before they widen.`;
+}
+
+const stage = part("stage") ? player() : null;
+if (part("evolution")) evolution();
+if (part("layout")) design();
+if (gait && part("feet")) {
+  feet();
+  actuators(stage);
+  bars();
+  energy();
+}
+if (history && part("volumes")) convergence();
+else part("displacement")?.remove();
+drawStill();
+everyFrame(seconds => {
+  if (view.playing) view.now += seconds * Number(part("speed")?.value ?? 1);
+  const ends = view.evolving && view.shown < last ? Math.min(2.5, walker().duration) : walker().duration;
+  if (view.now > ends) {
+    view.now = 0;
+    if (view.shown === last) view.evolving = false;
+    show(view.evolving ? view.shown + 1 : view.shown);
+  }
+  const moment = walker().at(view.now);
+  moving.forEach(draw => draw(moment));
+});
+document.body.dataset.ready = "true";

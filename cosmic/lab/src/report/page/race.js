@@ -1,0 +1,54 @@
+"use strict";
+// Robots of several runs in lanes, one above the other: one ground, one clock, one scale.
+
+addEventListener("error", event => { document.body.dataset.error = event.message; });
+
+const part = id => document.getElementById(id);
+const lanes = JSON.parse(part("data").textContent).map(({ name, robot, world, walk }) => {
+  const lane = document.createElement("li");
+  const metres = document.createElement("span");
+  const canvas = document.createElement("canvas");
+  metres.className = "number";
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", `The robot of ${name} on its ground`);
+  lane.append(Object.assign(document.createElement("b"), { textContent: name }), metres, canvas);
+  part("lanes").append(lane);
+  const walker = new Walker(robot, world, robot.mixtures, walk);
+  return { walker, metres, canvas, stage: new Stage(canvas, { ...world, payloads: robot.payloads }) };
+});
+const duration = Math.max(...lanes.map(({ walker }) => walker.duration));
+const tallest = Math.max(...lanes.map(({ walker }) => walker.robot.side));
+const race = { now: 0, playing: startsPlaying() };
+const [play, time] = ["play", "time"].map(part);
+
+function toggle() {
+  race.playing = !race.playing;
+  play.textContent = race.playing ? "Pause" : "Play";
+}
+
+play.textContent = race.playing ? "Pause" : "Play";
+play.onclick = toggle;
+playBySpace(toggle);
+time.max = duration;
+time.oninput = () => { race.now = Number(time.value); };
+
+everyFrame(seconds => {
+  if (race.playing) race.now += seconds * Number(part("speed").value);
+  if (race.now > duration) race.now = 0;
+  const moments = lanes.map(({ walker }) => walker.at(Math.min(race.now, walker.duration)));
+  // All robots are in view, no larger than their lane is high.
+  const places = moments.map(({ camera }) => camera[0]);
+  const [last, first] = [Math.min(...places), Math.max(...places)];
+  const { clientWidth: width, clientHeight: height } = lanes[0].canvas;
+  const scale = Math.min(0.62 * height / tallest, width / (first - last + 2.5 * tallest));
+  lanes.forEach(({ walker, metres, stage }, k) => {
+    stage.world = { ...walker.world, payloads: walker.robot.payloads, width: Math.min(2.4 * height, 2 * width) / scale };
+    const camera = [(first + last) / 2, moments[k].camera[1]];
+    stage.draw({ ...moments[k], camera });
+    metres.textContent = `${decimals(moments[k].metres, 2)} m`;
+  });
+  time.value = race.now;
+  part("clock").textContent = `${decimals(race.now, 1)} s`;
+  time.setAttribute("aria-valuetext", `${decimals(race.now, 1)} s`);
+});
+document.body.dataset.ready = "true";

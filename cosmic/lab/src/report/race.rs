@@ -1,0 +1,61 @@
+//! Runs side by side on one ground: what the scripts of a comparison draw from.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::data::of_robot;
+use super::files::{RobotFiles, read_trajectory};
+use super::motion::{Motion, bounds};
+use cosmic::error::Result;
+use cosmic::lattice::State;
+use cosmic::record::history::Walk;
+use cosmic::record::run::DESIGN;
+use cosmic::record::trajectory_file::TRAJECTORY;
+
+/// Seconds from one frame to the next, and parts of the lattice's spacing that positions are rounded to.
+const FRAME: f64 = 0.08;
+const PARTS: f64 = 200.0;
+
+/// A run's robot and its walk in the frame of its ground, with the payload's start as origin; `None` for a run
+/// whose trajectory is gone.
+///
+/// # Errors
+/// Those of reading its files.
+pub(super) fn lane(folder: &Path) -> Result<Option<Value>> {
+    if !folder.join(TRAJECTORY).exists() {
+        return Ok(None);
+    }
+    let robot = RobotFiles::read(&folder.join(DESIGN))?;
+    let trajectory = read_trajectory(folder, &robot)?;
+    let motion = Motion::new(&robot, &trajectory);
+    let ground = motion.ground();
+    let [origin, _] = ground.point_to_ground(motion.states()[0].x[0]);
+    let (seconds, indices) = motion.every(FRAME);
+    let along = |k: usize| -> State<f64> {
+        let mut state = motion.states()[k].to_ground(&ground);
+        state.x.iter_mut().for_each(|x| x[0] -= origin);
+        state
+    };
+    let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
+    let [low, high] = bounds(states.iter().map(|state| state.x[0]));
+    let side = robot.lattice.side();
+    let across = [low[0] - 100.0 * side, high[0] + 100.0 * side];
+    let corners = if motion.profile.is_flat() {
+        across.map(|x| [x, 0.0]).to_vec()
+    } else {
+        let corners = motion
+            .profile
+            .between(across.map(|x| x + origin))
+            .into_iter();
+        corners.map(|[x, y]| [x - origin, y]).collect()
+    };
+    let unit = robot.lattice.spacing / PARTS;
+    Ok(Some(json!({
+        "robot": of_robot(&robot, &states[0].x),
+        "world": {
+            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit, "origin": 0.0,
+        },
+        "walk": Walk::of(states.iter(), seconds, unit),
+    })))
+}

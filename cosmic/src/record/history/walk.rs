@@ -1,0 +1,122 @@
+//! How a design on the way walks, coarsely: enough for a picture that moves.
+
+use crate::lattice::State;
+use crate::simulator::Trajectory;
+use serde::{Deserialize, Serialize};
+
+/// Frames for every second of a rollout, and the most seconds that are kept.
+const FRAMES: f64 = 12.0;
+const SECONDS: f64 = 8.0;
+/// Parts of the lattice's spacing that positions are rounded to.
+const PARTS: f64 = 200.0;
+
+/// The positions of all nodes at some moments of a rollout, rounded.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Walk {
+    /// Seconds from one moment to the next; the first is the start.
+    pub every: f64,
+    /// What a count stands for, m.
+    pub unit: f64,
+    /// For every moment and every node x and y, as counts of `unit`: those of the start, from then on the
+    /// differences to the moment before.
+    pub counts: Vec<Vec<i64>>,
+}
+
+impl Walk {
+    /// The numbers of steps, of length `dt` (s), after which there is a moment: at least the start, and one step
+    /// where a second has fewer than twelve.
+    pub(in crate::record) fn moments(steps: usize, dt: f64) -> Vec<usize> {
+        let every = ((1.0 / (FRAMES * dt)).round() as usize).max(1);
+        let last = steps.min((SECONDS / dt).round() as usize);
+        (0..=last).step_by(every).collect()
+    }
+
+    /// Of states that are so many seconds apart, rounded to multiples of `unit` (m); `None` if one has a place
+    /// that counts do not reach.
+    pub fn of<'s>(
+        states: impl Iterator<Item = &'s State<f64>>,
+        every: f64,
+        unit: f64,
+    ) -> Option<Self> {
+        let count = |x: &f64| {
+            let count = (x / unit).round();
+            // Such numbers and their differences are exact in f64.
+            (count.abs() < 1e15).then_some(count as i64)
+        };
+        let places = |state: &State<f64>| state.x.as_flattened().iter().map(count).collect();
+        let mut counts = states.map(places).collect::<Option<Vec<Vec<i64>>>>()?;
+        for k in (1..counts.len()).rev() {
+            let (before, from_here) = counts.split_at_mut(k);
+            let pairs = from_here[0].iter_mut().zip(&before[k - 1]);
+            pairs.for_each(|(now, before)| *now -= before);
+        }
+        Some(Self {
+            every,
+            unit,
+            counts,
+        })
+    }
+
+    /// Of states at the [moments](Self::moments) of a rollout with such a time step (s), on a lattice of such
+    /// spacing (m).
+    pub(in crate::record) fn of_moments(
+        seen: &Trajectory<f64>,
+        dt: f64,
+        spacing: f64,
+    ) -> Option<Self> {
+        let steps = seen.steps.get(1).copied().unwrap_or(1);
+        Self::of(seen.states.iter(), steps as f64 * dt, spacing / PARTS)
+    }
+
+    /// The places of all nodes at every moment, m.
+    pub fn places(&self) -> Vec<Vec<[f64; 2]>> {
+        let mut at = vec![0; self.counts.first().map_or(0, Vec::len)];
+        let place = |moved: &Vec<i64>| {
+            at.iter_mut()
+                .zip(moved)
+                .for_each(|(at, moved)| *at += moved);
+            let (pairs, _) = at.as_chunks::<2>();
+            pairs
+                .iter()
+                .map(|xy| xy.map(|count| count as f64 * self.unit))
+                .collect()
+        };
+        self.counts.iter().map(place).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Walk;
+    use crate::lattice::State;
+
+    #[test]
+    fn a_walk_has_the_places_of_its_states_to_half_a_unit() {
+        let state = |k: usize| State {
+            x: vec![[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]],
+            v: vec![[0.0; 2]; 2],
+        };
+        let states: Vec<_> = (0..4).map(state).collect();
+        let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
+        assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
+        for (state, places) in states.iter().zip(walk.places()) {
+            let off = state.x.as_flattened().iter().zip(places.as_flattened());
+            assert!(
+                off.into_iter()
+                    .all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit)
+            );
+        }
+        let mut lost = states;
+        lost[2].x[1][0] = f64::NAN;
+        assert_eq!(Walk::of(lost.iter(), 0.084, 5e-4), None);
+    }
+
+    #[test]
+    fn moments_are_a_twelfth_of_a_second_apart_for_eight_seconds() {
+        let moments = Walk::moments(8192, 0.002);
+        assert_eq!((moments.len(), moments[1], moments[95]), (96, 42, 3990));
+        assert_eq!(Walk::moments(100, 0.002), [0, 42, 84]);
+        assert_eq!(Walk::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(Walk::moments(5, 100.0), [0]);
+    }
+}

@@ -1,0 +1,209 @@
+// Opens a run's page, and one of several runs, in Chromium: uses every control, and takes screenshots in both
+// schemes at three widths.
+//   node report.mjs RUN/report.html [COMPARISON.html] [FOLDER FOR SCREENSHOTS]
+// Needs puppeteer-core, and Chromium at /usr/bin/chromium or $CHROMIUM.
+import assert from "node:assert/strict";
+import { mkdir } from "node:fs/promises";
+import { resolve } from "node:path";
+import puppeteer from "puppeteer-core";
+
+const [report, ...others] = process.argv.slice(2);
+assert(report, "name the page of a run");
+const comparison = others.find(name => name.endsWith(".html"));
+const folder = others.find(name => !name.endsWith(".html"));
+const widths = [400, 1280, 2560];
+const schemes = ["light", "dark"];
+
+const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
+const problems = [];
+const pause = milliseconds => new Promise(done => setTimeout(done, milliseconds));
+
+// A page of which every message of the console, every error and every request is a problem.
+async function open(file, { width = 1280, scheme = "light", motion = "no-preference" } = {}) {
+  const page = await browser.newPage();
+  const url = `file://${resolve(file)}`;
+  page.on("console", message => problems.push(`${file}: ${message.text()}`));
+  page.on("pageerror", error => problems.push(`${file}: ${error.message}`));
+  page.on("request", request => {
+    if (request.url() !== url && !request.url().startsWith("data:")) problems.push(`${file} asks for ${request.url()}`);
+  });
+  await page.setViewport({ width, height: 900 });
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }, { name: "prefers-reduced-motion", value: motion }]);
+  await page.goto(url);
+  await page.waitForSelector("body[data-ready]");
+  return page;
+}
+
+const value = (page, id) => page.$eval(`#${id}`, element => element.value);
+const text = (page, id) => page.$eval(`#${id}`, element => element.textContent);
+const set = (page, id, to) => page.$eval(`#${id}`, (element, to) => {
+  element.value = to;
+  element.dispatchEvent(new Event("input", { bubbles: true }));
+  element.dispatchEvent(new Event("change", { bubbles: true }));
+}, to).then(() => pause(80));
+
+// What a canvas shows, once it is in view.
+async function picture(page, id) {
+  await page.$eval(`#${id}`, canvas => canvas.scrollIntoView({ block: "center" }));
+  await pause(150);
+  return page.$eval(`#${id}`, canvas => canvas.toDataURL());
+}
+
+async function clickIn(page, id, [across, down]) {
+  await page.$eval(`#${id}`, element => element.scrollIntoView({ block: "center" }));
+  const box = await (await page.$(`#${id}`)).boundingBox();
+  await page.mouse.click(box.x + across * box.width, box.y + down * box.height);
+  await pause(80);
+}
+
+async function playing(page) {
+  const before = await value(page, "time");
+  await pause(250);
+  return (await value(page, "time")) !== before;
+}
+
+// The space bar plays and pauses wherever the focus is, once.
+async function space(page, ids) {
+  for (const id of ids) {
+    await page.focus(`#${id}`);
+    const before = await playing(page);
+    await page.keyboard.press("Space");
+    assert.equal(await playing(page), !before, `the space bar on #${id}`);
+  }
+}
+
+async function useRun() {
+  const page = await open(report);
+  assert(await playing(page), "the robot walks at once");
+  await page.click("#play");
+  assert(!(await playing(page)), "the button pauses");
+  await space(page, ["play", "time", "speed", "colours", "evolve", "iteration", "edge", "displacement", "energy"]);
+  if (await playing(page)) await page.keyboard.press("Space");
+
+  // Time, colours and speed.
+  await set(page, "time", 5);
+  const strains = await picture(page, "stage");
+  await set(page, "colours", "force");
+  assert(await picture(page, "stage") !== strains, "bars are coloured by force");
+  await set(page, "colours", "strain");
+  assert(await picture(page, "stage") === strains, "and by strain again");
+  await set(page, "speed", 4);
+  await page.keyboard.press("Space");
+  assert(await playing(page));
+  await page.keyboard.press("Space");
+  await set(page, "speed", 1);
+
+  // One iteration for robot, layout, mixtures and curves.
+  const pictures = async () => {
+    const seen = [];
+    for (const id of ["stage", "layout", "ternary", "displacement", "volumes"]) seen.push(await picture(page, id));
+    return seen;
+  };
+  const delivered = await pictures();
+  await set(page, "iteration", 0);
+  assert.match(await text(page, "which"), /^iteration 1$/);
+  (await pictures()).forEach((seen, k) => assert(seen !== delivered[k], `picture ${k} of iteration 1`));
+  await page.click("#evolve");
+  await pause(3500);
+  assert.match(await text(page, "which"), /^iteration 10$/, "one robot after another");
+  await page.click("#evolve");
+  await clickIn(page, "displacement", [0.5, 0.6]);
+  const middle = await text(page, "which");
+  assert.match(middle, /^iteration \d+$/);
+  await page.focus("#displacement");
+  await page.keyboard.press("ArrowRight");
+  await pause(80);
+  assert.notEqual(await text(page, "which"), middle, "the arrow keys move the curve's cursor");
+  await set(page, "iteration", await page.$eval("#iteration", slider => slider.max));
+  assert.match(await text(page, "which"), /^delivered, iteration \d+$/);
+
+  // One edge for all pictures, by list, picture, row, point and column.
+  const chosen = () => value(page, "edge");
+  const rows = await page.$$eval("#rows button", buttons => buttons.length);
+  await set(page, "edge", "");
+  const plain = [await picture(page, "ternary"), await picture(page, "strains"), await picture(page, "forces")];
+  await page.focus("#rows button:nth-child(2)");
+  await page.keyboard.press("Enter");
+  await pause(80);
+  const edge = await page.$eval("#rows button:nth-child(2)", button => button.textContent);
+  assert.equal(await chosen(), edge, "a row chooses its edge");
+  assert.match(await text(page, "told"), /actuator, nodes .* strain .* force /);
+  for (const [k, id] of ["ternary", "strains", "forces"].entries()) assert(await picture(page, id) !== plain[k], `the edge in ${id}`);
+  await page.keyboard.press("Tab");
+  await pause(80);
+  assert.notEqual(await chosen(), edge, "the focus chooses the next row");
+  for (const [id, place] of [["commands", [0.5, 0.03]], ["strains", [0.9, 0.99]], ["forces", [0.2, 0.5]], ["layout", [0.5, 0.785]]]) {
+    await set(page, "edge", "");
+    await clickIn(page, id, place);
+    assert.notEqual(await chosen(), "", `a click into ${id} chooses an edge`);
+  }
+  await set(page, "edge", "");
+  await page.$eval("#strains", element => element.scrollIntoView({ block: "center" }));
+  const box = await (await page.$("#strains")).boundingBox();
+  await page.mouse.move(box.x + 20, box.y + 1.5 * box.height / rows);
+  await pause(80);
+  assert.equal(await chosen(), edge, "the mouse over a row points at its edge");
+  await page.mouse.move(5, 5);
+  await pause(80);
+  assert.equal(await chosen(), "");
+
+  // Diagrams over the time go to theirs.
+  for (const id of ["feet", "strains", "energy"]) {
+    await set(page, "time", 0);
+    await clickIn(page, id, [0.7, 0.5]);
+    assert(Number(await value(page, "time")) > 0, `a click into ${id} goes to its time`);
+  }
+  for (const summary of await page.$$("summary")) await summary.click();
+  assert(await page.$eval("pre", scene => scene.offsetHeight > 100), "the scene unfolds");
+  await page.close();
+}
+
+// Without motion where none is wanted.
+async function useQuietly() {
+  const page = await open(report, { motion: "reduce" });
+  assert(!(await playing(page)), "it waits");
+  assert.equal(await text(page, "play"), "Play");
+  await page.keyboard.press("Space");
+  assert(await playing(page));
+  await page.close();
+}
+
+async function useComparison() {
+  const page = await open(comparison);
+  assert(await playing(page));
+  await space(page, ["play", "time", "speed"]);
+  const lanes = await page.$$("#lanes li");
+  await set(page, "time", 1);
+  const metres = await page.$$eval("#lanes .number", all => all.map(lane => lane.textContent));
+  assert(metres.length === lanes.length && metres.every(lane => / m$/.test(lane)), metres.join());
+  await page.close();
+}
+
+// Screenshots of the whole page, and nothing wider than its window.
+async function look(file, name) {
+  for (const width of widths) {
+    for (const scheme of schemes) {
+      const page = await open(file, { width, scheme });
+      await pause(1500);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert(wide <= width, `${file} is ${wide} px wide in ${width}`);
+      if (folder) await page.screenshot({ path: `${folder}/${name}-${width}-${scheme}.png`, fullPage: true });
+      await page.close();
+    }
+  }
+}
+
+if (folder) await mkdir(folder, { recursive: true });
+try {
+  await useRun();
+  await useQuietly();
+  await look(report, "report");
+  if (comparison) {
+    await useComparison();
+    await look(comparison, "comparison");
+  }
+  assert.deepEqual(problems, []);
+  console.log("every control works; no message, no error, no request");
+} finally {
+  await browser.close();
+}
