@@ -1,4 +1,5 @@
 // A robot and its rollout, ready to be drawn at any time.
+/* global levelAt: of drawing.js */
 
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
@@ -15,23 +16,15 @@ export class World {
   constructor({ rest, edges, lengths, payloads, width, cos, ground, limit, every, iterations, snap }) {
     Object.assign(this, { rest, edges, lengths, payloads, every, iterations, snap });
     /** What the drawing of a robot asks for. */
-    this.drawn = { width, ground, cos, limit, payloads };
+    this.drawn = { width, ground, cos, limit, payloads, origin: rest[payloads[0] ?? 0][0] };
   }
 
   /** The mean height of the ground around a place, for a camera that does not jump with every step. */
   floor(x) {
     const [around, parts] = [this.drawn.width / 8, 8];
     let sum = 0;
-    for (let k = -parts; k <= parts; k++) sum += this.#level(x + (around * k) / parts);
+    for (let k = -parts; k <= parts; k++) sum += levelAt(this.drawn.ground, x + (around * k) / parts);
     return sum / (2 * parts + 1);
-  }
-
-  #level(x) {
-    const ground = this.drawn.ground;
-    let ahead = 1;
-    while (ahead < ground.length - 1 && ground[ahead][0] < x) ahead++;
-    const [[x0, y0], [x1, y1]] = [ground[ahead - 1], ground[ahead]];
-    return y0 + ((y1 - y0) * (x - x0)) / (x1 - x0);
   }
 }
 
