@@ -41,6 +41,7 @@ export class Walk {
     this.#coordinates = numbers.subarray(shares);
     this.frames = this.#coordinates.length / (2 * world.rest.length);
     this.duration = (this.frames - 1) * world.every;
+    this.body = this.#joined();
     this.#middles = this.#smoothed(this.#bodyMiddles());
     this.#trail = new Float32Array(2 * this.frames);
     const payload = world.payloads[0] ?? 0;
@@ -105,21 +106,20 @@ export class Walk {
   }
 
   /** The nodes that solid bars join to the first payload. */
-  #body() {
+  #joined() {
     const joined = new Set([this.world.payloads[0] ?? 0]);
     const solid = this.world.edges.filter((_, e) => this.materials[e] !== 0);
     for (let before = 0; before < joined.size; ) {
       before = joined.size;
       for (const [i, j] of solid) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
     }
-    return [...joined];
+    return joined;
   }
 
   #bodyMiddles() {
-    const body = this.#body();
     return Float64Array.from({ length: this.frames }, (_, k) => {
       let [low, high] = [Infinity, -Infinity];
-      for (const node of body) {
+      for (const node of this.body) {
         const x = this.#node(k, node)[0];
         [low, high] = [Math.min(low, x), Math.max(high, x)];
       }
