@@ -34,8 +34,8 @@ export class Walk {
   #trail;
 
   /** @param numbers the shares of all edges, then the positions of the rollout, as the library answers. */
-  constructor(world, { materials, along, diverged, structure }, numbers) {
-    Object.assign(this, { world, materials, along, diverged, structure });
+  constructor(world, { materials, along, diverged }, numbers) {
+    Object.assign(this, { world, materials, along, diverged });
     const shares = 3 * world.edges.length;
     this.mixtures = numbers.subarray(0, shares);
     this.#coordinates = numbers.subarray(shares);
