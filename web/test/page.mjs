@@ -149,6 +149,7 @@ async function files(page, folder, program) {
   await press(page, "undo");
   await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("Designed"));
   check(true, "back to the robot as designed");
+  await set(page, "#speed", "1");
   await press(page, "save-film");
   const film = await saved(folder, /^cosmic-stability-1\.(webm|mp4)$/);
   await page.waitForFunction(() => document.getElementById("saved").textContent.includes("is saved"));
