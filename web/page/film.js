@@ -21,9 +21,8 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   const parts = [];
   recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
   const stopped = new Promise(resolve => recorder.addEventListener("stop", resolve));
-  const before = { playing: player.playing, time: player.time };
-  player.playing = true;
-  player.time = 0;
+  const before = { playing: player.playing, withVoid: player.withVoid };
+  Object.assign(player, { playing: true, withVoid: false, time: 0 });
   recorder.start();
   for (let last = 0; ; last = player.time) {
     await new Promise(requestAnimationFrame);
@@ -34,7 +33,7 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   }
   recorder.stop();
   await stopped;
-  player.playing = before.playing;
+  Object.assign(player, before);
   signal.throwIfAborted();
   return { blob: new Blob(parts, { type }), ending };
 }

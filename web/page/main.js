@@ -191,6 +191,8 @@ function tellStatus(state) {
     measuring: "Measuring the robot from other starts …",
     stopped: "The computation stopped.",
   };
+  // What changes with every iteration is not read out.
+  $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
 }
 

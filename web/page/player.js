@@ -17,6 +17,7 @@ export class Player {
   #last = null;
   time = 0;
   speed = 1;
+  /** Whether void bars are shown, for a robot that was shown with them. */
   withVoid = false;
   playing;
   highlight = null;
@@ -60,9 +61,11 @@ export class Player {
     if (!this.playing) this.paint();
   }
 
-  #isNear([i, j, rest, material]) {
-    const at = this.#shown;
-    return material !== 0 || Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]) < LEFT_BEHIND * rest;
+  /** Whether a void bar is at the robot. */
+  #isNear([i, j, rest]) {
+    const [at, body] = [this.#shown, this.#walk.body];
+    const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
+    return (body.has(i) || body.has(j)) && length < LEFT_BEHIND * rest;
   }
 
   toggle() {
@@ -86,7 +89,7 @@ export class Player {
     }
     this.#stage.draw({
       positions: this.#shown,
-      edges: this.withVoid ? this.#bars.filter(bar => this.#isNear(bar)) : this.#bars,
+      edges: this.#bars.filter(bar => bar[3] !== 0 || (this.withVoid && this.#isNear(bar))),
       camera: [this.#camera, walk.world.floor(this.#camera)],
       trail: walk.trail(this.time),
       highlight: this.highlight,

@@ -1,4 +1,5 @@
 // A robot and its rollout, ready to be drawn at any time.
+/* global levelAt: of drawing.js */
 
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
@@ -15,23 +16,15 @@ export class World {
   constructor({ rest, edges, lengths, payloads, width, cos, ground, limit, every, iterations, snap }) {
     Object.assign(this, { rest, edges, lengths, payloads, every, iterations, snap });
     /** What the drawing of a robot asks for. */
-    this.drawn = { width, ground, cos, limit, payloads };
+    this.drawn = { width, ground, cos, limit, payloads, origin: rest[payloads[0] ?? 0][0] };
   }
 
   /** The mean height of the ground around a place, for a camera that does not jump with every step. */
   floor(x) {
     const [around, parts] = [this.drawn.width / 8, 8];
     let sum = 0;
-    for (let k = -parts; k <= parts; k++) sum += this.#level(x + (around * k) / parts);
+    for (let k = -parts; k <= parts; k++) sum += levelAt(this.drawn.ground, x + (around * k) / parts);
     return sum / (2 * parts + 1);
-  }
-
-  #level(x) {
-    const ground = this.drawn.ground;
-    let ahead = 1;
-    while (ahead < ground.length - 1 && ground[ahead][0] < x) ahead++;
-    const [[x0, y0], [x1, y1]] = [ground[ahead - 1], ground[ahead]];
-    return y0 + ((y1 - y0) * (x - x0)) / (x1 - x0);
   }
 }
 
@@ -41,13 +34,14 @@ export class Walk {
   #trail;
 
   /** @param numbers the shares of all edges, then the positions of the rollout, as the library answers. */
-  constructor(world, { materials, along, diverged, structure }, numbers) {
-    Object.assign(this, { world, materials, along, diverged, structure });
+  constructor(world, { materials, along, diverged }, numbers) {
+    Object.assign(this, { world, materials, along, diverged });
     const shares = 3 * world.edges.length;
     this.mixtures = numbers.subarray(0, shares);
     this.#coordinates = numbers.subarray(shares);
     this.frames = this.#coordinates.length / (2 * world.rest.length);
     this.duration = (this.frames - 1) * world.every;
+    this.body = this.#joined();
     this.#middles = this.#smoothed(this.#bodyMiddles());
     this.#trail = new Float32Array(2 * this.frames);
     const payload = world.payloads[0] ?? 0;
@@ -112,21 +106,20 @@ export class Walk {
   }
 
   /** The nodes that solid bars join to the first payload. */
-  #body() {
+  #joined() {
     const joined = new Set([this.world.payloads[0] ?? 0]);
     const solid = this.world.edges.filter((_, e) => this.materials[e] !== 0);
     for (let before = 0; before < joined.size; ) {
       before = joined.size;
       for (const [i, j] of solid) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
     }
-    return [...joined];
+    return joined;
   }
 
   #bodyMiddles() {
-    const body = this.#body();
     return Float64Array.from({ length: this.frames }, (_, k) => {
       let [low, high] = [Infinity, -Infinity];
-      for (const node of body) {
+      for (const node of this.body) {
         const x = this.#node(k, node)[0];
         [low, high] = [Math.min(low, x), Math.max(high, x)];
       }

@@ -1,4 +1,4 @@
-//! The library `cosmic` behind four functions that JavaScript calls: a request goes in as JSON, an answer
+//! The library `cosmic` behind functions that JavaScript calls: a request goes in as JSON, an answer
 //! comes out as JSON, with an array of numbers beside it.
 //!
 //! 1. `input(bytes)` is the address at which the caller writes the request, UTF-8.
@@ -8,8 +8,6 @@
 //!
 //! A panic ends in a trap; `answer()` and `length()` then have its message, and nothing else may be called.
 //! Every one of them may move memory: the caller takes its views anew after each.
-// `no_mangle` alone counts as unsafe: two functions of one name would be one.
-#![allow(unsafe_code)]
 
 mod view;
 mod session;
@@ -38,6 +36,8 @@ pub extern "C" fn input(bytes: usize) -> *mut u8 {
 pub extern "C" fn ask() -> usize {
     std::panic::set_hook(Box::new(|panic| ANSWER.set(panic.to_string())));
     let request = INPUT.take();
+    // A trap without a panic leaves no message.
+    ANSWER.take();
     ANSWER.set(SESSION.with_borrow_mut(|session| request::answer(session, &request)));
     length()
 }

@@ -3,12 +3,14 @@
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::controller::Controller;
-use cosmic::design::{Material, Structure, one_hot};
-use cosmic::error::{Error, Result};
+use cosmic::design::{Material, one_hot};
+use cosmic::error::Error;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
-use cosmic::simulator::Span;
+use cosmic::simulator::{Span, Trajectory};
 use serde_json::{Value, json};
+
+type Answer = cosmic::Result<Value>;
 
 /// All that the page works on.
 #[derive(Default)]
@@ -37,7 +39,7 @@ struct Robot {
 
 impl Session {
     /// Begins with a scene, and answers with what there is to draw of the robot before the first iteration.
-    pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Result<Value> {
+    pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
         let begun = Work {
@@ -53,7 +55,7 @@ impl Session {
     }
 
     /// One iteration; with the rollout of the robot after it if `shown`.
-    pub(crate) fn iterate(&mut self, shown: bool) -> Result<Value> {
+    pub(crate) fn iterate(&mut self, shown: bool) -> Answer {
         let Self { work, numbers } = self;
         let work = begun(work)?;
         let record = work.codesign.iterate(&mut work.progress);
@@ -69,7 +71,7 @@ impl Session {
     }
 
     /// Chooses the robot to deliver and measures it.
-    pub(crate) fn deliver(&mut self) -> Result<Value> {
+    pub(crate) fn deliver(&mut self) -> Answer {
         let Self { work, numbers } = self;
         let work = begun(work)?;
         let Delivery {
@@ -100,7 +102,7 @@ impl Session {
     }
 
     /// Gives the delivered robot other materials, or its own again.
-    pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Result<Value> {
+    pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Answer {
         let Self { work, numbers } = self;
         let work = begun(work)?;
         let mut robot = work.delivered.clone().ok_or_else(nothing)?;
@@ -122,7 +124,7 @@ impl Session {
     }
 
     /// The text of `design.json` for the robot that was delivered, as edited.
-    pub(crate) fn design(&mut self) -> Result<Value> {
+    pub(crate) fn design(&mut self) -> Answer {
         let work = begun(&mut self.work)?;
         let robot = work.edited.as_ref().or(work.delivered.as_ref());
         let robot = robot.ok_or_else(nothing)?;
@@ -132,7 +134,7 @@ impl Session {
     }
 }
 
-fn begun(work: &mut Option<Work>) -> Result<&mut Work> {
+fn begun(work: &mut Option<Work>) -> cosmic::Result<&mut Work> {
     work.as_mut().ok_or_else(nothing)
 }
 
@@ -141,7 +143,7 @@ fn nothing() -> Error {
 }
 
 impl Work {
-    /// The robot as it is now.
+    /// The robot as it is now, rolled out in the precision of gradients.
     fn present(&self, numbers: &mut Vec<f32>) -> Value {
         let robot = Robot {
             z: self.progress.z.clone(),
@@ -149,25 +151,40 @@ impl Work {
             materials: self.codesign.materials(&self.progress),
             controller: self.progress.controller.clone(),
         };
-        self.show(&robot, numbers)
+        let seen = self.codesign.watch(&self.progress, self.steps());
+        self.answer(&robot, seen.ok_or("its walk diverges".to_owned()), numbers)
     }
 
-    /// Rolls a robot out. Mixtures and positions go to the numbers.
+    /// A robot, rolled out in double precision.
     fn show(&self, robot: &Robot, numbers: &mut Vec<f32>) -> Value {
         let task = self.codesign.task();
-        let start = task.lattice.state_at_rest();
+        let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
+        let guarded = task.guarded(&robot.mixture, &robot.controller, &start, &span);
+        let seen = match &guarded.divergence {
+            None => Ok(guarded.trajectory),
+            Some(divergence) => Err(Error::from(divergence).to_string()),
+        };
+        self.answer(robot, seen, numbers)
+    }
+
+    /// The steps that are drawn, and the last one, which says how far the robot got.
+    fn steps(&self) -> Vec<usize> {
         let last = self.codesign.scene().physics.steps;
         let mut steps = view::drawn_steps(&self.codesign);
-        let frames = steps.len();
         if steps.last() != Some(&last) {
             steps.push(last);
         }
-        let span = Span::from_start(steps);
-        let guarded = task.guarded(&robot.mixture, &robot.controller, &start, &span);
-        let mut trajectory = guarded.trajectory;
-        let end = trajectory.at(last).x[0];
-        let moved = [0, 1].map(|k| end[k] - start.x[0][k]);
-        trajectory.states.truncate(frames);
+        steps
+    }
+
+    /// Mixtures and positions go to the numbers; of a rollout that diverges those at rest.
+    fn answer(
+        &self,
+        robot: &Robot,
+        seen: Result<Trajectory<f64>, String>,
+        numbers: &mut Vec<f32>,
+    ) -> Value {
+        let task = self.codesign.task();
         numbers.clear();
         numbers.extend(
             robot
@@ -176,14 +193,23 @@ impl Work {
                 .iter()
                 .map(|&share| share as f32),
         );
-        numbers.extend(view::positions(&trajectory));
-        let along = task.ground().vector_to_ground(moved)[0];
-        let diverged = guarded.divergence.as_ref();
+        let along = match &seen {
+            Ok(trajectory) => {
+                let drawn = view::drawn_steps(&self.codesign).len();
+                numbers.extend(view::positions(&trajectory.states[..drawn]));
+                let ends = [&trajectory.states[0], trajectory.at(trajectory.last_step())];
+                let [from, to] = ends.map(|state| task.ground().vector_to_ground(state.x[0])[0]);
+                Some(to - from)
+            }
+            Err(_) => {
+                numbers.extend(view::positions(&[task.lattice.state_at_rest()]));
+                None
+            }
+        };
         json!({
             "materials": robot.materials,
-            "along": diverged.is_none().then_some(along),
-            "diverged": diverged.map(|divergence| Error::from(divergence).to_string()),
-            "structure": Structure::new(&task.lattice, &robot.materials),
+            "along": along,
+            "diverged": seen.err(),
         })
     }
 }

@@ -3,7 +3,6 @@
 use cosmic::codesign::CoDesign;
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
-use cosmic::simulator::Trajectory;
 use serde_json::{Value, json};
 
 /// The longest time between two pictures of a rollout, s: several a step of the gait. The page draws straight
@@ -53,8 +52,7 @@ fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<[f64; 2]> {
 }
 
 /// Positions `x0, y0, x1, y1, …` of all nodes, state after state, in metres.
-pub(crate) fn positions(trajectory: &Trajectory<f64>) -> impl Iterator<Item = f32> {
-    let coordinates = |state: &State<f64>| state.x.as_flattened().to_vec();
-    let all = trajectory.states.iter().flat_map(coordinates);
-    all.map(|metres| metres as f32)
+pub(crate) fn positions(states: &[State<f64>]) -> impl Iterator<Item = f32> {
+    let coordinates = states.iter().flat_map(|state| state.x.as_flattened());
+    coordinates.map(|&metres| metres as f32)
 }

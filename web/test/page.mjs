@@ -29,7 +29,13 @@ function check(is, says) {
 const wait = milliseconds => new Promise(resolve => setTimeout(resolve, milliseconds));
 const press = (page, id) => page.$eval(`#${id}`, element => element.click());
 const value = (page, id) => page.$eval(`#${id}`, element => element.value);
-const settled = page => ready(page).then(() => wait(150));
+
+/** Checks that something becomes true on the page, given time. */
+async function until(page, says, is, ...given) {
+  check(await page.waitForFunction(is, { timeout: 20_000 }, ...given).then(() => true, () => false), says);
+}
+
+const linkHas = part => decodeURIComponent(location.href.replaceAll("+", " ")).includes(part);
 
 async function set(page, selector, to) {
   await page.$eval(selector, (element, to) => {
@@ -143,6 +149,7 @@ async function files(page, folder, program) {
   await press(page, "undo");
   await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("Designed"));
   check(true, "back to the robot as designed");
+  await set(page, "#speed", "1");
   await press(page, "save-film");
   const film = await saved(folder, /^cosmic-stability-1\.(webm|mp4)$/);
   await page.waitForFunction(() => document.getElementById("saved").textContent.includes("is saved"));
@@ -166,30 +173,29 @@ async function scenes(page, address) {
   check(new URL(page.url()).hash === "#scene=incline&seed=3", "a built-in scene");
   for (const [key, to] of [["lattice.columns", 4], ["lattice.rows", 3], ["physics.payload_mass", 0.05], ["physics.gravity", 9.81], ["physics.incline_deg", -5], ["physics.contact", "coulomb"], ["physics.friction", 0.8]]) {
     await set(page, `[name="${key}"]`, String(to));
-    await settled(page);
-    check(decodeURIComponent(page.url()).includes(`${key}=${to}`), `${key} = ${to}`);
+    await until(page, `${key} = ${to}`, linkHas, `set=${key}=${to}`);
   }
-  for (const [id, has] of [["stairs", true], ["rough", true], ["level", false]]) {
-    await press(page, id);
-    await settled(page);
-    check(page.url().includes("ground.points") === has, `the ground: ${id}`);
-  }
+  await press(page, "stairs");
+  await until(page, "the ground: steps", linkHas, "[0.8, 0], [0.9, 0.02]");
+  const stairs = page.url();
+  await press(page, "rough");
+  await until(page, "the ground: rough", stairs => location.href !== stairs && location.href.includes("ground.points"), stairs);
+  await press(page, "level");
+  await until(page, "the ground: level", () => !location.href.includes("ground.points"));
   await page.focus("#ground");
   for (const key of ["ArrowRight", "ArrowUp", "PageUp"]) await page.keyboard.press(key);
-  await settled(page);
-  check((await page.$eval("#ground", canvas => canvas.getAttribute("aria-valuetext"))) === "2.5 cm at 0.9 m", "the ground by keys");
+  await until(page, "the ground by keys", linkHas, "[0.9, 0.025]");
   const box = await (await page.$("#ground")).boundingBox();
   await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.4);
   await page.mouse.down();
   await page.mouse.move(box.x + box.width * 0.6, box.y + box.height * 0.3, { steps: 5 });
   await page.mouse.up();
-  await settled(page);
-  check(decodeURIComponent(page.url()).split("[").length > 6, "the ground by a pointer");
+  await until(page, "the ground by a pointer", () => decodeURIComponent(location.href).split("[").length > 6);
   const link = page.url();
   await page.goto("about:blank");
   await page.goto(link);
-  await settled(page);
-  check(await value(page, "scene") === "incline" && await page.$eval("[name='lattice.columns']", field => field.value) === "4" && page.url() === link, "the link brings all of it back");
+  await until(page, "the link brings all of it back", () => document.querySelector("[name='lattice.columns']")?.value === "4");
+  check(await value(page, "scene") === "incline" && page.url() === link, "and stays as it is");
   await press(page, "reset");
   await page.waitForFunction(() => location.hash === "#scene=incline&seed=3");
   check(true, "the scene's own settings");
@@ -198,7 +204,7 @@ async function scenes(page, address) {
   check(await page.$eval("#design", button => button.disabled), "what the library refuses is said");
   await page.goto("about:blank");
   await page.goto(`${address}${SMALL}`);
-  await settled(page);
+  await ready(page);
 }
 
 async function stopping(browser, address) {

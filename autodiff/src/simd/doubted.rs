@@ -21,13 +21,20 @@ pub(super) trait Unfused: Real + Primitive {
 }
 
 /// The hyperbolic tangents of several registers, with the bits of fused multiply-adds, or `None` if one may
-/// have others.
+/// have others. Loops, here and below, not closures: some of these are not inlined.
 #[inline(always)]
-pub(super) fn tanh_unfused<L: Unfused, const N: usize>(x: [L; N]) -> Option<[L; N]> {
-    let found = tanh_abreast(x.map(Doubted::none));
-    let doubts = found.map(|lanes| lanes.doubt);
-    let doubt = doubts.into_iter().fold(L::Mask::splat(false), |a, b| a | b);
-    (!doubt.any()).then(|| found.map(|lanes| lanes.value))
+pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<[L; N]> {
+    let mut lanes = [Doubted::none(L::zero()); N];
+    for n in 0..N {
+        lanes[n] = Doubted::none(x[n]);
+    }
+    let found = tanh_abreast(lanes);
+    let mut doubt = L::Mask::splat(false);
+    for n in 0..N {
+        x[n] = found[n].value;
+        doubt = doubt | found[n].doubt;
+    }
+    if doubt.any() { None } else { Some(x) }
 }
 
 /// Lanes, and a mask of those that fused multiply-adds may have given other bits.
@@ -60,7 +67,8 @@ pub(super) fn around<L: Real>(a: L, upper: L, b: L, c: L) -> [L; 2] {
     let lost = (upper * high - product + upper * low) + (a - upper) * b;
     let sum = c + product;
     let rest = (product - (sum - c)) + lost;
-    [1.0 + MARGIN, 1.0 - MARGIN].map(|share| sum + rest * L::lit(share))
+    let (above, below) = (rest * L::lit(1.0 + MARGIN), rest * L::lit(1.0 - MARGIN));
+    [sum + above, sum + below]
 }
 
 impl<L: Unfused> Doubted<L> {
@@ -72,10 +80,12 @@ impl<L: Unfused> Doubted<L> {
 
     /// A value that came of this and of those.
     #[inline(always)]
-    fn to<const N: usize>(self, value: L, others: [Self; N]) -> Self {
-        let doubts = others.map(|other| other.doubt);
-        let doubt = doubts.into_iter().fold(self.doubt, |a, b| a | b);
-        Self { value, doubt }
+    fn to<const N: usize>(mut self, value: L, others: [Self; N]) -> Self {
+        self.value = value;
+        for n in 0..N {
+            self.doubt = self.doubt | others[n].doubt;
+        }
+        self
     }
 }
 

@@ -161,13 +161,12 @@ impl Unfused for F32x4 {
     /// whether that makes a difference.
     #[inline(always)]
     fn fused(self, b: Self, c: Self) -> (Self, Mask32) {
-        let [a, b, c] = [self, b, c].map(|lanes| doubles(lanes.0));
-        let sums = [0, 1].map(|half| f64x2_add(f64x2_mul(a[half], b[half]), c[half]));
-        let [above, below] = [1.0 + f64::EPSILON, 1.0 - f64::EPSILON].map(|share| {
-            let singles =
-                sums.map(|sum| f32x4_demote_f64x2_zero(f64x2_mul(sum, f64x2_splat(share))));
-            i64x2_shuffle::<0, 2>(singles[0], singles[1])
-        });
+        let [low, high] = doubles(self.0);
+        let [[b_low, b_high], [c_low, c_high]] = [doubles(b.0), doubles(c.0)];
+        let low = f64x2_add(f64x2_mul(low, b_low), c_low);
+        let high = f64x2_add(f64x2_mul(high, b_high), c_high);
+        let above = singles(low, high, 1.0 + f64::EPSILON);
+        let below = singles(low, high, 1.0 - f64::EPSILON);
         (Self(above), Mask32(f32x4_ne(above, below)))
     }
 }
@@ -176,11 +175,24 @@ impl Unfused for F32x4 {
 #[inline(always)]
 fn doubles(singles: v128) -> [v128; 2] {
     let high = i64x2_shuffle::<1, 1>(singles, singles);
-    [singles, high].map(|half| f64x2_promote_low_f32x4(half))
+    [
+        f64x2_promote_low_f32x4(singles),
+        f64x2_promote_low_f32x4(high),
+    ]
 }
 
-/// The hyperbolic tangents of several registers.
+/// All four times this share.
 #[inline(always)]
+fn singles(low: v128, high: v128, share: f64) -> v128 {
+    let share = f64x2_splat(share);
+    let low = f32x4_demote_f64x2_zero(f64x2_mul(low, share));
+    let high = f32x4_demote_f64x2_zero(f64x2_mul(high, share));
+    i64x2_shuffle::<0, 2>(low, high)
+}
+
+/// The hyperbolic tangents of several registers. A function of its own: within the loops of a product, the
+/// engine would find no registers for either.
+#[inline(never)]
 fn tanh<L: Unfused, const N: usize>(x: [L; N]) -> [L; N] {
     match tanh_unfused(x) {
         Some(found) => found,

@@ -49,7 +49,7 @@ fn works(name: &str, sets: &str) {
     assert!(run("explain a").contains("computed in every step"));
     run("report a");
     let page = bench.read("a/report.html");
-    assert!(page.contains("<svg"));
+    assert!(page.contains("id=\"stage\""));
     run("evaluate a/design.json --gradient --out results.json");
     run(&format!(
         "sweep plan --seeds 2 --iterations 2 --out s {SHORT}"

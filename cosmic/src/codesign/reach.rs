@@ -39,7 +39,7 @@ impl CoDesign {
 
     /// The present robot after such numbers of steps from the unperturbed start, in the precision of gradients;
     /// `None` if it diverges.
-    pub(crate) fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
+    pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         match self.scene.gradient.precision {
             GradientPrecision::F64 => self.watch_in::<f64>(progress, steps),
             GradientPrecision::F32 => self.watch_in::<f32>(progress, steps),

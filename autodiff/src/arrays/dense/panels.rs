@@ -188,8 +188,8 @@ impl<R: Real> Panels<R> {
                 (3, 1) => self.part::<L, 3, 3, K>(panel, 0, x, output),
                 (_, 1) if cfg!(lanes = "simd128") => {
                     // Engines of WebAssembly have sixteen registers, of which factors and products need some.
-                    let [low, high] =
-                        [0, 2].map(|from| self.sums::<L, PANEL, 2, K>(panel, from, x));
+                    let low = self.sums::<L, PANEL, 2, K>(panel, 0, x);
+                    let high = self.sums::<L, PANEL, 2, K>(panel, 2, x);
                     output.add_rows(panel.first_row, [low[0], low[1], high[0], high[1]]);
                 }
                 (_, 1) => self.part::<L, PANEL, PANEL, K>(panel, 0, x, output),

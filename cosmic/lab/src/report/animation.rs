@@ -21,23 +21,33 @@ const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`], pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// Seconds from one picture of a GIF to the next, and of a film.
-pub(super) const GIF_EVERY: f64 = 0.08;
-pub(super) const FILM_EVERY: f64 = 0.04;
-/// The most pictures of a walk in a GIF; a longer one is shown faster.
-const MOST_PICTURES: f64 = 250.0;
+/// Seconds from one picture to the next, and the most pictures of a walk; a longer one is shown faster.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    every: f64,
+    most: f64,
+}
+
+pub(super) const GIF: Pace = Pace {
+    every: 0.08,
+    most: 250.0,
+};
+pub(super) const FILM: Pace = Pace {
+    every: 0.04,
+    most: 2000.0,
+};
 /// How long the last picture stays, s.
 const STAYS: f64 = 1.0;
 
-/// The shots of a walk from its start, so many seconds apart or more, for so many seconds at most; labels have the
-/// time and the metres along the ground, after `says`.
+/// The shots of a walk from its start, for so many seconds at most; labels have the time and the metres along the
+/// ground, after `says`.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
-    every: f64,
+    pace: Pace,
     seconds: f64,
     says: &str,
 ) -> Vec<Shot<'m>> {
-    let every = every.max(motion.duration().min(seconds) / MOST_PICTURES);
+    let every = pace.every.max(motion.duration().min(seconds) / pace.most);
     let (_, moments) = motion.every(every);
     let start = motion.ground().point_to_ground(motion.states()[0].x[0]);
     let shot = |index: usize| {
@@ -57,7 +67,7 @@ pub(super) fn shots<'m>(
     within.map(shot).collect()
 }
 
-/// Writes shots as a GIF in which each stays for [`GIF_EVERY`].
+/// Writes shots as a GIF in which each stays as long as the pace of a GIF says.
 ///
 /// # Errors
 /// Errors of writing to `file`.
@@ -78,7 +88,7 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
         let stays = if k + 1 == shots.len() {
             STAYS
         } else {
-            GIF_EVERY
+            GIF.every
         };
         let frame = Frame {
             width,
@@ -95,7 +105,7 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
     Ok(())
 }
 
-/// Shots as a film, MP4, in which each stays for [`FILM_EVERY`]; ffmpeg encodes it.
+/// Shots as a film, MP4, in which each stays as long as the pace of a film says; ffmpeg encodes it.
 ///
 /// # Errors
 /// [`Error::Read`] if there is no ffmpeg on the path, or with what it says if it fails.
@@ -107,7 +117,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
     };
     let path = folder.path().join("film.mp4");
     let [width, height] = FILM_SIZE;
-    let (size, rate) = (format!("{width}x{height}"), (1.0 / FILM_EVERY).to_string());
+    let (size, rate) = (format!("{width}x{height}"), (1.0 / FILM.every).to_string());
     let given = [
         "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-",
     ];

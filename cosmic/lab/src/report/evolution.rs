@@ -1,23 +1,23 @@
 //! The robots on the way of an optimisation, each walking: from the walks that a run kept of its designs.
 
-use super::animation::shots;
+use super::animation::{Pace, shots};
 use super::canvas::Shot;
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use cosmic::error::{Error, Result};
 use cosmic::lattice::State;
+use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
-use cosmic::record::{Summary, TrajectoryFile};
 
 /// How many robots are shown before the delivered one, and for how long each, s.
 const ROBOTS: usize = 6;
 const SECONDS: f64 = 2.0;
 
-/// A robot on the way, with the words that its label begins with.
+/// A robot on the way.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    says: String,
+    iteration: usize,
 }
 
 /// A few robots from the first iteration to the last, evenly apart.
@@ -42,39 +42,40 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
         .map(|(row, walk)| Walker {
             robot: run.robot.on_the_way(&row.z),
             trajectory: trajectory(walk),
-            says: format!("iteration {}   ", row.iteration),
+            iteration: row.iteration,
         })
         .collect())
 }
 
-/// The motions of robots, and that of the delivered one at the end.
-pub(super) fn motions<'m>(
-    walkers: &'m [Walker],
-    delivered: &'m RunFiles,
-) -> Vec<(Motion<'m>, String, f64)> {
-    let motion = |walker: &'m Walker| {
-        let motion = Motion::new(&walker.robot, &walker.trajectory);
-        (motion, walker.says.clone(), SECONDS)
-    };
-    let Summary {
-        delivered_iteration,
-        ..
-    } = delivered.summary;
-    let says = format!("delivered, iteration {delivered_iteration}   ");
-    let last = Motion::new(&delivered.robot, &delivered.trajectory);
-    walkers
-        .iter()
-        .map(motion)
-        .chain([(last, says, 2.0 * SECONDS)])
-        .collect()
+/// A robot's turn in an animation: its motion, the words that its labels begin with, and how long it is shown, s.
+pub(super) struct Turn<'m> {
+    motion: Motion<'m>,
+    says: String,
+    seconds: f64,
 }
 
-/// One after another.
-pub(super) fn in_turn<'m>(motions: &'m [(Motion<'m>, String, f64)], every: f64) -> Vec<Shot<'m>> {
-    let shots = |(motion, says, seconds): &'m (Motion<'m>, String, f64)| {
-        shots(motion, every, *seconds, says)
+/// The turns of robots, and of the delivered one at the end.
+pub(super) fn turns<'m>(walkers: &'m [Walker], delivered: &'m RunFiles) -> Vec<Turn<'m>> {
+    let turn = |walker: &'m Walker| Turn {
+        motion: Motion::new(&walker.robot, &walker.trajectory),
+        says: format!("iteration {}   ", walker.iteration),
+        seconds: SECONDS,
     };
-    motions.iter().flat_map(shots).collect()
+    let last = Turn {
+        motion: Motion::new(&delivered.robot, &delivered.trajectory),
+        says: format!(
+            "delivered, iteration {}   ",
+            delivered.summary.delivered_iteration
+        ),
+        seconds: 2.0 * SECONDS,
+    };
+    walkers.iter().map(turn).chain([last]).collect()
+}
+
+/// The pictures of all turns, one after another.
+pub(super) fn in_turn<'m>(turns: &'m [Turn<'m>], pace: Pace) -> Vec<Shot<'m>> {
+    let shots = |turn: &'m Turn<'m>| shots(&turn.motion, pace, turn.seconds, &turn.says);
+    turns.iter().flat_map(shots).collect()
 }
 
 /// A walk as a trajectory, a step from each moment to the next.

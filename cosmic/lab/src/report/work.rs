@@ -1,6 +1,6 @@
 //! The report of a run, or of a design alone.
 
-use super::animation::{self, FILM_EVERY, GIF_EVERY};
+use super::animation::{self, FILM, GIF, Pace};
 use super::canvas::Shot;
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
@@ -69,35 +69,33 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
         texts.push(("convergence.svg", convergence::draw(run)));
     }
     let mut written = write_texts(&run.folder, texts)?;
-    let whole = |every| animation::shots(&motion, every, f64::INFINITY, "");
+    let whole = |pace| animation::shots(&motion, pace, f64::INFINITY, "");
     written.extend(animate(run, animations, "gait", whole)?);
     if animations.evolution {
         let walkers = evolution::walkers(run)?;
-        let motions = evolution::motions(&walkers, run);
-        let in_turn = |every| evolution::in_turn(&motions, every);
+        let turns = evolution::turns(&walkers, run);
+        let in_turn = |pace| evolution::in_turn(&turns, pace);
         written.extend(animate(run, animations, "evolution", in_turn)?);
     }
     Ok(written)
 }
 
-/// Writes the animations of a name that are asked for, from shots that are so many seconds apart.
+/// Writes the animations of a name that are asked for, from shots at the pace of each form.
 fn animate<'m>(
     run: &RunFiles,
     animations: &Animations,
     name: &str,
-    shots: impl Fn(f64) -> Vec<Shot<'m>>,
+    shots: impl Fn(Pace) -> Vec<Shot<'m>>,
 ) -> Result<Vec<PathBuf>> {
     let path = |extension: &str| run.folder.join(format!("{name}.{extension}"));
     let mut written = Vec::new();
     if animations.gif || !animations.mp4 {
         written.push(path("gif"));
-        write_atomic(&written[0], |file| {
-            animation::write_gif(&shots(GIF_EVERY), file)
-        })?;
+        write_atomic(&written[0], |file| animation::write_gif(&shots(GIF), file))?;
     }
     if animations.mp4 {
         written.push(path("mp4"));
-        let film = animation::film(&shots(FILM_EVERY))?;
+        let film = animation::film(&shots(FILM))?;
         write_atomic(&path("mp4"), |file| file.write_all(&film))?;
     }
     Ok(written)
