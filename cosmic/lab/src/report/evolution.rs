@@ -13,14 +13,15 @@ use cosmic::record::history::{DESIGNS, Walk};
 const ROBOTS: usize = 6;
 const SECONDS: f64 = 2.0;
 
-/// A robot on the way.
+/// A robot and its walk, what its labels begin with, and for how long it is shown, s.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
-    iteration: usize,
+    says: String,
+    seconds: f64,
 }
 
-/// A few robots from the first iteration to the last, evenly apart.
+/// A few robots from the first iteration to the last, evenly apart, and the delivered one at the end.
 ///
 /// # Errors
 /// [`Error::Usage`] if the run kept no walks.
@@ -38,44 +39,41 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     }
     let count = rows.len().min(ROBOTS);
     let spread = (0..count).map(|k| rows[k * rows.len() / count]);
-    Ok(spread
-        .map(|(row, walk)| Walker {
-            robot: run.robot.on_the_way(&row.z),
-            trajectory: trajectory(walk),
-            iteration: row.iteration,
-        })
-        .collect())
-}
-
-/// A robot's turn in an animation: its motion, the words that its labels begin with, and how long it is shown, s.
-pub(super) struct Turn<'m> {
-    motion: Motion<'m>,
-    says: String,
-    seconds: f64,
-}
-
-/// The turns of robots, and of the delivered one at the end.
-pub(super) fn turns<'m>(walkers: &'m [Walker], delivered: &'m RunFiles) -> Vec<Turn<'m>> {
-    let turn = |walker: &'m Walker| Turn {
-        motion: Motion::new(&walker.robot, &walker.trajectory),
-        says: format!("iteration {}   ", walker.iteration),
+    let on_the_way = spread.map(|(row, walk)| Walker {
+        robot: run.robot.drawn_as(&row.z),
+        trajectory: trajectory(walk),
+        says: format!("iteration {}   ", row.iteration),
         seconds: SECONDS,
-    };
-    let last = Turn {
-        motion: Motion::new(&delivered.robot, &delivered.trajectory),
+    });
+    let delivered = Walker {
+        robot: run.robot.drawn_as(&run.robot.design.z),
+        trajectory: run.trajectory.clone(),
         says: format!(
             "delivered, iteration {}   ",
-            delivered.summary.delivered_iteration
+            run.summary.delivered_iteration
         ),
         seconds: 2.0 * SECONDS,
     };
-    walkers.iter().map(turn).chain([last]).collect()
+    Ok(on_the_way.chain([delivered]).collect())
 }
 
-/// The pictures of all turns, one after another.
-pub(super) fn in_turn<'m>(turns: &'m [Turn<'m>], pace: Pace) -> Vec<Shot<'m>> {
-    let shots = |turn: &'m Turn<'m>| shots(&turn.motion, pace, turn.seconds, &turn.says);
-    turns.iter().flat_map(shots).collect()
+/// The motions of robots.
+pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
+    let motion = |walker: &'m Walker| Motion::new(&walker.robot, &walker.trajectory);
+    walkers.iter().map(motion).collect()
+}
+
+/// The pictures of robots in these motions, one robot after another.
+pub(super) fn in_turn<'m>(
+    walkers: &[Walker],
+    motions: &'m [Motion<'m>],
+    pace: Pace,
+) -> Vec<Shot<'m>> {
+    let turns = walkers.iter().zip(motions);
+    let shots = |(walker, motion): (&Walker, &'m Motion<'m>)| {
+        shots(motion, pace, walker.seconds, &walker.says)
+    };
+    turns.flat_map(shots).collect()
 }
 
 /// A walk as a trajectory, a step from each moment to the next.

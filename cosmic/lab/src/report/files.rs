@@ -46,9 +46,9 @@ impl RobotFiles {
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// The robot of design vectors on the way. Its edges are of the solid material that they have more of, and void
-    /// where they have none.
-    pub(super) fn on_the_way(&self, z: &[[f64; 3]]) -> Self {
+    /// The robot of design vectors as it is drawn: its edges are of the solid material that they have more of, and
+    /// void where they have none.
+    pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
         let drawn = |[void, skeleton, actuator]: [f64; 3]| {
             if void > 0.98 {
                 Material::Void

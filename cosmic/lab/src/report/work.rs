@@ -62,7 +62,8 @@ pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
 }
 
 fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let robot = run.robot.drawn_as(&run.robot.design.z);
+    let motion = Motion::new(&robot, &run.trajectory);
     let page = page::of_run(run, &motion);
     let mut texts = vec![("report.html", page), ("robot.svg", robot::draw(&motion))];
     if !run.history.is_empty() {
@@ -73,8 +74,8 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     written.extend(animate(run, animations, "gait", whole)?);
     if animations.evolution {
         let walkers = evolution::walkers(run)?;
-        let turns = evolution::turns(&walkers, run);
-        let in_turn = |pace| evolution::in_turn(&turns, pace);
+        let motions = evolution::motions(&walkers);
+        let in_turn = |pace| evolution::in_turn(&walkers, &motions, pace);
         written.extend(animate(run, animations, "evolution", in_turn)?);
     }
     Ok(written)

@@ -42,6 +42,7 @@ class Feet extends OverTime {
         this.pen.fillRect(place(times[index]), k * row + 2, run.length * wide, row - 4);
       }
     });
+    if (feet.length === 0) this.text("no node stands", 56, 16);
     this.lines(scene, place, 0, height - 24);
     this.text(`${decimals(times[0], 2)} s`, 56, height - 6);
     this.text(`${decimals(times[times.length - 1], 2)} s`, width, height - 6, "muted", "right");

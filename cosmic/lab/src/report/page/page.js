@@ -31,8 +31,9 @@ function hover(edge) {
   drawStill();
 }
 
-// The edge under the mouse is marked everywhere, and one that is clicked or tapped stays so.
-function link(canvas, edgeAt) {
+// The edge under the mouse is marked everywhere, and one that is clicked or tapped stays so, until it is clicked
+// again.
+function link(canvas, edgeAt, stays = false) {
   canvas.addEventListener("pointermove", event => {
     if (event.pointerType !== "mouse") return;
     const edge = edgeAt(event.clientX, event.clientY);
@@ -42,7 +43,7 @@ function link(canvas, edgeAt) {
   canvas.addEventListener("pointerleave", () => hover(null));
   canvas.addEventListener("click", event => {
     const edge = edgeAt(event.clientX, event.clientY);
-    choose(edge === view.chosen ? null : edge);
+    choose(edge === view.chosen && !stays ? null : edge);
   });
 }
 
@@ -70,7 +71,7 @@ function player() {
   playBySpace(toggle);
   time.oninput = () => seek(Number(time.value));
   part("limit").textContent = `\u00b1${decimals(100 * world.limit, 0)} %`;
-  const strongest = forces ? Math.max(...gait.peaks.flatMap(peak => peak.slice(2))) : 0;
+  const strongest = forces ? Math.max(0, ...gait.peaks.flatMap(peak => peak.slice(2))) : 0;
   part("strongest").textContent = newton(strongest);
   part("by").hidden = !forces;
   const byForce = () => Boolean(forces) && view.shown === last && part("colours").value === "force";
@@ -186,7 +187,7 @@ function actuators(stage) {
   for (const id of ["commands", "strains"]) {
     part(id).style.height = `${24 * rows.length}px`;
     const heat = new Heat(part(id));
-    link(heat.canvas, (_, y) => edgeOf(heat.rowAt(y)));
+    link(heat.canvas, (_, y) => edgeOf(heat.rowAt(y)), true);
     heat.canvas.addEventListener("click", event => goTo(heat.timeAt(event.clientX)));
     moving.push(() => heat.draw({ ...gait, rows: gait[id], cursor: cursor(), chosen: gait.actuators.indexOf(highlight()), colour: strain => stage.strainColour(strain) }));
   }
