@@ -4,7 +4,7 @@ use cosmic::codesign::Record;
 use cosmic::design::Material;
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
-use cosmic::projection::{Holds, Projection, mixture};
+use cosmic::projection::{Holds, Projection, is_layout, mixture};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
@@ -70,8 +70,7 @@ impl RobotFiles {
 
     /// The mixtures of design vectors; a layout has exactly one material per edge (D7).
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let mut entries = z.as_flattened().iter();
-        if entries.all(|entry| [0.0, 1.0].contains(entry)) {
+        if is_layout(z) {
             return z.to_vec();
         }
         let settings = &self.scene.projection;
