@@ -19,7 +19,7 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
     let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
     let peak = |edge: &&usize| loads[**edge].strain.peak;
     let Some(&most) = actuators.iter().max_by(|a, b| peak(a).total_cmp(&peak(b))) else {
-        return "The robot has no actuator.".to_owned();
+        return "No edge is an actuator.".to_owned();
     };
     let largest = percent(loads[most].strain.peak);
     let (beyond, all) = (
