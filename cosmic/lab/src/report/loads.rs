@@ -11,7 +11,7 @@ use cosmic::simulator::BarLoad;
 /// # Errors
 /// If the design does not fit its scene.
 pub(crate) fn loads(run: &RunFiles) -> Result<Vec<BarLoad>> {
-    Ok(Gait::new(run)?.loads())
+    Ok(Gait::new(run)?.loads)
 }
 
 /// A sentence on the largest strains of actuators against their limit.
