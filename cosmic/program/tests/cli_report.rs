@@ -447,7 +447,15 @@ fn a_browser_draws_the_page_without_errors() {
         );
     }
     bench.cosmic("report run/alone").ok();
-    for name in ["report.html", "compare.html", "alone/report.html"] {
+    bench.run("run/early", "--iterations 2 --quiet");
+    bench.cosmic("report run/early").ok();
+    let pages = [
+        "report.html",
+        "compare.html",
+        "alone/report.html",
+        "early/report.html",
+    ];
+    for name in pages {
         let page = document(name);
         // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
         assert!(

@@ -7,7 +7,6 @@ use super::gait::{Gait, brief};
 use super::motion::{Motion, bounds};
 use cosmic::codesign::Record;
 use cosmic::record::history::Walk;
-use cosmic::simulator::BarLoad;
 
 /// Seconds from one frame of the delivered robot to the next.
 const FRAME: f64 = 0.04;
@@ -25,7 +24,7 @@ pub(super) fn of_motion(motion: &Motion) -> Value {
 }
 
 /// All of a run.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<(&Gait, &[BarLoad])>) -> Value {
+pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
     let design = |k: usize| {
@@ -40,9 +39,9 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<(&Gait, &[Bar
         "designs": (0..run.designs.len()).map(design).collect::<Vec<_>>(),
         "history": history(run),
     });
-    if let Some((gait, loads)) = gait {
+    if let Some(gait) = gait {
         let (_, states) = motion.every(FRAME);
-        data["gait"] = gait.last_periods(motion, loads);
+        data["gait"] = gait.last_periods(motion);
         data["forces"] = gait.forces(&states);
         data["energies"] = gait.energies(motion);
     }

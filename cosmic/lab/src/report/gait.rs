@@ -26,6 +26,8 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
+    /// What every edge bears.
+    pub(super) loads: Vec<BarLoad>,
 }
 
 impl<'r> Gait<'r> {
@@ -40,17 +42,18 @@ impl<'r> Gait<'r> {
         };
         let (task, mixture) = (case.task(), case.own_mixture());
         let moments = task.moments(&mixture, &case.controller, &trajectory);
-        Ok(Self { run, case, moments })
-    }
-
-    /// What every edge bears.
-    pub(super) fn loads(&self) -> Vec<BarLoad> {
-        let edges = 0..self.case.lattice.edges.len();
-        edges.map(|edge| BarLoad::of(edge, &self.moments)).collect()
+        let edges = 0..case.lattice.edges.len();
+        let loads = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
+        Ok(Self {
+            run,
+            case,
+            moments,
+            loads,
+        })
     }
 
     /// The last periods of the clock: feet, commands as target strains, strains; and peaks of strains and forces.
-    pub(super) fn last_periods(&self, motion: &Motion, loads: &[BarLoad]) -> Value {
+    pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
         let last = motion.states().len() - 1;
@@ -65,7 +68,8 @@ impl<'r> Gait<'r> {
             actuators.iter().map(of_edge).collect()
         };
         let peak = |&edge: &usize| {
-            let (load, [low, high]) = (&loads[edge], loads[edge].strains);
+            let load = &self.loads[edge];
+            let [low, high] = load.strains;
             [low, high, load.compression, load.tension].map(brief)
         };
         let body = self.case.body();
@@ -177,8 +181,7 @@ mod tests {
         let run = RunFiles::read(&folder).unwrap();
         let motion = Motion::new(&run.robot, &run.trajectory);
         let gait = Gait::new(&run).unwrap();
-        let loads = gait.loads();
-        let shown = gait.last_periods(&motion, &loads);
+        let shown = gait.last_periods(&motion);
 
         // The largest strain and force are those of the summary, which the run took from the same states.
         let summary = run.summary.loads.as_ref().unwrap();
@@ -190,7 +193,7 @@ mod tests {
             numbers.map(|peak| of(&peak)).fold(0.0, f64::max)
         };
         let near = |a: f64, b: f64| assert!((a - b).abs() <= 6e-4 * b, "{a} is not {b}");
-        let strain = actuators.iter().map(|&edge| loads[edge].strain.peak);
+        let strain = actuators.iter().map(|&edge| gait.loads[edge].strain.peak);
         assert_eq!(strain.fold(0.0, f64::max), summary.strain.peak);
         near(most(|peak| peak[2]), summary.compression);
 

@@ -11,7 +11,7 @@ use cosmic::simulator::BarLoad;
 /// # Errors
 /// If the design does not fit its scene.
 pub(crate) fn loads(run: &RunFiles) -> Result<Vec<BarLoad>> {
-    Ok(Gait::new(run)?.loads())
+    Ok(Gait::new(run)?.loads)
 }
 
 /// A sentence on the largest strains of actuators against their limit.
@@ -19,7 +19,7 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
     let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
     let peak = |edge: &&usize| loads[**edge].strain.peak;
     let Some(&most) = actuators.iter().max_by(|a, b| peak(a).total_cmp(&peak(b))) else {
-        return "The robot has no actuator.".to_owned();
+        return "No edge is an actuator.".to_owned();
     };
     let largest = percent(loads[most].strain.peak);
     let (beyond, all) = (

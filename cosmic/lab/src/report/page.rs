@@ -20,16 +20,14 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         summary.iterations, summary.seconds, summary.delivered_iteration,
     );
     let gait = Gait::new(run).ok();
-    let loads = gait.as_ref().map(Gait::loads);
-    let walks = loads.as_ref().map_or(String::new(), |loads| {
+    let walks = gait.as_ref().map_or(String::new(), |gait| {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
-            peaks = loads::peaks(loads, &actuators, motion.limit),
-            table = loads::table(loads, &actuators),
+            peaks = loads::peaks(&gait.loads, &actuators, motion.limit),
+            table = loads::table(&gait.loads, &actuators),
         )
     });
-    let gait = gait.as_ref().zip(loads.as_deref());
     let convergence = if run.history.is_empty() {
         "<h2>Convergence</h2>\n<p>No history was kept.</p>\n"
     } else {
@@ -46,7 +44,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         convergence,
         &numbers(summary, motion.deepest_cut()),
         &scene(&run.robot),
-        &script(&data::of_run(run, motion, gait)),
+        &script(&data::of_run(run, motion, gait.as_ref())),
     ];
     html::page(&run.title(), &body.concat())
 }

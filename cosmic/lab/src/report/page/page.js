@@ -260,9 +260,11 @@ if (part("evolution")) evolution();
 if (part("layout")) design();
 if (gait && part("feet")) {
   feet();
-  actuators(stage);
-  bars();
   energy();
+  if (gait.bars.length > 0) {
+    actuators(stage);
+    bars();
+  } else part("of-bars").remove();
 }
 if (history && part("volumes")) convergence();
 else part("displacement")?.remove();
