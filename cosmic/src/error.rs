@@ -37,7 +37,9 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// A run for a loss that a program supplied: only that program goes on with it.
-    #[error("{file}: the run is for a loss of its own, which no file holds: the program that began it {remedy}")]
+    #[error(
+        "{file}: the run is for a loss of its own, which no file holds: the program that began it {remedy}"
+    )]
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
