@@ -1,9 +1,9 @@
-//! Designs a robot of a built-in scene and prints its `design.json`: what the page has to arrive at.
+//! Designs a robot of a built-in scene and prints its `design.json`, to be compared with the page's.
 //!
 //!     RUSTFLAGS='--cfg unoptimised' cargo run --release --example design -- stability 0 [KEY=VALUE...]
 //!
-//! With that flag the library uses no SIMD registers, and has no fused multiply-add but that of the elementary
-//! functions: the bits of WebAssembly.
+//! With that flag the library uses no SIMD registers, and like WebAssembly has no fused multiply-add but that of the
+//! elementary functions.
 
 use cosmic::codesign::CoDesign;
 use cosmic::record::DesignFile;
