@@ -29,6 +29,7 @@ class Curve extends Drawing {
     });
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "slider");
+    for (const bound of ["min", "max", "now"]) canvas.setAttribute(`aria-value${bound}`, 0);
     canvas.style.touchAction = "pan-y";
     canvas.style.cursor = "crosshair";
   }
