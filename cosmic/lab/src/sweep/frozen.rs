@@ -2,7 +2,7 @@
 //! edited, or made by another version, is refused.
 
 use super::plan::Planned;
-use super::{PlannedScene, SweepPlan};
+use super::{PLAN, PlannedScene, SweepPlan};
 use crate::files::write_text;
 use cosmic::error::{Error, Result};
 use cosmic::reading::read_whole;
@@ -17,9 +17,6 @@ const FORMAT: Format = Format {
     name: "cosmic-sweep-plan",
     version: 2,
 };
-
-/// The plan's place in a sweep's folder.
-pub const PLAN: &str = "plan.json";
 
 /// The copy of the plan: it says what was edited in `plan.json`.
 const COPY: &str = "claims/plan.json";

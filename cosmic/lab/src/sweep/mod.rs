@@ -17,11 +17,11 @@ mod prune;
 mod work;
 mod script;
 
-pub use frozen::PLAN;
 pub use grid::on_grid;
 pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
 pub use plan::{
-    HasScene, PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan, UnreadPlan, UnreadScene,
+    HasScene, PLAN, PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan, UnreadPlan,
+    UnreadScene,
 };
 pub use prune::{Pruned, prune};
 pub use ranges::{in_ranges, parse_ranges};

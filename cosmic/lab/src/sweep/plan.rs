@@ -1,6 +1,6 @@
 //! The scenes and seeds of a sweep, fixed when it is planned.
 
-use super::{PLAN, RunState};
+use super::RunState;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::snapshot;
@@ -14,6 +14,9 @@ use serde_json::value::RawValue;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
+
+/// The plan's place in a sweep's folder.
+pub const PLAN: &str = "plan.json";
 
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
