@@ -43,7 +43,7 @@ pub enum Error {
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// What that program can do.
+        /// How that program goes on, as the end of a sentence.
         remedy: &'static str,
     },
     /// No built-in scene and no file of that name.

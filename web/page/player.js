@@ -1,4 +1,5 @@
 // Plays walks on the stage: one robot turns into the next without a jump.
+/* global everyFrame: of drawing.js */
 
 /** A void bar that is longer than so many rest lengths leads to a node that was left behind. */
 const LEFT_BEHIND = 2;
@@ -14,7 +15,6 @@ export class Player {
   #camera = 0;
   #cameraOffset = 0;
   #blend = 0;
-  #last = null;
   time = 0;
   speed = 1;
   /** Whether void bars are shown, for a robot that was shown with them. */
@@ -30,7 +30,7 @@ export class Player {
     this.ontime = ontime;
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     this.playing = !this.still.matches;
-    requestAnimationFrame(stamp => this.#tick(stamp));
+    everyFrame(passed => this.#tick(passed));
   }
 
   get walk() {
@@ -97,23 +97,19 @@ export class Player {
     this.ontime(this.time);
   }
 
-  #tick(stamp) {
+  #tick(passed) {
+    if (!this.playing || !this.#walk) return;
     const begun = performance.now();
-    const passed = this.#last === null ? 0 : Math.min(0.1, (stamp - this.#last) / 1000);
-    this.#last = stamp;
-    if (this.playing && this.#walk) {
-      this.time += passed * this.speed;
-      if (this.time > this.#walk.duration) {
-        this.time = 0;
-        this.#blend = 0;
-      }
-      this.#blend *= Math.exp(-passed / BLEND);
-      this.paint();
-      const took = performance.now() - begun;
-      this.cost.frames += 1;
-      this.cost.total += took;
-      this.cost.longest = Math.max(this.cost.longest, took);
+    this.time += passed * this.speed;
+    if (this.time > this.#walk.duration) {
+      this.time = 0;
+      this.#blend = 0;
     }
-    requestAnimationFrame(next => this.#tick(next));
+    this.#blend *= Math.exp(-passed / BLEND);
+    this.paint();
+    const took = performance.now() - begun;
+    this.cost.frames += 1;
+    this.cost.total += took;
+    this.cost.longest = Math.max(this.cost.longest, took);
   }
 }

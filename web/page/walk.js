@@ -1,5 +1,5 @@
 // A robot and its rollout, ready to be drawn at any time.
-/* global levelAt: of drawing.js */
+/* global levelAround, joinedTo: of drawing.js */
 
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
@@ -19,12 +19,9 @@ export class World {
     this.drawn = { width, ground, cos, limit, payloads, origin: rest[payloads[0] ?? 0][0] };
   }
 
-  /** The mean height of the ground around a place, for a camera that does not jump with every step. */
+  /** The height of the ground that the camera looks at. */
   floor(x) {
-    const [around, parts] = [this.drawn.width / 8, 8];
-    let sum = 0;
-    for (let k = -parts; k <= parts; k++) sum += levelAt(this.drawn.ground, x + (around * k) / parts);
-    return sum / (2 * parts + 1);
+    return levelAround(this.drawn.ground, x, this.drawn.width / 4);
   }
 }
 
@@ -41,10 +38,11 @@ export class Walk {
     this.#coordinates = numbers.subarray(shares);
     this.frames = this.#coordinates.length / (2 * world.rest.length);
     this.duration = (this.frames - 1) * world.every;
-    this.body = this.#joined();
+    const payload = world.payloads[0] ?? 0;
+    /** The nodes that solid bars join to the first payload. */
+    this.body = joinedTo([payload], world.edges.filter((_, e) => materials[e] !== 0));
     this.#middles = this.#smoothed(this.#bodyMiddles());
     this.#trail = new Float32Array(2 * this.frames);
-    const payload = world.payloads[0] ?? 0;
     for (let k = 0; k < this.frames; k++) this.#trail.set(this.#node(k, payload), 2 * k);
   }
 
@@ -103,17 +101,6 @@ export class Walk {
   #node(frame, node) {
     const at = 2 * (frame * this.world.rest.length + node);
     return this.#coordinates.subarray(at, at + 2);
-  }
-
-  /** The nodes that solid bars join to the first payload. */
-  #joined() {
-    const joined = new Set([this.world.payloads[0] ?? 0]);
-    const solid = this.world.edges.filter((_, e) => this.materials[e] !== 0);
-    for (let before = 0; before < joined.size; ) {
-      before = joined.size;
-      for (const [i, j] of solid) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
-    }
-    return joined;
   }
 
   #bodyMiddles() {

@@ -59,9 +59,6 @@ impl Settings {
 
     /// Changes a scene.
     pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
-        if self.set.is_empty() {
-            return Ok(scene);
-        }
         scene.set(&self.set)
     }
 

@@ -49,6 +49,9 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`], naming `--set` and the setting in place of a file and a line.
     pub fn set(&self, settings: &[impl AsRef<str>]) -> Result<Scene> {
+        if settings.is_empty() {
+            return Ok(self.clone());
+        }
         self.overridden(&options(settings))
     }
 

@@ -9,7 +9,7 @@ pub(super) const TICK: [u8; 3] = [0x99; 3];
 /// Height of the picture in the world, in widths of the lattice.
 const HEIGHTS: f64 = 1.6;
 /// Pixels beyond the edges of a picture at which longer lines end: more than the width of any line.
-const BEYOND: f64 = 64.0;
+const MARGIN: f64 = 64.0;
 /// The most ticks across a picture.
 const MOST_TICKS: f64 = 100.0;
 
@@ -150,7 +150,7 @@ fn within([from, to]: [[f64; 2]; 2], size: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for k in 0..2 {
         let way = to[k] - from[k];
-        let bounds = [-BEYOND, size[k] + BEYOND].map(|bound| bound - from[k]);
+        let bounds = [-MARGIN, size[k] + MARGIN].map(|bound| bound - from[k]);
         if way == 0.0 && !(bounds[0]..=bounds[1]).contains(&0.0) {
             return None;
         }
@@ -163,7 +163,7 @@ fn within([from, to]: [[f64; 2]; 2], size: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     // Held to the bounds: from far away their share is rounded.
     let at = |share: f64| {
         let along = |k: usize| from[k] + share * (to[k] - from[k]);
-        [0, 1].map(|k| along(k).clamp(-BEYOND, size[k] + BEYOND))
+        [0, 1].map(|k| along(k).clamp(-MARGIN, size[k] + MARGIN))
     };
     let ends = [
         if first > 0.0 { at(first) } else { from },

@@ -6,6 +6,7 @@ use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
 use serde::Serialize;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// The summaries of several runs.
@@ -61,19 +62,14 @@ impl Comparison {
     /// alone.
     ///
     /// # Errors
-    /// Those of reading designs, scenes and trajectories.
+    /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self) -> Result<String> {
         let departures = |run: &ComparedRun| departures(&run.summary);
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        let mut lanes = Vec::new();
-        for run in &self.runs {
-            lanes.extend(race::lane(&run.folder)?.map(|mut lane| {
-                lane["name"] = run.name[..].into();
-                lane
-            }));
-        }
+        let lane = |run: &ComparedRun| race::lane(&run.name, &run.folder).transpose();
+        let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()
         } else {

@@ -26,7 +26,7 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
-    /// What every edge bears.
+    /// The loads of every edge.
     pub(super) loads: Vec<BarLoad>,
 }
 

@@ -77,7 +77,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html::page(title, &body.concat())
 }
 
-/// What a page's scripts draw from, the drawings that all pages share, and the scripts of that page.
+/// The data of a page and its scripts: the drawings that all pages share, then the page's own.
 pub(super) fn scripts(data: &Value, of_page: &[&str]) -> String {
     // In texts, no `<` ends the script element early.
     let data = data.to_string().replace('<', "\\u003c");

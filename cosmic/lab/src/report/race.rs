@@ -17,12 +17,12 @@ use cosmic::record::trajectory_file::TRAJECTORY;
 const FRAME: f64 = 0.08;
 const PARTS: f64 = 200.0;
 
-/// A run's robot and its walk in the frame of its ground, with the payload's start as origin; `None` for a run
-/// whose trajectory is gone.
+/// A run under its name: its robot and its walk in the frame of its ground, with the payload's start as origin.
+/// `None` for a run whose trajectory is gone.
 ///
 /// # Errors
-/// Those of reading its files.
-pub(super) fn lane(folder: &Path) -> Result<Option<Value>> {
+/// The errors of reading its files.
+pub(super) fn lane(name: &str, folder: &Path) -> Result<Option<Value>> {
     if !folder.join(TRAJECTORY).exists() {
         return Ok(None);
     }
@@ -41,17 +41,11 @@ pub(super) fn lane(folder: &Path) -> Result<Option<Value>> {
     let [low, high] = bounds(states.iter().map(|state| state.x[0]));
     let side = robot.lattice.side();
     let across = [low[0] - 100.0 * side, high[0] + 100.0 * side];
-    let corners = if motion.profile.is_flat() {
-        across.map(|x| [x, 0.0]).to_vec()
-    } else {
-        let corners = motion
-            .profile
-            .between(across.map(|x| x + origin))
-            .into_iter();
-        corners.map(|[x, y]| [x - origin, y]).collect()
-    };
+    let corners = motion.profile.between(across.map(|x| x + origin));
+    let corners: Vec<_> = corners.into_iter().map(|[x, y]| [x - origin, y]).collect();
     let unit = robot.lattice.spacing / PARTS;
     Ok(Some(json!({
+        "name": name,
         "robot": of_robot(&robot, &states[0].x),
         "world": {
             "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit, "origin": 0.0,

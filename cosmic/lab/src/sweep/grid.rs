@@ -47,11 +47,7 @@ pub fn on_grid(
         let settings = [settings, &combination.settings].concat();
         Ok(PlannedScene {
             name: format!("{name}{}", combination.suffix),
-            scene: if settings.is_empty() {
-                scene.clone()
-            } else {
-                scene.set(&settings)?
-            },
+            scene: scene.set(&settings)?,
         })
     });
     planned.collect()

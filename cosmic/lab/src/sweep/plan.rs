@@ -78,12 +78,12 @@ impl Planned for UnreadScene {
     }
 }
 
-/// What a scene can be had from.
+/// A planned scene that can be had whole.
 pub trait HasScene: Planned + Sync {
     /// The scene.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// [`Error::Usage`] for a scene that is malformed.
     fn scene(&self) -> Result<Scene>;
 }
 
@@ -173,7 +173,7 @@ impl<S: HasScene> SweepPlan<S> {
     /// The plan of one run.
     ///
     /// # Errors
-    /// Those of [`HasScene::scene`].
+    /// The errors of [`HasScene::scene`].
     pub fn run(&self, index: usize) -> Result<RunPlan> {
         let (PlannedScene { name, scene }, seed) = self.parts(index);
         Ok(RunPlan {

@@ -119,6 +119,34 @@ function levelAt(ground, x) {
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
+// The mean height of a ground over a width around an x, for a camera that does not jump with every step.
+function levelAround(ground, x, width) {
+  const levels = Array.from({ length: 17 }, (_, k) => levelAt(ground, x + width * (k / 16 - 0.5)));
+  return levels.reduce((sum, level) => sum + level, 0) / levels.length;
+}
+
+// The nodes that bars [i, j, …] join to some nodes, and these.
+function joinedTo(nodes, bars) {
+  const joined = new Set(nodes);
+  for (let before = -1; before !== joined.size;) {
+    before = joined.size;
+    for (const [i, j] of bars) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
+  }
+  return joined;
+}
+
+// Calls `tick(seconds)` for every frame of the screen, with the time since the one before.
+function everyFrame(tick) {
+  let last = null;
+  const frame = stamp => {
+    // A page that was out of sight does not jump.
+    tick(last === null ? 0 : Math.min(0.1, (stamp - last) / 1000));
+    last = stamp;
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+}
+
 // A number with a minus sign that is as wide as a plus sign.
 const decimals = (x, digits) => x.toFixed(digits).replace("-", "\u2212");
 

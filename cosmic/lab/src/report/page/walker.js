@@ -41,7 +41,8 @@ class Walker {
 
   // The middle of the payload's body over a second, so that the camera does not shake, and the ground around it.
   #follow(places) {
-    const body = this.#body();
+    // Bars that are mostly void hold nothing.
+    const body = [...joinedTo(this.robot.payloads, this.bars.filter(bar => bar[5] > 0.3))];
     const middles = places.map(frame => {
       const along = body.map(node => frame[2 * node]);
       return (Math.min(...along) + Math.max(...along)) / 2;
@@ -51,20 +52,8 @@ class Walker {
     return middles.map((_, k) => {
       const near = middles.slice(Math.max(0, k - around), k + around + 1);
       const x = near.reduce((sum, middle) => sum + middle, 0) / near.length;
-      const levels = Array.from({ length: 17 }, (_, i) => levelAt(ground, x + width / 4 * (i / 16 - 0.5)));
-      return [x, levels.reduce((sum, level) => sum + level, 0) / levels.length];
+      return [x, levelAround(ground, x, width / 4)];
     });
-  }
-
-  // The nodes that bars join to a payload.
-  #body() {
-    const joined = new Set(this.robot.payloads);
-    const solid = this.bars.filter(bar => bar[5] > 0.3);
-    for (let before = -1; before !== joined.size;) {
-      before = joined.size;
-      for (const [i, j] of solid) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
-    }
-    return [...joined];
   }
 
   // The moment at a time: what a `Stage` draws, and the metres that the payload got along the ground.
@@ -94,18 +83,6 @@ function playBySpace(toggle) {
       if (kind === "keydown" && !event.repeat) toggle();
     }, true);
   }
-}
-
-// Calls `tick(seconds)` for every frame of the screen, with the time since the one before.
-function everyFrame(tick) {
-  let last = null;
-  const frame = stamp => {
-    // A page that was out of sight does not jump.
-    tick(last === null ? 0 : Math.min(0.1, (stamp - last) / 1000));
-    last = stamp;
-    requestAnimationFrame(frame);
-  };
-  requestAnimationFrame(frame);
 }
 
 const startsPlaying = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
