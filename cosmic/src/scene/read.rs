@@ -1,5 +1,6 @@
-//! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
+//! Reading a scene: TOML over its base, every value checked, every fault pointed at.
 
+use super::base::Base;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
 use super::{Scene, TrussFile, check};
@@ -12,15 +13,19 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// The key of a scene file that names its base.
+const BASE: &str = "base";
+
 impl Scene {
-    /// Reads a scene from TOML. Keys left out keep their defaults. A truss file that it names is read.
+    /// Reads a scene from TOML. Keys left out come from the scene that its key `base` names, from `earth` if
+    /// the key is missing. A truss file that it names is read.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
-        Scene::default().with(file, text)
+        Reader::of_own(&[SceneText::file(file, text)]).resolved()
     }
 
     /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
@@ -29,17 +34,17 @@ impl Scene {
     /// As [`Scene::parse`].
     pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
         let source = [SceneText::file(file, text)];
-        let mut reader = Reader::over(Scene::default(), &source);
+        let mut reader = Reader::of_own(&source);
         reader.scene.lattice.file = truss;
         reader.finished()
     }
 
-    /// The scene with the settings of a TOML text in place of its own.
+    /// The scene with the settings of a TOML text in place of its own. The text must not name a base.
     ///
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        self.overridden(&[SceneText::file(file, text)])
+        Reader::over(self.clone(), &[SceneText::file(file, text)]).resolved()
     }
 
     /// The scene with single settings in place of its own, each a key and a TOML value such as
@@ -52,16 +57,7 @@ impl Scene {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        self.overridden(&options(settings))
-    }
-
-    fn overridden(&self, sources: &[SceneText]) -> Result<Scene> {
-        let mut reader = Reader::over(self.clone(), sources);
-        if reader.faults.is_empty() {
-            let folder = reader.folder("lattice.file");
-            reader.scene.lattice.file.resolve(&folder)?;
-        }
-        reader.finished()
+        Reader::over(self.clone(), &options(settings)).resolved()
     }
 }
 
@@ -79,7 +75,7 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::over(Scene::default(), sources);
+    let mut reader = Reader::of_own(sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -96,6 +92,8 @@ struct Reader<'s, 't> {
     /// The one that is being read.
     source: usize,
     scene: Scene,
+    /// Whether the files among the sources are whole scenes, which begin with their bases.
+    is_own: bool,
     faults: Vec<Fault>,
     /// Where `section.key` was set last.
     places: HashMap<String, KeyPlace>,
@@ -111,10 +109,21 @@ struct KeyPlace {
 impl<'s, 't> Reader<'s, 't> {
     /// A scene with the settings of all sources.
     fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
+        Self::read(scene, false, sources)
+    }
+
+    /// The scene of a file, and of options over it.
+    fn of_own(sources: &'s [SceneText<'t>]) -> Self {
+        // What the file's base replaces.
+        Self::read(Scene::paper(), true, sources)
+    }
+
+    fn read(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Reader {
             sources,
             source: 0,
             scene,
+            is_own,
             faults: Vec::new(),
             places: HashMap::new(),
         };
@@ -123,6 +132,15 @@ impl<'s, 't> Reader<'s, 't> {
             reader.document();
         }
         reader
+    }
+
+    /// The scene with the truss that it names, if nothing is wrong with it.
+    fn resolved(mut self) -> Result<Scene> {
+        if self.faults.is_empty() {
+            let folder = self.folder("lattice.file");
+            self.scene.lattice.file.resolve(&folder)?;
+        }
+        self.finished()
     }
 
     /// The scene, if nothing is wrong with it.
@@ -155,8 +173,12 @@ impl<'s, 't> Reader<'s, 't> {
         }
         match DeTable::parse(text) {
             Ok(document) => {
+                if !self.begin(document.get_ref()) {
+                    return;
+                }
                 // Which laws there are, and so which sections, the physics say.
                 let sections = document.get_ref().iter();
+                let sections = sections.filter(|(name, _)| name.get_ref() != BASE);
                 let (first, then): (Vec<_>, Vec<_>) =
                     sections.partition(|(name, _)| name.get_ref() == "physics");
                 for (name, value) in first.into_iter().chain(then) {
@@ -170,6 +192,43 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
+    /// Begins with the base of a whole scene. False if the base is wrong: the rest cannot be judged without it.
+    fn begin(&mut self, document: &DeTable) -> bool {
+        let is_whole = self.is_own && self.sources[self.source].file.is_some();
+        let Some((key, value)) = document.get_key_value(BASE) else {
+            if is_whole {
+                self.scene = Base::default().scene();
+            }
+            return true;
+        };
+        if !is_whole {
+            let message = "`base` cannot be changed here".to_owned();
+            let allowed =
+                "it says where a scene file takes its missing keys from: set it in that file";
+            self.fault(key.span(), message, allowed.to_owned());
+            return false;
+        }
+        let name = value.get_ref().as_str();
+        if let Some(base) = name.and_then(Base::named) {
+            self.scene = base.scene();
+            return true;
+        }
+        let written = value.span();
+        let text = self.sources[self.source].text.get(written.clone());
+        let text = abridged(text.unwrap_or_default());
+        let message = match name {
+            Some(_) => format!("unknown base {text}"),
+            None => format!("`base` is {}: {text}", kind(value)),
+        };
+        let known = Base::names();
+        self.fault(
+            written,
+            message,
+            suggest(name.unwrap_or_default(), known.into_iter()),
+        );
+        false
+    }
+
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
         let known = sections(&mut self.scene);
         if known.iter().all(|section| section.name != name) {
@@ -179,7 +238,8 @@ impl<'s, 't> Reader<'s, 't> {
             }
             let owner = known.iter().find(|section| section.keys.contains(&name));
             let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
-            let names = suggest(name, known.iter().map(|section| section.name));
+            let names = known.iter().map(|section| section.name);
+            let names = suggest(name, names.chain([BASE]));
             let hint = path.unwrap_or_default() + &names;
             return self.fault(span, format!("unknown section `{name}`"), hint);
         }
@@ -227,6 +287,7 @@ impl<'s, 't> Reader<'s, 't> {
         let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {
             Some(owner) => format!("belongs to [{}]", owner.name),
+            None if key == BASE => "belongs above the first section".to_owned(),
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);

@@ -18,7 +18,8 @@
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
-/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections.
+/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections and the type of its
+/// base.
 #[macro_export]
 macro_rules! settings {
     (
@@ -81,17 +82,31 @@ macro_rules! settings {
     };
     (
         $(#[doc = $about:literal])+
-        scene $Scene:ident {
+        scene $Scene:ident over $Base:ty {
             $($(#[doc = $doc:literal])+ $section:ident: $Settings:ty,)+
         }
     ) => {
         $(#[doc = $about])+
-        #[derive(Debug, Clone, Default, PartialEq)]
+        #[derive(Debug, Clone)]
         pub struct $Scene {
+            /// The built-in scene from which the file took the keys that it lacks. Scenes with equal settings
+            /// are equal, whatever their bases.
+            pub base: $Base,
             $($(#[doc = $doc])+ pub $section: $Settings,)+
         }
 
+        impl PartialEq for $Scene {
+            fn eq(&self, other: &Self) -> bool {
+                true $(&& self.$section == other.$section)+
+            }
+        }
+
         impl $Scene {
+            /// The defaults of the declarations.
+            fn declared(base: $Base) -> Self {
+                Self { base, $($section: <$Settings>::default(),)+ }
+            }
+
             /// Every section with its name, in the order in which they are written.
             fn sections(
                 &mut self,

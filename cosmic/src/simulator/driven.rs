@@ -82,7 +82,11 @@ mod tests {
     /// A controller whose biases alone matter holds its activations too.
     #[test]
     fn held_activations_drive_as_a_controller_that_gives_them() {
-        let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
+        let scene = Scene::parse(
+            "small",
+            "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2",
+        )
+        .unwrap();
         let mut case = Case::of_scene(&scene, 1).unwrap();
         case.controller.w2.fill(0.0);
         let bias = |edge: usize| (edge as f64).sin();

@@ -280,7 +280,7 @@ mod tests {
     /// A lattice that is stretched by a tenth along x and grows on at 1 m/s a metre.
     #[test]
     fn loads_are_those_of_hooke_s_bars() {
-        let scene = Scene::default();
+        let scene = Scene::paper();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let layout = vec![Material::Skeleton; lattice.edges.len()];
         let mixture = one_hot::<f64>(&layout);

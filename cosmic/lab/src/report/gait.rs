@@ -170,7 +170,7 @@ mod tests {
     /// The short three-legged robot of the paper's scene, dropped for 0.3 s and hardly trained.
     #[test]
     fn a_gait_is_that_of_the_trajectory() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         scene.start.kind = StartKind::Layout;
         (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
         (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
