@@ -142,6 +142,13 @@ fn forces() -> Vec<Box<dyn AnyForce>> {
     })
 }
 
+/// The names of the forces of this crate that scenes choose by name.
+#[cfg(test)]
+pub(crate) fn force_names() -> impl Iterator<Item = &'static str> {
+    let laws = built_in().into_iter();
+    laws.filter_map(|law| matches!(law.0, Kind::Force(_)).then(|| law.name()))
+}
+
 /// A contact law and its settings: the type of `physics.contact`.
 pub struct ContactLaw(Box<dyn AnyContact>);
 
