@@ -21,6 +21,7 @@ mod damper;
 mod stops;
 mod stiffening;
 mod bending;
+mod law_file;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
