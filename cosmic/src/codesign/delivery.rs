@@ -100,9 +100,8 @@ impl CoDesign {
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
             loads: (guarded.divergence.is_none()).then(|| {
-                let radius = self.task.physics.bending_radius;
                 let simulator = &self.task.simulator;
-                simulator.loads_of(&materials, &body, controller, trajectory, radius)
+                simulator.loads_of(&materials, &body, controller, trajectory)
             }),
             structure: Structure::new(&self.task.lattice, &materials),
             materials,

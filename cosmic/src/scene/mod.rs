@@ -45,6 +45,7 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
+pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
     PhysicsSettings, UnstableStep, VoidEdges,
@@ -55,6 +56,8 @@ pub use truss_file::TrussFile;
 
 use crate::settings;
 
+#[cfg(test)]
+mod departures_tests;
 #[cfg(test)]
 mod tests;
 

@@ -6,7 +6,7 @@ use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws;
-use crate::settings::kind;
+use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -59,6 +59,58 @@ impl Scene {
         }
         Reader::over(self.clone(), &options(settings)).resolved()
     }
+
+    /// Reads a scene file for a reader that simulates nothing. A law or a loss that this program does not
+    /// have is no error: the scene is without it.
+    ///
+    /// # Errors
+    /// All other errors of [`Scene::read`].
+    pub fn read_to_show(path: &Path) -> Result<ShownScene> {
+        let (file, text) = (path.display().to_string(), Scene::text(path)?);
+        let sources = [SceneText::file(&file, &text)];
+        let mut reader = Reader::unread(&sources);
+        reader.lacks = Some(Lacks::default());
+        reader.read();
+        reader.resolve()?;
+        let lacks = reader.lacks.take().unwrap_or_default();
+        let scene = reader.finished()?;
+        Ok(ShownScene { scene, lacks, text })
+    }
+}
+
+/// A scene to be shown, and not simulated.
+#[derive(Clone, Debug)]
+pub struct ShownScene {
+    /// The scene as far as this program knows it.
+    pub scene: Scene,
+    /// The laws and the loss that it is without.
+    pub lacks: Lacks,
+    /// The text of its file.
+    pub text: String,
+}
+
+/// The laws and the loss that a scene names and this program does not have.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Lacks {
+    /// The names of the laws. Without them nothing can be simulated.
+    pub laws: Vec<String>,
+    /// The name of the loss.
+    pub loss: Option<String>,
+}
+
+impl Lacks {
+    /// True if the program has every law and the loss.
+    pub fn is_empty(&self) -> bool {
+        self.laws.is_empty() && self.loss.is_none()
+    }
+
+    /// Adds the unknown names in the value of a key.
+    fn note(&mut self, key: &str, names: Vec<String>) {
+        match key {
+            "objective.own_loss" => self.loss = names.into_iter().next(),
+            _ => self.laws.extend(names),
+        }
+    }
 }
 
 /// Settings of the command line as sources.
@@ -97,6 +149,10 @@ struct Reader<'s, 't> {
     faults: Vec<Fault>,
     /// Where `section.key` was set last.
     places: HashMap<String, KeyPlace>,
+    /// Collects what this program lacks; `None` if that is a fault.
+    lacks: Option<Lacks>,
+    /// Laws named by values that could not be taken. Their sections are not read.
+    untaken: Vec<String>,
 }
 
 /// A value's bytes in one of the sources.
@@ -109,37 +165,57 @@ struct KeyPlace {
 impl<'s, 't> Reader<'s, 't> {
     /// A scene with the settings of all sources.
     fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
-        Self::read(scene, false, sources)
+        let mut reader = Self::new(scene, false, sources);
+        reader.read();
+        reader
     }
 
     /// The scene of a file, and of options over it.
     fn of_own(sources: &'s [SceneText<'t>]) -> Self {
-        // What the file's base replaces.
-        Self::read(Scene::paper(), true, sources)
+        let mut reader = Self::unread(sources);
+        reader.read();
+        reader
     }
 
-    fn read(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Reader {
+    /// As [`of_own`](Self::of_own), before any source is read.
+    fn unread(sources: &'s [SceneText<'t>]) -> Self {
+        // What the file's base replaces.
+        Self::new(Scene::paper(), true, sources)
+    }
+
+    fn new(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
+        Reader {
             sources,
             source: 0,
             scene,
             is_own,
             faults: Vec::new(),
             places: HashMap::new(),
-        };
-        for source in 0..sources.len() {
-            reader.source = source;
-            reader.document();
+            lacks: None,
+            untaken: Vec::new(),
         }
-        reader
+    }
+
+    /// Reads all sources.
+    fn read(&mut self) {
+        for source in 0..self.sources.len() {
+            self.source = source;
+            self.document();
+        }
+    }
+
+    /// Reads the truss file that the scene names, if nothing is wrong so far.
+    fn resolve(&mut self) -> Result<()> {
+        if !self.faults.is_empty() {
+            return Ok(());
+        }
+        let folder = self.folder("lattice.file");
+        self.scene.lattice.file.resolve(&folder)
     }
 
     /// The scene with the truss that it names, if nothing is wrong with it.
     fn resolved(mut self) -> Result<Scene> {
-        if self.faults.is_empty() {
-            let folder = self.folder("lattice.file");
-            self.scene.lattice.file.resolve(&folder)?;
-        }
+        self.resolve()?;
         self.finished()
     }
 
@@ -232,6 +308,9 @@ impl<'s, 't> Reader<'s, 't> {
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
         let known = sections(&mut self.scene);
         if known.iter().all(|section| section.name != name) {
+            if self.untaken.iter().any(|law| law == name) {
+                return;
+            }
             if let Some(remedy) = laws::choosing(name) {
                 let message = format!("the law `{name}` is not chosen");
                 return self.fault(span, message, remedy);
@@ -258,10 +337,7 @@ impl<'s, 't> Reader<'s, 't> {
                 Some(field) => {
                     if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
-                        let text = &self.sources[self.source].text;
-                        let written = text.get(misfit.span.clone()).unwrap_or_default();
-                        let message = format!("`{path}` {} {}", misfit.says, abridged(written));
-                        self.fault(misfit.span, message, allowed);
+                        self.misfit(&path, value, misfit, allowed);
                     }
                     let (source, span) = (self.source, value.span());
                     self.places.insert(path, KeyPlace { source, span });
@@ -269,6 +345,25 @@ impl<'s, 't> Reader<'s, 't> {
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
         }
+    }
+
+    /// Notes a value that a key cannot have.
+    fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
+        if LAW_KEYS.contains(&path) {
+            self.untaken.extend(words(value));
+        }
+        let Misfit {
+            span,
+            says,
+            unknown,
+        } = misfit;
+        if let (Some(lacks), false) = (&mut self.lacks, unknown.is_empty()) {
+            return lacks.note(path, unknown);
+        }
+        let text = &self.sources[self.source].text;
+        let written = text.get(span.clone()).unwrap_or_default();
+        let message = format!("`{path}` {says} {}", abridged(written));
+        self.fault(span, message, allowed);
     }
 
     /// The folder of the file that set a key last; the process's own for the command line.
@@ -309,6 +404,19 @@ impl<'s, 't> Reader<'s, 't> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// The keys that choose laws, each of which may have a section of its name.
+const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
+
+/// The strings in a value or in its entries.
+fn words(value: &Spanned<DeValue>) -> Vec<String> {
+    let entries = value.get_ref().as_array();
+    let entries = entries.map_or(vec![value], |entries| entries.iter().collect());
+    let words = entries
+        .into_iter()
+        .filter_map(|entry| entry.get_ref().as_str());
+    words.map(str::to_owned).collect()
 }
 
 /// The known name nearest to a misspelt one, else all of them.
