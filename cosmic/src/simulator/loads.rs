@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
 use crate::controller::Controller;
-use crate::design::{Material, crossings};
-use crate::lattice::{Body, State, cross, length, rate};
+use crate::design::Material;
+use crate::lattice::{Body, State, crossings, length, rate};
 use crate::laws::Pose;
 
 /// A magnitude over some states.
@@ -181,20 +181,16 @@ impl Simulator {
 impl Simulator {
     /// In each state the pairs of bars that cross and do not at rest.
     fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
-        let edges = &self.lattice.edges;
-        let bars: Vec<usize> = (0..edges.len()).filter(|&e| layout[e].is_solid()).collect();
-        let at_rest: HashSet<[usize; 2]> = crossings(&self.lattice).into_iter().collect();
-        let apart = |i: usize, j: usize| edges[i].iter().all(|node| !edges[j].contains(node));
-        let later = |(k, &i): (usize, &usize)| {
-            let later = bars[k + 1..].iter().map(move |&j| [i, j]);
-            later.filter(|[i, j]| apart(*i, *j)).collect::<Vec<_>>()
-        };
-        let pairs = bars.iter().enumerate().flat_map(later);
-        let pairs: Vec<[usize; 2]> = pairs.filter(|pair| !at_rest.contains(pair)).collect();
+        let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
+        let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
+        let at_rest = crossings(&self.lattice.places, &bars);
+        let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
         let count = |state: &State<f64>| {
-            let ends = |edge: usize| edges[edge].map(|node| state.x[node]);
-            let crossed = pairs.iter().filter(|[i, j]| cross(ends(*i), ends(*j)));
-            crossed.count()
+            let crossed = crossings(&state.x, &bars);
+            crossed
+                .iter()
+                .filter(|pair| !at_rest.contains(*pair))
+                .count()
         };
         trajectory.states.iter().map(count).collect()
     }

@@ -41,6 +41,12 @@ pub trait Observer: Send {
     /// A warning, given once. The run goes on.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
+    /// True if the run should stop although no iteration is left: it is asked between the parts of the
+    /// delivery. The run is saved and can be resumed.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
     /// False once another process has taken the run over. Then it ends with [`Error::Taken`] and writes
     /// nothing any more.
     fn holds(&self) -> bool {
@@ -157,8 +163,10 @@ impl Run {
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
-        let delivery = self.codesign.deliver(&self.progress);
+        let is_stopped = || observer.is_stopped();
+        let delivery = self.codesign.deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
+        let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
         Ok(summary)
@@ -194,16 +202,20 @@ impl Run {
             }
             judged?;
             if interrupted {
-                return Err(Error::Interrupted {
-                    run: self.lock.folder().to_owned(),
-                    iteration: record.iteration,
-                    own_loss: self.progress.own_loss,
-                });
+                return Err(self.interrupted());
             }
         }
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    fn interrupted(&self) -> Error {
+        Error::Interrupted {
+            run: self.lock.folder().to_owned(),
+            iteration: self.progress.iteration,
+            own_loss: self.progress.own_loss,
+        }
     }
 
     /// How the present robot walks; `None` if it diverges.
