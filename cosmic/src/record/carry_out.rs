@@ -211,10 +211,13 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{deliver_so_far, optimise, resume_of};
-    use crate::codesign::Record;
+    use super::{deliver_so_far, optimise, optimise_with, resume_of, resume_with};
     use crate::codesign::tests::tiny;
-    use crate::record::{Observer, Run, RunPlan};
+    use crate::codesign::{CoDesign, Record};
+    use crate::objective::Loss;
+    use crate::record::{Observer, Run, RunPlan, history};
+    use crate::simulator::Trajectory;
+    use autodiff::Real;
     use std::collections::BTreeMap;
     use std::fs;
     use std::ops::ControlFlow;
@@ -231,6 +234,52 @@ mod tests {
                 ControlFlow::Continue(())
             }
         }
+    }
+
+    /// The payload's height and no number. Its gradient is finite.
+    struct Lost;
+
+    impl Loss for Lost {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            vec![steps]
+        }
+
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            trajectory.states[0].x[0][1] + R::lit(f64::NAN)
+        }
+    }
+
+    /// Keeps the warnings of a run.
+    struct Warned(Vec<String>);
+
+    impl Observer for Warned {
+        fn warning(&mut self, _: &Run, text: &str) {
+            self.0.push(text.to_owned());
+        }
+    }
+
+    #[test]
+    fn a_run_without_a_loss_warns_and_ends_and_so_does_what_goes_on_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        let plan = RunPlan::new("tiny", tiny(), 1);
+        let lost = || CoDesign::with_loss(&plan.scene, Lost).unwrap();
+        let mut watch = Warned(Vec::new());
+        let progress = lost().begin(1).unwrap();
+        let error = optimise_with(&run, &plan, lost(), progress, &mut watch).unwrap_err();
+        assert_eq!(error.exit_code(), 3);
+        let says = error.to_string();
+        assert!(
+            says.contains("the loss; after iteration 10 it is NaN"),
+            "{says}"
+        );
+        let lost_in = |text: &&String| text.contains("after iteration 1: the loss is NaN");
+        assert_eq!(watch.0.iter().filter(lost_in).count(), 1, "{:?}", watch.0);
+        assert_eq!(history::read(&run, usize::MAX).unwrap().len(), 10);
+        assert!(!run.join("design.json").exists());
+        let says = resume_with(&run, lost(), &mut ()).unwrap_err().to_string();
+        // The 11th is the snap.
+        assert!(says.contains("after iteration 12 it is NaN"), "{says}");
     }
 
     /// The files of a folder.

@@ -189,6 +189,11 @@ impl Summary {
         self.reliability.as_ref()?.reason()
     }
 
+    /// Whether the robot is reliable, in one word; `None` in files of earlier versions.
+    pub fn verdict(&self) -> Option<&'static str> {
+        self.reliability.as_ref().map(Reliability::word)
+    }
+
     /// True for a robot that is known to be unreliable.
     pub fn is_unreliable(&self) -> bool {
         self.unreliable().is_some()
