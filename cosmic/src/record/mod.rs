@@ -31,7 +31,9 @@ pub use design_file::DesignFile;
 #[cfg(feature = "files")]
 pub use agreement::{check_numbers, check_one_run};
 #[cfg(feature = "files")]
-pub use carry_out::{allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_with};
+pub use carry_out::{
+    allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_of, resume_with,
+};
 #[cfg(feature = "files")]
 pub use multistart::MOST_RUNS;
 #[cfg(feature = "files")]

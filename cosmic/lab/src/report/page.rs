@@ -129,6 +129,16 @@ fn figures(summary: &Summary) -> String {
     });
     let far = summary.displacement_p50;
     let median = far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let (verdict, warning) = match summary.unreliable() {
+        Some(reason) => (
+            "displacement, median: unreliable",
+            format!(
+                "<p><b class=\"beyond\">Unreliable robot:</b> {}.</p>\n",
+                escape(reason)
+            ),
+        ),
+        None => ("displacement, median", String::new()),
+    };
     let kept = summary.clock_keeps();
     let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
         format!("{:.0} %", 100.0 * kept)
@@ -136,7 +146,7 @@ fn figures(summary: &Summary) -> String {
     let shares = [summary.volume, summary.actuator_volume];
     let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
     let cells = [
-        (median, "displacement, median"),
+        (median, verdict),
         (spread, "10 % to 90 % of perturbed starts"),
         (kept, "of it by the clock alone, without feedback"),
         (
@@ -146,7 +156,7 @@ fn figures(summary: &Summary) -> String {
     ];
     let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
     let cells = cells.map(cell).concat();
-    format!("<div class=\"figures\">{cells}</div>\n")
+    format!("<div class=\"figures\">{cells}</div>\n{warning}")
 }
 
 /// Every number, with how deep bars cut into the ground if its corners can be cut, and the options that

@@ -79,7 +79,10 @@ mod tests {
     use std::time::{Duration, Instant};
 
     /// A shell takes the options that a Python takes.
-    fn shell(program: &str, is_stopped: &dyn Fn() -> bool) -> cosmic::error::Result<Option<Vec<u8>>> {
+    fn shell(
+        program: &str,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> cosmic::error::Result<Option<Vec<u8>>> {
         run(Path::new("bash"), program, &[], is_stopped)
     }
 
@@ -107,7 +110,10 @@ mod tests {
             looks.set(looks.get() + 1);
             looks.get() > 3
         };
-        assert_eq!(shell("while true; do echo x; done", &is_stopped).unwrap(), None);
+        assert_eq!(
+            shell("while true; do echo x; done", &is_stopped).unwrap(),
+            None
+        );
         // A process that it has started itself may keep the pipes open.
         looks.set(0);
         assert_eq!(shell("sleep 5 & wait", &is_stopped).unwrap(), None);
