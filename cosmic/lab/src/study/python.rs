@@ -73,13 +73,16 @@ pub(super) fn run(
 
 #[cfg(all(test, unix))]
 mod tests {
-    use super::{Result, run};
+    use super::run;
     use std::cell::Cell;
     use std::path::Path;
     use std::time::{Duration, Instant};
 
     /// A shell takes the options that a Python takes.
-    fn shell(program: &str, is_stopped: &dyn Fn() -> bool) -> Result<Option<Vec<u8>>> {
+    fn shell(
+        program: &str,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> cosmic::error::Result<Option<Vec<u8>>> {
         run(Path::new("bash"), program, &[], is_stopped)
     }
 
