@@ -126,6 +126,10 @@ impl Observer for Progress {
             self.bars.suspend(|| note(&format!("warning: {text}")));
         }
     }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_asked()
+    }
 }
 
 /// How fast this process works, for the time that is left.

@@ -4,6 +4,7 @@ use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
 use crate::output::{counted, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
+use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
@@ -66,6 +67,10 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if let Some(s) = summary.structure {
+        let floppy = match s.floppy_modes {
+            Some(modes) => counted(modes, "floppy mode"),
+            None => format!("floppy modes not counted (more than {MOST_RANKED} bars)"),
+        };
         text += &format!(
             "bars: {}, {}, {}, {}, {}, {}\n",
             counted(s.pieces, "piece"),
@@ -73,7 +78,7 @@ fn robot(summary: &Summary) -> String {
             counted(s.free_ends, "free end"),
             counted(s.crossings, "crossing"),
             counted(s.feet, "lowest node"),
-            counted(s.floppy_modes, "floppy mode"),
+            floppy,
         );
     }
     if let Some(loads) = &summary.loads {

@@ -206,7 +206,7 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
 /// The snap makes every edge skeleton, and that is too stiff for the time step.
 #[test]
 fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
-    let text = "[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
+    let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
                 [volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n\
                 [schedule]\niterations = 6\nattraction_from = 4\nsnap_at = 4\n\
                 horizon = [32, 32]\n[loss]\nwindow = 16\nevery = 4\n";
@@ -217,7 +217,7 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
         let step = "after iteration 4: the time step";
         said.fails(2, &[step, "set physics.dt to ", &resume]);
     };
-    assert!(said.error.contains("tiny.toml:6:"), "{}", said.error);
+    assert!(said.error.contains("tiny.toml:7:"), "{}", said.error);
     refused(said, "a");
     let done = bench.read("a/history.jsonl");
     assert!((1..6).contains(&done.lines().count()), "{done}");

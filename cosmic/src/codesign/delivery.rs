@@ -74,9 +74,21 @@ impl CoDesign {
     ///
     /// Before the snap the robot has the soft mixtures of its edges.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
+        let delivery = self.deliver_unless(progress, &|| false);
+        delivery.expect("nothing stops it")
+    }
+
+    /// [`deliver`](Self::deliver) with a question between its parts: should it stop? Then the result is `None`.
+    pub fn deliver_unless(
+        &self,
+        progress: &Progress,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Option<Delivery> {
+        let go_on = || (!is_stopped()).then_some(());
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
+        go_on()?;
         // The last iterate comes first: it wins a tie.
         let ranked = selections.iter().zip(&entrants);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
@@ -87,10 +99,12 @@ impl CoDesign {
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = self.spreads(&mixture, &judged, &domains);
+        go_on()?;
         let steps = self.scene.physics.steps;
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
         let guarded = (self.task).guarded(&mixture, controller, &self.start, &span);
+        go_on()?;
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
             Some(_) => [f64::NAN; 2],
@@ -100,7 +114,11 @@ impl CoDesign {
         let (materials, body) = (self.materials(progress), self.task.body(&mixture));
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
-        Delivery {
+        let clock_alone = self.clock_alone(&mixture, &body.presence, controller, &domains);
+        go_on()?;
+        let structure = Structure::new(&self.task.lattice, &materials);
+        go_on()?;
+        Some(Delivery {
             z: progress.z.clone(),
             controller: controller.clone(),
             iteration: chosen.iteration,
@@ -111,20 +129,19 @@ impl CoDesign {
             reliability: self.merit().reliability(&spreads[0].merit, merit),
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
-            clock_alone: self.clock_alone(&mixture, &body.presence, controller, &domains),
+            clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
             loads: (guarded.divergence.is_none()).then(|| {
-                let radius = self.task.physics.bending_radius;
                 let simulator = &self.task.simulator;
-                simulator.loads_of(&materials, &body, controller, trajectory, radius)
+                simulator.loads_of(&materials, &body, controller, trajectory)
             }),
-            structure: Structure::new(&self.task.lattice, &materials),
+            structure,
             materials,
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
-        }
+        })
     }
 
     /// The merit of a robot from the unperturbed start, which moved it so far along the ground.
@@ -298,9 +315,33 @@ fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
     use crate::codesign::{Candidate, CoDesign, Quantiles};
+
+    #[test]
+    fn a_delivery_stops_between_its_parts() {
+        let codesign = CoDesign::new(&tiny()).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let asked = Cell::new(0);
+        let stops_at = |question: usize| {
+            asked.set(0);
+            let is_stopped = || {
+                asked.set(asked.get() + 1);
+                asked.get() == question
+            };
+            codesign.deliver_unless(&progress, &is_stopped)
+        };
+        assert_eq!(stops_at(0), Some(codesign.deliver(&progress)));
+        let questions = asked.get();
+        assert!(questions > 3);
+        for question in 1..=questions {
+            assert_eq!(stops_at(question), None);
+            assert_eq!(asked.get(), question);
+        }
+    }
 
     #[test]
     fn a_candidate_that_is_the_last_iterate_is_rolled_out_once() {

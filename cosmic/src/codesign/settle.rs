@@ -82,6 +82,7 @@ mod tests {
     /// A robot whose controller is trained by updates that are far too large.
     fn wild(settle: f64) -> Scene {
         let text = "
+            base = 'stability'
             [lattice]
             columns = 3
             rows = 3

@@ -12,6 +12,7 @@ use crate::simulator::Trajectory;
 /// A small robot that moves from the first, with room for other layouts, and the beginning of
 /// its schedule.
 pub(super) const LIVELY: &str = "
+    base = 'stability'
     [lattice]
     columns = 3
     rows = 3
@@ -48,7 +49,7 @@ impl Loss for Up {
 
 /// A robot of two squares for a few steps.
 pub(crate) fn tiny() -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     (scene.physics.steps, scene.controller.hidden) = (24, 3);
     scene.schedule.iterations = 12;

@@ -152,7 +152,9 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("crossings", |s| s.structure.map(|s| s.crossings as f64)),
     ("feet", |s| s.structure.map(|s| s.feet as f64)),
     ("floppy_modes", |s| {
-        s.structure.map(|s| s.floppy_modes as f64)
+        s.structure
+            .and_then(|s| s.floppy_modes)
+            .map(|modes| modes as f64)
     }),
     ("strain_peak", |s| s.loads.as_ref().map(|l| l.strain.peak)),
     ("strain_p99", |s| s.loads.as_ref().map(|l| l.strain.p99)),
@@ -299,7 +301,9 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
                 "gradient.design_memory",
                 "schedule.snap_trials",
                 "schedule.stability_share",
+                "schedule.cycle",
                 "materials.penalisation",
+                "projection.hold_materials",
                 "binarisation.method",
             ]
             .contains(&option);

@@ -20,7 +20,11 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         summary.iterations, summary.seconds, summary.delivered_iteration,
     );
     let gait = Gait::new(run).ok();
-    let walks = gait.as_ref().map_or(String::new(), |gait| {
+    let left_out = run
+        .robot
+        .left_out("The gait, the forces in bars and the energies");
+    let left_out = left_out.map(|says| format!("<p>{}.</p>\n", escape(&says)));
+    let walks = gait.as_ref().map_or(left_out.unwrap_or_default(), |gait| {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
@@ -113,7 +117,7 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
 fn scene(robot: &RobotFiles) -> String {
     format!(
         "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
-        escape(&robot.scene.to_toml())
+        escape(&robot.scene_text())
     )
 }
 

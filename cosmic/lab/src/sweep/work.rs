@@ -323,6 +323,10 @@ impl Observer for Holding<'_> {
         self.observer.warning(run, text);
     }
 
+    fn is_stopped(&self) -> bool {
+        self.observer.is_stopped()
+    }
+
     fn holds(&self) -> bool {
         !self.claim.is_lost()
     }
@@ -347,5 +351,9 @@ impl Observer for Quiet<'_> {
 
     fn warning(&mut self, _: &Run, text: &str) {
         self.overseer.warning(self.name, text);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.overseer.is_stopped()
     }
 }

@@ -141,7 +141,7 @@ mod tests {
     use crate::codesign::{CoDesign, Reliability};
     use crate::record::multistart::starts::folder_of;
     use crate::record::snapshot::SNAPSHOT;
-    use crate::record::{Run, RunPlan, optimise, resume};
+    use crate::record::{Observer, Run, RunPlan, optimise, resume};
     use rayon::ThreadPoolBuilder;
     use std::fs;
     use std::num::NonZeroUsize;
@@ -164,6 +164,35 @@ mod tests {
         folders
             .map(|f| fs::read(f.join("design.json")).unwrap())
             .collect()
+    }
+
+    /// Stops runs whose iterations are done.
+    struct StopsDelivery;
+
+    impl Observer for StopsDelivery {
+        fn is_stopped(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn a_delivery_can_be_interrupted_and_resumed() {
+        let folder = tempfile::tempdir().unwrap();
+        for starts in [1, 3].map(|starts| NonZeroUsize::new(starts).unwrap()) {
+            let plan = RunPlan { starts, ..plan() };
+            let [whole, run] =
+                ["whole", "run"].map(|name| folder.path().join(format!("{name}-{starts}")));
+            optimise(&whole, &plan, &mut ()).unwrap();
+            let stopped = optimise(&run, &plan, &mut StopsDelivery).unwrap_err();
+            assert_eq!(stopped.exit_code(), 75, "{stopped}");
+            assert!(!run.join("summary.json").exists());
+            resume(&run, &mut ()).unwrap();
+            for file in ["design.json", "trajectory.json"] {
+                let [resumed, whole] =
+                    [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
+                assert!(resumed == whole, "{file} of {starts} starts");
+            }
+        }
     }
 
     /// The error names the start that failed, not those that were stopped because of it.

@@ -72,6 +72,10 @@ impl Observer for OfOne<'_, '_> {
         let seed = run.plan().seed;
         (self.observer()).warning(run, &format!("seed {seed}: {text}"));
     }
+
+    fn is_stopped(&self) -> bool {
+        self.failed.load(Ordering::Acquire) || self.observer().is_stopped()
+    }
 }
 
 /// The run of one seed, taken up or begun; `None` if it is finished or has come as far as `until`.

@@ -41,6 +41,12 @@ pub trait Observer: Send {
     /// A warning, given once. The run goes on.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
+    /// True if the run should stop although no iteration is left: it is asked between the parts of the
+    /// delivery. The run is saved and can be resumed.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
     /// False once another process has taken the run over. Then it ends with [`Error::Taken`] and writes
     /// nothing any more.
     fn holds(&self) -> bool {
@@ -160,8 +166,10 @@ impl Run {
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
-        let delivery = self.codesign.deliver(&self.progress);
+        let is_stopped = || observer.is_stopped();
+        let delivery = self.codesign.deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
+        let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
         Ok(summary)
@@ -191,23 +199,30 @@ impl Run {
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             self.judge_slopes(&record, observer);
             self.judge_loss(&record, observer);
-            let judged = (self.judge_step(observer)).and(self.progress.check_loss(&record));
+            // The iteration is not saved: what goes on with the run does it again, and ends again.
+            (self.progress.check_loss(&record))
+                .map_err(|lost| self.or_divergence(lost, observer))?;
+            let judged = self.judge_step(observer);
             if interrupted || judged.is_err() || due || next_ends > SNAPSHOT_WITHIN {
                 self.save()?;
                 saved = Instant::now();
             }
-            judged.map_err(|error| self.or_divergence(error, observer))?;
+            judged?;
             if interrupted {
-                return Err(Error::Interrupted {
-                    run: self.lock.folder().to_owned(),
-                    iteration: record.iteration,
-                    own_loss: self.progress.own_loss,
-                });
+                return Err(self.interrupted());
             }
         }
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    fn interrupted(&self) -> Error {
+        Error::Interrupted {
+            run: self.lock.folder().to_owned(),
+            iteration: self.progress.iteration,
+            own_loss: self.progress.own_loss,
+        }
     }
 
     /// How the present robot walks; `None` if it diverges.
@@ -260,9 +275,6 @@ impl Run {
     /// The error of a run without a loss, or the divergence of its robot, if that is the cause. Then the
     /// last states are written.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
-        if !error.is_of_rollouts() {
-            return error;
-        }
         let delivery = self.codesign.deliver(&self.progress);
         if delivery.divergence.is_none() {
             return error;
