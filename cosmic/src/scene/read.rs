@@ -5,6 +5,7 @@ use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws;
+use crate::reading::with_decimal_point;
 use crate::settings::kind;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -164,8 +165,13 @@ impl<'s, 't> Reader<'s, 't> {
                 }
             }
             Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                if let Some((span, number)) = decimal_comma(text, span.start) {
+                    let message = format!("`{}` is not a number", &text[span.clone()]);
+                    return self.fault(span, message, format!("use a decimal point: {number}"));
+                }
                 let message = format!("not TOML: {}", error.message().replace('\n', ", "));
-                self.fault(error.span().unwrap_or(0..0), message, String::new());
+                self.fault(span, message, String::new());
             }
         }
     }
@@ -197,9 +203,12 @@ impl<'s, 't> Reader<'s, 't> {
             match self.scene.field(&path) {
                 Some(field) => {
                     if let Err(misfit) = field.value.read(value, &field.limits) {
-                        let allowed = format!("allowed: {}", field.allowed());
+                        let mut allowed = format!("allowed: {}", field.allowed());
                         let text = &self.sources[self.source].text;
                         let written = text.get(misfit.span.clone()).unwrap_or_default();
+                        if let Some(number) = with_decimal_point(written) {
+                            allowed += &format!("; use a decimal point: {number}");
+                        }
                         let message = format!("`{path}` {} {}", misfit.says, abridged(written));
                         self.fault(misfit.span, message, allowed);
                     }
@@ -248,6 +257,16 @@ impl<'s, 't> Reader<'s, 't> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// The number with a decimal comma at a byte of a text: its place, and the number with a point.
+fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
+    let (before, after) = text.split_at_checked(comma)?;
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "+-.,".contains(c);
+    let start = before.trim_end_matches(is_part).len();
+    let end = text.len() - after.trim_start_matches(is_part).len();
+    let number = with_decimal_point(&text[start..end])?;
+    Some((start..end, number))
 }
 
 /// The known name nearest to a misspelt one, else all of them.
