@@ -28,8 +28,9 @@ impl RobotFiles {
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
-        let scene = Scene::read(&path.with_file_name(run::SCENE))?;
+        // First: of a file that is not a design, its scene is not the matter.
         let design = DesignFile::read(path)?;
+        let scene = Scene::read(&path.with_file_name(run::SCENE))?;
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
