@@ -281,7 +281,7 @@ pub(super) mod tests {
         let scene = |name: &&str| PlannedScene {
             name: (*name).to_owned(),
             swept: Vec::new(),
-            scene: Scene::default(),
+            scene: Scene::paper(),
         };
         SweepPlan {
             study: None,
