@@ -70,6 +70,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
         dt: robot.scene.physics.dt,
         steps: vec![0],
         states: vec![robot.lattice.state_at_rest()],
+        bars: Vec::new(),
     };
     let motion = Motion::new(robot, &at_rest);
     let body = [
