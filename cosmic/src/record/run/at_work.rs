@@ -326,7 +326,13 @@ impl Run {
         self.write_design(delivery)?;
         let Trajectory { steps, states } = delivery.trajectory.clone();
         let dt = self.plan.scene.physics.dt;
-        let moves = TrajectoryFile { dt, steps, states };
+        let bars = delivery.bars.clone();
+        let moves = TrajectoryFile {
+            dt,
+            steps,
+            states,
+            bars,
+        };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
