@@ -40,6 +40,15 @@ impl Sizes {
         }
     }
 
+    /// How many numbers the arrays of [`Inputs`] have.
+    pub(crate) fn numbers(&self) -> f64 {
+        let counts = self.shapes();
+        let counts = counts
+            .iter()
+            .map(|shape| shape.iter().map(|&n| n as f64).product::<f64>());
+        counts.sum()
+    }
+
     /// The shapes of the arrays of [`Inputs`].
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
         let Self {
@@ -114,7 +123,7 @@ impl<'py, R: Number> Given<'py, R> {
     pub(crate) fn numbers(&self) -> PyResult<&[R]> {
         self.array.as_slice().map_err(|_| {
             refused(format!(
-                "{}: expected an array that is contiguous in C order",
+                "{}: expected an array that is aligned, and contiguous in C order",
                 self.name
             ))
         })
