@@ -112,6 +112,10 @@ class Simulator:
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
         return listed
 
+    def check_span(self, observed: Sequence[int], first: int = 0) -> None:
+        """Raises :class:`InputError` for steps that a rollout of the scene does not have."""
+        self._core.check_span(list(observed), first)
+
     def rollout(
         self,
         inputs: Inputs,
