@@ -1,6 +1,7 @@
 //! Arrays in and out.
 
 use crate::errors::refused;
+use crate::memory::has_room;
 use autodiff::Real;
 use cosmic::controller::{Controller, observation_length};
 use cosmic::inputs::Inputs;
@@ -193,6 +194,12 @@ impl<R: Number> Batch<R> {
                 }
                 _ => size = Some((count, NAMES[k])),
             }
+        }
+        if let Some((count, _)) = size {
+            // Every robot has its own copy of what is not the same for all.
+            let bytes = count as f64 * sizes.numbers() * size_of::<R>() as f64;
+            let what = format!("a copy of the inputs of {count} robots");
+            has_room(bytes, &what, "take fewer robots at once")?;
         }
         let part = |k: usize, robot: usize| {
             let length = data[k].len() / counts[k];

@@ -9,7 +9,7 @@ use std::fs;
 use std::hint::black_box;
 
 /// Less is not looked at: to ask takes some 20 us.
-const LITTLE: f64 = 64e6;
+const LITTLE: f64 = 16e6;
 
 /// Refuses work that needs more bytes than the process can get. `what` begins the message, `remedy` ends it.
 pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {

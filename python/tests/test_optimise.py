@@ -149,7 +149,7 @@ def test_a_notebook_shows_the_whole_page(run: cosmic.Run, tmp_path: Path) -> Non
         done = subprocess.run(
             [*command, "--dump-dom", page.as_uri()], capture_output=True, text=True, timeout=120
         )
-        found = re.search(r"heights (\S+) (\S+) (\S+)", done.stdout)
+        found = re.search(r"heights (\d+) (\d+) (\d+)", done.stdout)
         assert found, done.stdout[-1000:] + done.stderr[-1000:]
         return [float(number) for number in found.groups()]
 

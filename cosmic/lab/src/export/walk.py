@@ -25,14 +25,11 @@ if __name__ == "__main__":
     options.add_argument("--path", help="write qpos as CSV, a row before each step and a last one")
     given = options.parse_args()
     model, net = load(pathlib.Path(__file__).parent)
-    steps = net["steps"] if given.steps is None else given.steps
-    if steps < 0:
-        options.error(f"--steps is {steps}; it must be 0 or more")
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     viewer = given.view and importlib.import_module("mujoco.viewer").launch_passive(model, data)
     path, began = [data.qpos.copy()], time.time()
-    while len(path) <= steps and (not viewer or viewer.is_running()):
+    while len(path) <= (net["steps"] if given.steps is None else given.steps) and (not viewer or viewer.is_running()):
         step(model, [data], net, len(path) - 1)
         path.append(data.qpos.copy())
         if viewer:
