@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn without_ranges_the_domain_is_the_nominal_one() {
-        let none = "[robust]\nsamples = 1\nstart = 0\nfriction = 0\nstiffness = 0\nmass = 0";
+        let none = "base = \"stability\"\n[robust]\nsamples = 1\nstart = 0\nfriction = 0\nstiffness = 0\nmass = 0";
         let scene = Scene::parse("none", none).unwrap();
         let task = &Task::new(
             Lattice::sample(3, 2, 0.0),

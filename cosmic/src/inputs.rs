@@ -239,7 +239,11 @@ mod tests {
     /// A cotangent times the JVP is the VJP times the tangent, over the states of a rollout.
     #[test]
     fn both_products_are_of_one_jacobian() {
-        let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
+        let scene = Scene::parse(
+            "small",
+            "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2",
+        )
+        .unwrap();
         let case = Case::of_scene(&scene, 1).unwrap();
         let (task, inputs) = (case.task(), case.inputs());
         fn seen<R: Real>(case: &Case, task: &crate::task::Task, inputs: &Inputs<R>) -> Vec<R> {

@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
-        let (scene, lattice) = (Scene::default(), Lattice::sample(2, 2, 0.0));
+        let (scene, lattice) = (Scene::paper(), Lattice::sample(2, 2, 0.0));
         let layout = one_hot::<f64>(&[Void, Skeleton, Actuator, Void, Void, Void]);
         let body = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
         assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);

@@ -76,7 +76,7 @@ proptest! {
         one_piece in prop::bool::ANY,
     ) {
         let settings = ProjectionSettings::default();
-        let scene = Scene::default();
+        let scene = Scene::paper();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let asked = DesignSettings { one_piece, ..scene.design };
         let rules = LayoutRules::new(&lattice, &asked);

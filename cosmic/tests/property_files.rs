@@ -18,7 +18,7 @@ fn numbers() -> impl Strategy<Value = f64> {
 }
 
 fn scene() -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     (scene.controller.hidden, scene.controller.clocks) = (2, 3);
     scene.physics.steps = 8;

@@ -30,10 +30,56 @@ fn every_scene_of_the_folder_is_built_in_and_reads_back() {
     assert!(BUILTIN.iter().all(|builtin| builtin.about().len() > 10));
 }
 
+/// The settings that every built-in scene had before scenes named their bases: all of `stability`, and for each
+/// other scene what differs from them.
+#[test]
+fn no_built_in_scene_has_changed() {
+    let mut scenes = include_str!("resolved_scenes.txt").split("\n[");
+    let lines = |text: &str| -> BTreeMap<String, String> {
+        let pairs = text.lines().filter_map(|line| line.split_once(" = "));
+        pairs
+            .map(|(key, value)| (key.to_owned(), value.to_owned()))
+            .collect()
+    };
+    let paper = lines(scenes.next().unwrap());
+    assert!(paper.len() > 100);
+    let check = |name: &str, expected: &BTreeMap<String, String>| {
+        let settings = Scene::load(name).unwrap().settings().into_iter();
+        let found: BTreeMap<_, _> = settings.map(|s| (s.key, s.value)).collect();
+        for (key, value) in expected {
+            assert_eq!(found.get(key), Some(value), "{name}: {key}");
+        }
+    };
+    check("stability", &paper);
+    let mut checked = 1;
+    for scene in scenes {
+        let (name, changes) = scene.split_once(']').unwrap();
+        let mut expected = paper.clone();
+        expected.extend(lines(changes));
+        check(name, &expected);
+        checked += 1;
+    }
+    assert_eq!(checked, BUILTIN.len());
+    assert_eq!(Scene::load("stability").unwrap(), Scene::paper());
+}
+
+/// So no chain of bases is a circle, and the changes of each can be laid over the paper's scene.
+#[test]
+fn the_base_of_every_built_in_scene_is_the_paper_s() {
+    for builtin in BUILTIN {
+        let read = Scene::parse(builtin.name, builtin.text).unwrap();
+        assert_eq!(read.base.name(), "stability");
+        let laid_over = Scene::paper()
+            .with(builtin.name, &builtin.changes())
+            .unwrap();
+        assert_eq!(laid_over, read);
+    }
+}
+
 #[test]
 fn the_scenes_differ_from_the_default_as_the_experiments_do() {
     let load = |name| Scene::load(name).unwrap();
-    assert_eq!(load("stability"), Scene::default());
+    assert_eq!(load("stability"), Scene::paper());
     assert_eq!(load("uniform").start.kind, StartKind::Uniform);
     assert_eq!(load("incline").physics.incline_deg, 15.0);
     assert_eq!(
@@ -62,7 +108,7 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
     let large = load("large");
     assert_eq!((large.lattice.columns, large.lattice.rows), (12, 12));
     assert!(large.doubts().is_empty());
-    let mut default = Scene::default();
+    let mut default = Scene::paper();
     (default.lattice.columns, default.lattice.rows) = (12, 12);
     assert!(default.doubts()[0].says.contains("\"large\""));
     for baseline in [load("baseline_tall"), load("baseline_short")] {

@@ -3,7 +3,7 @@
 
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    GradientPrecision, Integrator, Layout, LossKind, Pass, PhysicsSettings, Scene, SelectionKind,
+    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
     StartKind, fault,
 };
 use cosmic::{Error, error};
@@ -34,7 +34,28 @@ fn refusal(text: &str) -> (String, String) {
 }
 
 /// Wrong scenes, what is said of them, and what is allowed there.
-const WRONG: [(&str, &str, &str); 33] = [
+const WRONG: [(&str, &str, &str); 38] = [
+    (
+        "base = ^\"eart\"",
+        "unknown base \"eart\"",
+        "did you mean `earth`?",
+    ),
+    (
+        "base = ^\"my.toml\"",
+        "unknown base \"my.toml\"",
+        "known: earth, stability",
+    ),
+    ("base = ^3", "`base` is a whole number: 3", "known: earth"),
+    (
+        "[physics]\n^base = \"earth\"",
+        "unknown key `base` in [physics]",
+        "above the first section",
+    ),
+    (
+        "^bse = \"earth\"",
+        "unknown section `bse`",
+        "did you mean `base`?",
+    ),
     (
         "[physics]\n^stpes = 3",
         "unknown key `stpes` in [physics]",
@@ -278,8 +299,29 @@ fn every_fault_is_reported_and_a_flood_is_cut() {
 }
 
 #[test]
-fn what_is_left_out_keeps_its_default() {
-    assert_eq!(Scene::parse("empty", "").unwrap(), Scene::default());
+fn what_is_left_out_is_the_base_s() {
+    let load = |name| Scene::load(name).unwrap();
+    for name in ["", "base = \"earth\"", "# a scene\n"] {
+        assert_eq!(Scene::parse("empty", name).unwrap(), load("earth"));
+    }
+    assert_eq!(Scene::default(), load("earth"));
+    for builtin in BUILTIN {
+        let named = Scene::parse("named", &format!("base = {:?}", builtin.name)).unwrap();
+        assert_eq!(named, load(builtin.name));
+        assert_eq!(named.base.name(), builtin.name);
+        // The base goes with the complete text: a line taken out of it changes nothing.
+        let text = named.to_toml().replace("gravity = ", "# ");
+        assert_eq!(Scene::parse("shown", &text).unwrap(), named);
+    }
+    // The base has the laws whose settings a file changes.
+    let softer = Scene::parse("softer", "[stops]\nstiffness = 900").unwrap();
+    assert_eq!(softer.physics.gravity, 9.81);
+    assert!(
+        softer.to_toml().contains("\n[stops]\n")
+            && softer.to_toml().contains("\nstiffness = 900.0\n")
+    );
+    Scene::parse("none", "base = \"stability\"\n[stops]\nstiffness = 900").unwrap_err();
+
     let scene = Scene::parse(
         "one",
         "physics.dt = 1e-3\n[gradient]\ncotangent_bound = \"off\"",
@@ -299,7 +341,7 @@ fn departures_are_named_and_can_all_be_switched_off() {
         let departures = scene.departures().into_iter();
         departures.map(|departure| departure.option).collect()
     };
-    let mut scene = Scene::default();
+    let mut scene = Scene::load("stability").unwrap();
     assert_eq!(
         options(&scene),
         [
@@ -332,10 +374,11 @@ fn departures_are_named_and_can_all_be_switched_off() {
     scene.selection.kind = SelectionKind::Last;
     scene.design.one_piece = false;
     assert_eq!(options(&scene), Vec::<&str>::new());
+    let physics = scene.physics.clone();
     (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
     let of_steps = ["physics.integrator", "physics.substeps"];
     assert_eq!(options(&scene), of_steps);
-    scene.physics = PhysicsSettings::default();
+    scene.physics = physics;
     scene.start.kind = StartKind::ThreeLegged;
     assert_eq!(options(&scene), ["start.layout"]);
     let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();
@@ -369,7 +412,7 @@ fn unreadable_files_are_told_from_malformed_ones() {
 
 /// The refusal of `--set` with these settings of the default scene.
 fn refused_setting(settings: &[&str]) -> String {
-    Scene::default().set(settings).unwrap_err().to_string()
+    Scene::paper().set(settings).unwrap_err().to_string()
 }
 
 #[test]
@@ -410,7 +453,13 @@ fn single_settings_take_the_place_of_any_scene_s_own() {
 }
 
 /// Settings that are refused: what is said, and the option with what stands below it.
-const WRONG_SETTINGS: [(&str, &str, &str); 9] = [
+const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
+    (
+        "base=stability",
+        "error: `base` cannot be changed here\n",
+        "| --set base=\"stability\"
+  |       ^^^^ it says where a scene file takes its missing keys from: set it in that file",
+    ),
     (
         "physics.gravity=1e9",
         "error: `physics.gravity` is out of range: 1e9\n",
@@ -525,7 +574,7 @@ proptest! {
             NESTED,
         ]),
     ) {
-        let mut text = Scene::default().to_toml();
+        let mut text = Scene::paper().to_toml();
         let from = at.index(text.len());
         let to = (from + cut).min(text.len());
         text.replace_range(from..to, inserted);

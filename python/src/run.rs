@@ -122,6 +122,7 @@ pub(crate) fn frame<'py>(
     };
     let robot = RobotFiles {
         scene: scene.clone(),
+        foreign: None,
         lattice,
         design,
     };

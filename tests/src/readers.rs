@@ -74,7 +74,7 @@ pub fn case(bytes: &[u8]) -> Result<()> {
 /// As [`scene`].
 pub fn design(bytes: &[u8]) -> Result<()> {
     let design = DesignFile::parse(Path::new("design.json"), bytes)?;
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     (scene.controller.hidden, scene.controller.clocks) = (1, 1);
     let case = design.case(&scene, "design.json")?;

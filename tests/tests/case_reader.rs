@@ -275,7 +275,7 @@ fn what_is_written_reads_back_the_same() {
 /// All settings of a robot are written: the robot read back is the same.
 #[test]
 fn a_robot_written_as_a_case_is_that_robot() {
-    let mut scene = cosmic::scene::Scene::default();
+    let mut scene = cosmic::scene::Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
     // A case is evaluated, and that never refuses.

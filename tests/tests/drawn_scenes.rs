@@ -20,7 +20,7 @@ fn one_of<T: Copy>(rng: &mut ChaCha8Rng, all: &[T]) -> T {
 
 /// A small world.
 fn scene(rng: &mut ChaCha8Rng) -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     let (lattice, physics) = (&mut scene.lattice, &mut scene.physics);
     (lattice.columns, lattice.rows) = one_of(rng, &[(2, 2), (3, 2), (2, 3), (3, 3), (4, 3)]);
     lattice.drop = one_of(rng, &[0.0, 0.0, 0.004]);

@@ -18,7 +18,7 @@ fn profile(points: &[[f64; 2]]) -> GroundSettings {
 
 /// A mixture of the default lattice that falls, with a velocity along the ground.
 fn falling(change: impl FnOnce(&mut Scene)) -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     scene.physics.steps = 256;
     scene.lattice.drop = 0.003;
     change(&mut scene);

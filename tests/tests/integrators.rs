@@ -155,7 +155,7 @@ fn gradients_are_right_with_every_integrator() {
         (Integrator::Leapfrog, 2),
     ] {
         for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
-            let mut scene = Scene::default();
+            let mut scene = Scene::paper();
             (scene.lattice.columns, scene.lattice.rows) = (2, 2);
             scene.lattice.drop = 0.002;
             scene.controller.hidden = 3;

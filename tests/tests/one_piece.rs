@@ -17,7 +17,7 @@ const STEPS: usize = 60;
 /// A robot in the air whose controller sees more of the nodes than of the clock. One node has next to
 /// no solid edge.
 fn robot() -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.lattice.drop, scene.physics.steps) = (1.0, STEPS);
     scene.design.one_piece = true;

@@ -126,7 +126,9 @@ fn scene(settings: &str) -> Scene {
         ];
         known.into_iter().for_each(laws::add);
     });
-    Scene::parse("own", settings).unwrap_or_else(|error| panic!("{error}"))
+    Scene::paper()
+        .with("own", settings)
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn physics(settings: &str) -> PhysicsSettings {

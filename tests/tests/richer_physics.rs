@@ -10,7 +10,7 @@ use cosmic_lab::verify::check_gradients;
 /// A small robot in a world with these keys in its `[physics]`.
 fn robot(physics: &str) -> Case {
     let text = format!(
-        "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n{physics}\n\
+        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n{physics}\n\
          [controller]\nhidden = 4\nclocks = 2\n\
          [schedule]\nhorizon = [48, 48]\n[loss]\nwindow = 16\n"
     );

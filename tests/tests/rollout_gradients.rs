@@ -18,7 +18,7 @@ const STEPS: usize = 90;
 
 /// A small robot that falls on the ground while it moves along it.
 fn robot(contact: ContactLaw, incline_deg: f64, projection: Projection) -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     // High enough that nothing touches in the first step, low enough to fall in a third of the
     // time.

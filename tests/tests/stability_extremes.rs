@@ -8,7 +8,7 @@ use cosmic_lab::verify::stability::{
 };
 
 fn case() -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     scene.controller.hidden = 2;
     scene.physics.steps = 128;

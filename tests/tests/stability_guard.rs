@@ -9,7 +9,7 @@ use cosmic::simulator::{Cause, Divergence, Guarded, Span};
 
 /// A robot of 2x2 nodes far from any trouble.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     scene.controller.hidden = 2;
     scene.physics.steps = 300;

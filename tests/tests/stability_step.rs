@@ -9,7 +9,7 @@ use cosmic::simulator::{Grade, StepCheck};
 use cosmic_lab::verify::stable_steps;
 
 fn scene(dt: f64) -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     scene.controller.hidden = 2;
     scene.physics.dt = dt;

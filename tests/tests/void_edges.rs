@@ -81,7 +81,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 #[test]
 fn void_edges_are_kept_unless_a_scene_says_otherwise() {
-    assert_eq!(Scene::default().physics.void_edges, VoidEdges::Keep);
+    assert_eq!(Scene::paper().physics.void_edges, VoidEdges::Keep);
     for case in layouts(VoidEdges::Keep) {
         let void = case.materials.stiffness[0];
         assert!(case.body().stiffness.iter().all(|k| *k >= void));

@@ -18,7 +18,7 @@ const STEPS: usize = 48;
 fn robots() -> impl Strategy<Value = Case> {
     let sizes = (2..=3usize, 2..=3usize, any::<u64>());
     sizes.prop_flat_map(|(columns, rows, seed)| {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         (scene.lattice.columns, scene.lattice.rows) = (columns, rows);
         (scene.start.kind, scene.controller.hidden) = (StartKind::Uniform, 3);
         scene.physics.steps = STEPS;

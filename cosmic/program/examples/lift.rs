@@ -30,7 +30,7 @@ impl Loss for Lift {
 }
 
 fn main() -> ExitCode {
-    let scene = "[objective]\nown_loss = \"lift\"";
+    let scene = "base = \"stability\"\n[objective]\nown_loss = \"lift\"";
     Program::new()
         .with_loss("lift", Lift)
         .scene("lift", scene)

@@ -43,7 +43,7 @@ impl NodeForce for Magnet {
 }
 
 fn main() -> ExitCode {
-    let scene = "[physics]\nforces = [\"magnet\"]";
+    let scene = "base = \"stability\"\n[physics]\nforces = [\"magnet\"]";
     Program::new()
         .with(on_nodes::<Magnet>())
         .scene("magnet", scene)

@@ -31,7 +31,7 @@ impl Contact for Mud {
 }
 
 fn main() -> ExitCode {
-    let scene = "[physics]\ncontact = \"mud\"\n[mud]\nrate = 300.0";
+    let scene = "base = \"stability\"\n[physics]\ncontact = \"mud\"\n[mud]\nrate = 300.0";
     Program::new()
         .with(contact::<Mud>())
         .scene("mud", scene)

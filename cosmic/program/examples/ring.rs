@@ -42,7 +42,7 @@ fn ring() -> Truss {
 }
 
 fn main() -> ExitCode {
-    let scene = "[lattice]\nfile = \"ring\"\n[volume]\nsolid = [0.5, 0.7]";
+    let scene = "base = \"stability\"\n[lattice]\nfile = \"ring\"\n[volume]\nsolid = [0.5, 0.7]";
     Program::new()
         .lattice("ring", ring())
         .scene("ring", scene)

@@ -42,7 +42,7 @@ impl NodeForce for Wind {
 }
 
 fn main() -> ExitCode {
-    let scene = "[physics]\nforces = [\"wind\"]\n[wind]\nspeed = -0.5";
+    let scene = "base = \"stability\"\n[physics]\nforces = [\"wind\"]\n[wind]\nspeed = -0.5";
     Program::new()
         .with(on_nodes::<Wind>())
         .scene("wind", scene)

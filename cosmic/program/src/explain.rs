@@ -5,7 +5,7 @@ use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
-use cosmic::scene::{Integrator, Named, PhysicsSettings};
+use cosmic::scene::{Integrator, Named, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
 use cosmic_lab::verify::{Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
@@ -30,8 +30,8 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let Source { case, scene } = self.robot.read()?;
         let stable = StableStep::of(&case);
-        // A reference case has no loss and no horizons: the default scene's serve.
-        let scene = scene.unwrap_or_default();
+        // A reference case has no loss and no horizons: those of the paper's scene serve.
+        let scene = scene.unwrap_or_else(Scene::paper);
         let speed = self.measure.then(|| measure(&case, &scene));
         let plan = if self.measure {
             Plan::measured(&case, &scene.loss)

@@ -49,8 +49,8 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Print the values of missing keys, those of `stability`, as a complete and commented scene: a template
-    /// for your own
+    /// Print the scene `earth`, complete and commented: a template for your own. It supplies the keys that a
+    /// scene file lacks, unless the file names another `base`
     Default {
         /// Write JSON
         #[arg(long)]

@@ -45,7 +45,7 @@ fn a_divergence_is_told_kept_and_seen_again() {
 /// The exact layout of a snapped design goes along.
 #[test]
 fn a_diverging_layout_is_seen_again() {
-    let text = "[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
+    let text = "base = \"stability\"\n[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
     let folder = Bench::with(text);
     let first = evaluate(&folder, "tiny.toml");
     first.fails(3, &[]);
@@ -83,7 +83,7 @@ fn the_last_states_lie_beside_the_results() {
 /// Every state is finite, and no derivative is: without damping small changes grow for ever.
 #[test]
 fn a_gradient_that_overflows_is_told_with_its_step() {
-    let folder = Bench::with("[physics]\ndamping = 0.0\n");
+    let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");
     evaluate(&folder, "tiny.toml").ok();
     let told = evaluate(&folder, "tiny.toml --gradient");
     let says = "error: not finite: grad_augmented.z, grad_l_disp.b1, ";

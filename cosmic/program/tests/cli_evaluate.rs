@@ -13,7 +13,7 @@ use std::process::Stdio;
 
 fn small_scene(physics: &str) -> Scene {
     let text = format!(
-        "[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.003\n[physics]\nsteps = 2048\n{physics}\n\
+        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.003\n[physics]\nsteps = 2048\n{physics}\n\
          [schedule]\nhorizon = [2048, 2048]\n[controller]\nhidden = 4\n"
     );
     Scene::parse("small", &text).unwrap()

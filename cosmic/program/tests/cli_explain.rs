@@ -35,7 +35,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
 
 #[test]
 fn a_step_is_measured() {
-    let text = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
+    let text = "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
     let json = Bench::with(text)
         .cosmic("explain tiny.toml --measure --json")
         .json();

@@ -3,7 +3,8 @@
 use crate::common::Bench;
 use cosmic::scene::{Named, TaskKind};
 
-const SMALL: &str = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
+const SMALL: &str =
+    "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
 const CHECK: &str = "gradcheck tiny.toml --steps 64";
 
 #[test]

@@ -291,7 +291,7 @@ fn a_broken_scene_in_a_snapshot_is_told_once_and_by_its_place() {
     bench.write("a/snapshot.json", broken);
     let said = resume(&bench, "a");
     said.fails(2, &[" --> a/snapshot.json:1:"]);
-    let line = "error: `plan.scene`: the scene, line 4, column 11: not TOML: ";
+    let line = "error: `plan.scene`: the scene, line 7, column 11: not TOML: ";
     assert!(said.error.starts_with(line), "{said:?}");
     assert_eq!(said.error.matches("error:").count(), 1, "{said:?}");
 }

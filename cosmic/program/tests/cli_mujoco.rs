@@ -79,7 +79,7 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     let nodes = bench.json("flight/controller.json")["nodes"].take();
     let nodes: Vec<usize> = serde_json::from_value(nodes).unwrap();
     let ours: Vec<[f64; 2]> = nodes.iter().map(|&node| ours[node]).collect();
-    let ground = Ground::from(&Scene::default().set(&all).unwrap().physics);
+    let ground = Ground::from(&Scene::paper().set(&all).unwrap().physics);
     assert_eq!(
         (there.first.len(), there.last.len()),
         (ours.len(), ours.len())
@@ -146,6 +146,7 @@ fn flight_is_the_same_in_mujoco() {
 
 /// A small robot for ground with friction 1, all phases of its optimisation included.
 const WALKER: &str = "
+base = 'stability'
 [lattice]
 columns = 4
 rows = 4

@@ -230,7 +230,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     };
     let said = |codesign| go_on(codesign).unwrap_err().to_string();
     assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
-    let other = CoDesign::with_loss(&Scene::default(), Lift);
+    let other = CoDesign::with_loss(&Scene::paper(), Lift);
     assert!(said(other).contains("not of the run's scene"));
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);

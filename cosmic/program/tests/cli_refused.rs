@@ -125,6 +125,18 @@ fn a_task_without_any_slope_is_warned_of() {
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
+/// Nothing can move if every rollout overflows: the run does not go on to its end.
+#[test]
+fn a_run_that_only_diverges_ends_after_ten_iterations() {
+    let bench = Bench::with(&scene(24, 1024, "dt = 0.05"));
+    let said = bench.optimize("a", "--allow-unstable");
+    said.fails(3, &["diverged in step"]);
+    let says = "warning: not finite: the loss; after iteration 10 it is";
+    assert!(said.error.contains(says), "{said:?}");
+    assert_eq!(bench.lines("a/history.jsonl"), 10);
+    assert!(bench.path("a/diverged.json").exists());
+}
+
 /// A scene that is not from a file is checked as one: otherwise its run could not be resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {
@@ -199,7 +211,7 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
 /// The snap makes every edge skeleton, and that is too stiff for the time step.
 #[test]
 fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
-    let text = "[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
+    let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
                 [volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n\
                 [schedule]\niterations = 6\nattraction_from = 4\nsnap_at = 4\n\
                 horizon = [32, 32]\n[loss]\nwindow = 16\nevery = 4\n";
@@ -210,7 +222,7 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
         let step = "after iteration 4: the time step";
         said.fails(2, &[step, "set physics.dt to ", &resume]);
     };
-    assert!(said.error.contains("tiny.toml:6:"), "{}", said.error);
+    assert!(said.error.contains("tiny.toml:7:"), "{}", said.error);
     refused(said, "a");
     let done = bench.read("a/history.jsonl");
     assert!((1..6).contains(&done.lines().count()), "{done}");

@@ -11,6 +11,7 @@ use tempfile::TempDir;
 
 /// A run of seconds: small, slow to walk, with every phase.
 const SCENE: &str = "
+base = 'stability'
 [lattice]
 columns = 3
 rows = 3
@@ -327,7 +328,7 @@ fn a_robot_far_away_and_a_long_rollout_are_drawn() {
                  damping = 0.0\n[materials]\nstiffness = [1e-7, 1.0, 1.0]\n";
     let long = "dt = 1.0\ngravity = 0.0\n[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
     for physics in [steep, long] {
-        let text = "[lattice]\ncolumns = 2\nrows = 2\nspacing = 0.001\n[physics]\nsteps = 10000\n";
+        let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\nspacing = 0.001\n[physics]\nsteps = 10000\n";
         let bench = Bench::with(&[text, physics].concat());
         bench.run("run", "--iterations 1 --quiet");
         report(&bench).ok();

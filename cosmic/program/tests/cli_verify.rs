@@ -3,7 +3,7 @@
 use crate::common::Bench;
 use serde_json::Value;
 
-const SMALL: &str = "[lattice]\ncolumns = 2\nrows = 2\n\
+const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n\
                      [physics]\nsteps = 64\nintegrator = \"leapfrog\"\nsubsteps = 2\n\
                      [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n\
                      [controller]\nhidden = 2\n";

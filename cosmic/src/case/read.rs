@@ -122,7 +122,7 @@ impl Shapes<'_> {
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         raw.scene.set(&mut scene, self.file)?;
         scene.controller.hidden = raw.controller.b1.len();
         scene.physics.steps = raw.steps;

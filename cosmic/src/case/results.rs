@@ -117,7 +117,11 @@ mod tests {
     use crate::scene::Scene;
 
     fn results() -> CaseResults {
-        let scene = Scene::parse("small", "[lattice]\ncolumns = 2\nrows = 2").unwrap();
+        let scene = Scene::parse(
+            "small",
+            "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2",
+        )
+        .unwrap();
         let case = Case::of_scene(&scene, 0).unwrap();
         case.evaluate(false, &[0, 2, 10]).unwrap()
     }

@@ -101,7 +101,7 @@ impl Case {
             projection: self.sharpness.clone(),
             design: self.design.clone(),
             controller: self.observation.clone(),
-            ..Scene::default()
+            ..Scene::paper()
         }
     }
 }

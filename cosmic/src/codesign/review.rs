@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn an_unstable_step_that_the_scene_allows_is_a_warning() {
-        let scene = Scene::default().set(&["physics.dt=0.05", "physics.unstable_step=warn"]);
+        let scene = Scene::paper().set(&["physics.dt=0.05", "physics.unstable_step=warn"]);
         let warned = Review::new(&scene.unwrap(), 0).unwrap();
         assert_eq!(warned.refusals, []);
         assert!(
@@ -84,13 +84,13 @@ mod tests {
             ("controller.omega=2000", "half a period"),
             ("selection.perturbation=0", "the same start"),
         ] {
-            let doubts = Scene::default().set(&[setting]).unwrap().doubts();
+            let doubts = Scene::paper().set(&[setting]).unwrap().doubts();
             assert!(
                 doubts[0].to_string().contains(warning),
                 "{setting}: {doubts:?}"
             );
         }
-        let ice = Scene::default().set(&["physics.contact=coulomb", "physics.friction=0"]);
+        let ice = Scene::paper().set(&["physics.contact=coulomb", "physics.friction=0"]);
         assert_eq!(ice.unwrap().doubts()[0].settings[0].key, "physics.friction");
     }
 }

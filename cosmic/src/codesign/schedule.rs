@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn the_paper_s_phases_and_ramps() {
-        let scene = Scene::default();
+        let scene = Scene::paper();
         let at = |iteration| Schedule::at(&scene, iteration);
         let phases = [1, 169, 170, 239, 240, 241, 300].map(|i| at(i).phase());
         use Phase::{Attraction, CoDesign, FineTuning, Snap};
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_share_of_the_fine_tuning_is_a_whole_number_where_it_should_be() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         let schedule = &mut scene.schedule;
         (schedule.snap_at, schedule.iterations) = (200, 300);
         for percent in 0..=100 {

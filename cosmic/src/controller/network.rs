@@ -124,7 +124,7 @@ mod tests {
     /// Wherever the robot is, it is driven as it would be at the start.
     #[test]
     fn without_feedback_only_the_clock_moves_on() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         (
             scene.controller.goal_relative,
             scene.controller.offset_scale,
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_paper_s_shapes_and_weights_that_fill_the_glorot_range() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         scene.controller.gain = [2.0, 1.0];
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let c = Controller::xavier(&scene.controller, &lattice, 0);

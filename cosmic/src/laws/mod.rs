@@ -21,6 +21,7 @@ mod damper;
 mod stops;
 mod stiffening;
 mod bending;
+mod law_file;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
@@ -32,10 +33,10 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
-#[cfg(test)]
-pub(crate) use choice::SECTIONS;
 pub(crate) use choice::choosing;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
+#[cfg(test)]
+pub(crate) use choice::{SECTIONS, force_names};
 pub(crate) use contact::AnyContact;
 pub use contact::{Contact, Drifting, Flying, Impact};
 pub use coulomb::Coulomb;

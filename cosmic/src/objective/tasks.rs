@@ -125,6 +125,7 @@ mod tests {
 
     fn objective(task: TaskKind) -> Objective {
         let text = "
+            base = 'stability'
             [objective]
             target = 1.0
             settle = 0.5

@@ -1,6 +1,7 @@
 //! The built-in scenes, and finding a scene by name or file.
 
 use super::Scene;
+use super::base::Base;
 use super::diagnostic::{SceneText, not_text};
 use super::read::{options, pointed, suggest};
 use crate::error::{Error, Result};
@@ -14,15 +15,72 @@ use std::path::Path;
 pub struct Builtin {
     /// The name it is asked for by.
     pub name: &'static str,
-    /// Its TOML: what differs from the defaults.
+    /// Its TOML: what differs from its base.
     pub text: &'static str,
 }
+
+/// The beginning of the line that names a built-in scene's base.
+const BASE_LINE: &str = "base = ";
 
 impl Builtin {
     /// The file's first line, which says what the scene is.
     pub fn about(&self) -> &'static str {
         let first = self.text.lines().next().unwrap_or_default();
         first.trim_start_matches('#').trim()
+    }
+
+    /// Its TOML without its base, to be laid [over](Scene::with) another scene.
+    pub fn changes(&self) -> String {
+        let lines = self.text.lines();
+        let keep = |line: &str| {
+            if line.starts_with(BASE_LINE) {
+                ""
+            } else {
+                line
+            }
+            .to_owned()
+        };
+        lines.map(|line| keep(line) + "\n").collect()
+    }
+}
+
+impl Base {
+    /// The base of a name: only scenes that ship with the crate can be one.
+    pub fn named(name: &str) -> Option<Base> {
+        let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
+        builtin.map(|builtin| Base(builtin.name))
+    }
+
+    /// The names of all bases.
+    pub(super) fn names() -> [&'static str; BUILTIN.len()] {
+        BUILTIN.map(|builtin| builtin.name)
+    }
+
+    /// The scene itself, which is its own base.
+    ///
+    /// # Panics
+    /// If a built-in scene is wrong; a test reads them all.
+    pub fn scene(self) -> Scene {
+        if self == Base::DECLARED {
+            return Scene::paper();
+        }
+        let mut builtins = BUILTIN.iter();
+        let builtin = builtins.find(|builtin| builtin.name == self.name());
+        let scene = builtin.map(|builtin| Scene::parse(builtin.name, builtin.text));
+        let scene = scene
+            .and_then(|scene| scene.ok())
+            .expect("a built-in scene");
+        Scene {
+            base: self,
+            ..scene
+        }
+    }
+}
+
+/// The built-in scene `earth`.
+impl Default for Scene {
+    fn default() -> Self {
+        Base::default().scene()
     }
 }
 
@@ -36,8 +94,7 @@ macro_rules! builtin {
     };
 }
 
-/// Every built-in scene, the one that the program takes by default first. Keys that a file lacks are of
-/// `stability`, as [`Scene::default`] is.
+/// Every built-in scene, the one that the program takes by default first. The base of each is `stability`.
 pub const BUILTIN: [Builtin; 13] = builtin![
     "earth",
     "stability",
@@ -87,8 +144,11 @@ impl Scene {
     /// # Errors
     /// [`Error::NoScene`] where there is neither, otherwise those of [`Scene::read`].
     pub fn load(name: &str) -> Result<Scene> {
-        if let Some(builtin) = named(name) {
-            return Scene::parse(builtin.name, builtin.text);
+        if let Some(base) = Base::named(name) {
+            return Ok(base.scene());
+        }
+        if let Some(added) = named(name) {
+            return Scene::parse(added.name, added.text);
         }
         Scene::read(Path::new(name)).map_err(|error| match error {
             Error::Read { path, source }

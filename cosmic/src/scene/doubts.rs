@@ -128,7 +128,7 @@ const DOUBTS: [Doubt; 16] = [
             let nodes = s.lattice.columns * s.lattice.rows;
             nodes > 100
                 && !s.lattice.is_truss()
-                && s.controller.gain == Scene::default().controller.gain
+                && s.controller.gain == Scene::paper().controller.gain
         },
         keys: &["controller.gain", "lattice.columns", "lattice.rows"],
         says: "the first controller hardly moves so many nodes, that of the scene \"large\" does",

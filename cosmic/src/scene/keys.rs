@@ -72,7 +72,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
 /// # Panics
 /// If no scene has the key.
 pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     let field = scene.field(path).expect("a key of a scene");
     (!field.limits.contain(number)).then(|| field.allowed())
 }
@@ -80,7 +80,7 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
 /// Every key of a scene file as tables in Markdown, one a section: default, unit, what is allowed,
 /// where the default comes from, and what the key means.
 pub fn reference() -> String {
-    let sections = Scene::default().of_sections(|name, settings| {
+    let sections = Scene::paper().of_sections(|name, settings| {
         let mut text = format!("### `[{name}]`\n\n{}\n\n", settings.about());
         text += "| key | default | unit | allowed | source | meaning |\n";
         text += "| --- | --- | --- | --- | --- | --- |\n";

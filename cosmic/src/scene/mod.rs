@@ -4,8 +4,9 @@
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
 //!
 //! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
-//! the commented template and the tables in `docs/files.md` follow from the declarations. The order of
-//! `mod` is the architecture: a file imports files above it.
+//! the commented template and the tables in `docs/files.md` follow from the declarations. The declared
+//! defaults are the paper's values, the scene `stability`; every other scene differs from its [`Base`]. The
+//! order of `mod` is the architecture: a file imports files above it.
 
 mod pass;
 mod truss_file;
@@ -15,6 +16,7 @@ mod design;
 mod optimisation;
 mod beyond;
 mod layout;
+mod base;
 mod keys;
 mod departures;
 mod doubts;
@@ -24,6 +26,7 @@ mod read;
 mod write;
 mod builtin;
 
+pub use base::Base;
 pub use beyond::{ObjectiveSettings, OwnLoss, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, add, all, fault, named};
 pub use departures::Departure;
@@ -42,6 +45,7 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
+pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
     PhysicsSettings, UnstableStep, VoidEdges,
@@ -53,11 +57,13 @@ pub use truss_file::TrussFile;
 use crate::settings;
 
 #[cfg(test)]
+mod departures_tests;
+#[cfg(test)]
 mod tests;
 
 settings! {
-    /// A complete experiment. The default is the paper's design b (stability start, flat ground).
-    scene Scene {
+    /// A complete experiment. The default is the built-in scene `earth`.
+    scene Scene over Base {
         /// The lattice's size and place.
         lattice: LatticeSettings,
         /// Time step, forces and ground.

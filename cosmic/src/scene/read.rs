@@ -1,26 +1,31 @@
-//! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
+//! Reading a scene: TOML over its base, every value checked, every fault pointed at.
 
+use super::base::Base;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws;
-use crate::settings::kind;
+use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// The key of a scene file that names its base.
+const BASE: &str = "base";
+
 impl Scene {
-    /// Reads a scene from TOML. Keys left out keep their defaults. A truss file that it names is read.
+    /// Reads a scene from TOML. Keys left out come from the scene that its key `base` names, from `earth` if
+    /// the key is missing. A truss file that it names is read.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
-        Scene::default().with(file, text)
+        Reader::of_own(&[SceneText::file(file, text)]).resolved()
     }
 
     /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
@@ -29,17 +34,17 @@ impl Scene {
     /// As [`Scene::parse`].
     pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
         let source = [SceneText::file(file, text)];
-        let mut reader = Reader::over(Scene::default(), &source);
+        let mut reader = Reader::of_own(&source);
         reader.scene.lattice.file = truss;
         reader.finished()
     }
 
-    /// The scene with the settings of a TOML text in place of its own.
+    /// The scene with the settings of a TOML text in place of its own. The text must not name a base.
     ///
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        self.overridden(&[SceneText::file(file, text)])
+        Reader::over(self.clone(), &[SceneText::file(file, text)]).resolved()
     }
 
     /// The scene with single settings in place of its own, each a key and a TOML value such as
@@ -52,16 +57,59 @@ impl Scene {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        self.overridden(&options(settings))
+        Reader::over(self.clone(), &options(settings)).resolved()
     }
 
-    fn overridden(&self, sources: &[SceneText]) -> Result<Scene> {
-        let mut reader = Reader::over(self.clone(), sources);
-        if reader.faults.is_empty() {
-            let folder = reader.folder("lattice.file");
-            reader.scene.lattice.file.resolve(&folder)?;
+    /// Reads a scene file for a reader that simulates nothing. A law or a loss that this program does not
+    /// have is no error: the scene is without it.
+    ///
+    /// # Errors
+    /// All other errors of [`Scene::read`].
+    pub fn read_to_show(path: &Path) -> Result<ShownScene> {
+        let (file, text) = (path.display().to_string(), Scene::text(path)?);
+        let sources = [SceneText::file(&file, &text)];
+        let mut reader = Reader::unread(&sources);
+        reader.lacks = Some(Lacks::default());
+        reader.read();
+        reader.resolve()?;
+        let lacks = reader.lacks.take().unwrap_or_default();
+        let scene = reader.finished()?;
+        Ok(ShownScene { scene, lacks, text })
+    }
+}
+
+/// A scene to be shown, and not simulated.
+#[derive(Clone, Debug)]
+pub struct ShownScene {
+    /// The scene as far as this program knows it.
+    pub scene: Scene,
+    /// The laws and the loss that it is without.
+    pub lacks: Lacks,
+    /// The text of its file.
+    pub text: String,
+}
+
+/// The laws and the loss that a scene names and this program does not have.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Lacks {
+    /// The names of the laws. Without them nothing can be simulated.
+    pub laws: Vec<String>,
+    /// The name of the loss.
+    pub loss: Option<String>,
+}
+
+impl Lacks {
+    /// True if the program has every law and the loss.
+    pub fn is_empty(&self) -> bool {
+        self.laws.is_empty() && self.loss.is_none()
+    }
+
+    /// Adds the unknown names in the value of a key.
+    fn note(&mut self, key: &str, names: Vec<String>) {
+        match key {
+            "objective.own_loss" => self.loss = names.into_iter().next(),
+            _ => self.laws.extend(names),
         }
-        reader.finished()
     }
 }
 
@@ -79,7 +127,7 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::over(Scene::default(), sources);
+    let mut reader = Reader::of_own(sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -96,9 +144,15 @@ struct Reader<'s, 't> {
     /// The one that is being read.
     source: usize,
     scene: Scene,
+    /// Whether the files among the sources are whole scenes, which begin with their bases.
+    is_own: bool,
     faults: Vec<Fault>,
     /// Where `section.key` was set last.
     places: HashMap<String, KeyPlace>,
+    /// Collects what this program lacks; `None` if that is a fault.
+    lacks: Option<Lacks>,
+    /// Laws named by values that could not be taken. Their sections are not read.
+    untaken: Vec<String>,
 }
 
 /// A value's bytes in one of the sources.
@@ -111,18 +165,58 @@ struct KeyPlace {
 impl<'s, 't> Reader<'s, 't> {
     /// A scene with the settings of all sources.
     fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Reader {
+        let mut reader = Self::new(scene, false, sources);
+        reader.read();
+        reader
+    }
+
+    /// The scene of a file, and of options over it.
+    fn of_own(sources: &'s [SceneText<'t>]) -> Self {
+        let mut reader = Self::unread(sources);
+        reader.read();
+        reader
+    }
+
+    /// As [`of_own`](Self::of_own), before any source is read.
+    fn unread(sources: &'s [SceneText<'t>]) -> Self {
+        // What the file's base replaces.
+        Self::new(Scene::paper(), true, sources)
+    }
+
+    fn new(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
+        Reader {
             sources,
             source: 0,
             scene,
+            is_own,
             faults: Vec::new(),
             places: HashMap::new(),
-        };
-        for source in 0..sources.len() {
-            reader.source = source;
-            reader.document();
+            lacks: None,
+            untaken: Vec::new(),
         }
-        reader
+    }
+
+    /// Reads all sources.
+    fn read(&mut self) {
+        for source in 0..self.sources.len() {
+            self.source = source;
+            self.document();
+        }
+    }
+
+    /// Reads the truss file that the scene names, if nothing is wrong so far.
+    fn resolve(&mut self) -> Result<()> {
+        if !self.faults.is_empty() {
+            return Ok(());
+        }
+        let folder = self.folder("lattice.file");
+        self.scene.lattice.file.resolve(&folder)
+    }
+
+    /// The scene with the truss that it names, if nothing is wrong with it.
+    fn resolved(mut self) -> Result<Scene> {
+        self.resolve()?;
+        self.finished()
     }
 
     /// The scene, if nothing is wrong with it.
@@ -155,8 +249,12 @@ impl<'s, 't> Reader<'s, 't> {
         }
         match DeTable::parse(text) {
             Ok(document) => {
+                if !self.begin(document.get_ref()) {
+                    return;
+                }
                 // Which laws there are, and so which sections, the physics say.
                 let sections = document.get_ref().iter();
+                let sections = sections.filter(|(name, _)| name.get_ref() != BASE);
                 let (first, then): (Vec<_>, Vec<_>) =
                     sections.partition(|(name, _)| name.get_ref() == "physics");
                 for (name, value) in first.into_iter().chain(then) {
@@ -170,16 +268,57 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
+    /// Begins with the base of a whole scene. False if the base is wrong: the rest cannot be judged without it.
+    fn begin(&mut self, document: &DeTable) -> bool {
+        let is_whole = self.is_own && self.sources[self.source].file.is_some();
+        let Some((key, value)) = document.get_key_value(BASE) else {
+            if is_whole {
+                self.scene = Base::default().scene();
+            }
+            return true;
+        };
+        if !is_whole {
+            let message = "`base` cannot be changed here".to_owned();
+            let allowed =
+                "it says where a scene file takes its missing keys from: set it in that file";
+            self.fault(key.span(), message, allowed.to_owned());
+            return false;
+        }
+        let name = value.get_ref().as_str();
+        if let Some(base) = name.and_then(Base::named) {
+            self.scene = base.scene();
+            return true;
+        }
+        let written = value.span();
+        let text = self.sources[self.source].text.get(written.clone());
+        let text = abridged(text.unwrap_or_default());
+        let message = match name {
+            Some(_) => format!("unknown base {text}"),
+            None => format!("`base` is {}: {text}", kind(value)),
+        };
+        let known = Base::names();
+        self.fault(
+            written,
+            message,
+            suggest(name.unwrap_or_default(), known.into_iter()),
+        );
+        false
+    }
+
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
         let known = sections(&mut self.scene);
         if known.iter().all(|section| section.name != name) {
+            if self.untaken.iter().any(|law| law == name) {
+                return;
+            }
             if let Some(remedy) = laws::choosing(name) {
                 let message = format!("the law `{name}` is not chosen");
                 return self.fault(span, message, remedy);
             }
             let owner = known.iter().find(|section| section.keys.contains(&name));
             let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
-            let names = suggest(name, known.iter().map(|section| section.name));
+            let names = known.iter().map(|section| section.name);
+            let names = suggest(name, names.chain([BASE]));
             let hint = path.unwrap_or_default() + &names;
             return self.fault(span, format!("unknown section `{name}`"), hint);
         }
@@ -198,10 +337,7 @@ impl<'s, 't> Reader<'s, 't> {
                 Some(field) => {
                     if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
-                        let text = &self.sources[self.source].text;
-                        let written = text.get(misfit.span.clone()).unwrap_or_default();
-                        let message = format!("`{path}` {} {}", misfit.says, abridged(written));
-                        self.fault(misfit.span, message, allowed);
+                        self.misfit(&path, value, misfit, allowed);
                     }
                     let (source, span) = (self.source, value.span());
                     self.places.insert(path, KeyPlace { source, span });
@@ -209,6 +345,25 @@ impl<'s, 't> Reader<'s, 't> {
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
         }
+    }
+
+    /// Notes a value that a key cannot have.
+    fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
+        if LAW_KEYS.contains(&path) {
+            self.untaken.extend(words(value));
+        }
+        let Misfit {
+            span,
+            says,
+            unknown,
+        } = misfit;
+        if let (Some(lacks), false) = (&mut self.lacks, unknown.is_empty()) {
+            return lacks.note(path, unknown);
+        }
+        let text = &self.sources[self.source].text;
+        let written = text.get(span.clone()).unwrap_or_default();
+        let message = format!("`{path}` {says} {}", abridged(written));
+        self.fault(span, message, allowed);
     }
 
     /// The folder of the file that set a key last; the process's own for the command line.
@@ -227,6 +382,7 @@ impl<'s, 't> Reader<'s, 't> {
         let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {
             Some(owner) => format!("belongs to [{}]", owner.name),
+            None if key == BASE => "belongs above the first section".to_owned(),
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
@@ -248,6 +404,19 @@ impl<'s, 't> Reader<'s, 't> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// The keys that choose laws, each of which may have a section of its name.
+const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
+
+/// The strings in a value or in its entries.
+fn words(value: &Spanned<DeValue>) -> Vec<String> {
+    let entries = value.get_ref().as_array();
+    let entries = entries.map_or(vec![value], |entries| entries.iter().collect());
+    let words = entries
+        .into_iter()
+        .filter_map(|entry| entry.get_ref().as_str());
+    words.map(str::to_owned).collect()
 }
 
 /// The known name nearest to a misspelt one, else all of them.

@@ -31,7 +31,11 @@ impl Scene {
             }
             text
         };
-        self.clone().of_sections(write).join("\n")
+        let base = self.base.name();
+        let sections = self.clone().of_sections(write).join("\n");
+        format!(
+            "# The scene that supplies missing keys; none is missing here.\nbase = {base:?}\n\n{sections}"
+        )
     }
 }
 

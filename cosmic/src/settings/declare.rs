@@ -18,7 +18,8 @@
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
-/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections.
+/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections and the type of its
+/// base.
 #[macro_export]
 macro_rules! settings {
     (
@@ -57,7 +58,7 @@ macro_rules! settings {
             fn serialize<S: $crate::settings::serde::Serializer>(
                 &self,
                 serializer: S,
-            ) -> Result<S::Ok, S::Error> {
+            ) -> ::core::result::Result<S::Ok, S::Error> {
                 $crate::settings::Values::of(&mut self.clone()).serialize(serializer)
             }
         }
@@ -81,17 +82,31 @@ macro_rules! settings {
     };
     (
         $(#[doc = $about:literal])+
-        scene $Scene:ident {
+        scene $Scene:ident over $Base:ty {
             $($(#[doc = $doc:literal])+ $section:ident: $Settings:ty,)+
         }
     ) => {
         $(#[doc = $about])+
-        #[derive(Debug, Clone, Default, PartialEq)]
+        #[derive(Debug, Clone)]
         pub struct $Scene {
+            /// The built-in scene from which the file took the keys that it lacks. Scenes with equal settings
+            /// are equal, whatever their bases.
+            pub base: $Base,
             $($(#[doc = $doc])+ pub $section: $Settings,)+
         }
 
+        impl PartialEq for $Scene {
+            fn eq(&self, other: &Self) -> bool {
+                true $(&& self.$section == other.$section)+
+            }
+        }
+
         impl $Scene {
+            /// The defaults of the declarations.
+            fn declared(base: $Base) -> Self {
+                Self { base, $($section: <$Settings>::default(),)+ }
+            }
+
             /// Every section with its name, in the order in which they are written.
             fn sections(
                 &mut self,
@@ -107,9 +122,27 @@ macro_rules! settings {
         }
     ) => {
         $(#[$about])+
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum $Choice {
-            $($(#[$doc])+ #[serde(rename = $name)] $Member,)+
+            $($(#[$doc])+ $Member,)+
+        }
+
+        // Written out: a derive would need serde among the dependencies of the user's crate.
+        impl $crate::settings::serde::Serialize for $Choice {
+            fn serialize<S: $crate::settings::serde::Serializer>(
+                &self,
+                serializer: S,
+            ) -> ::core::result::Result<S::Ok, S::Error> {
+                serializer.serialize_str($crate::settings::Named::name(*self))
+            }
+        }
+
+        impl<'de> $crate::settings::serde::Deserialize<'de> for $Choice {
+            fn deserialize<D: $crate::settings::serde::Deserializer<'de>>(
+                deserializer: D,
+            ) -> ::core::result::Result<Self, D::Error> {
+                $crate::settings::member(deserializer, &[$($name),+])
+            }
         }
 
         impl $crate::settings::Named for $Choice {

@@ -140,7 +140,7 @@ mod tests {
 
     /// The default scene's lattice without damping, where small changes grow for ever.
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
-        let scene = Scene::parse("wild", "[physics]\ndamping = 0.0").unwrap();
+        let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let mixture = vec![[1.0 / 3.0; 3]; lattice.edges.len()];
         let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);

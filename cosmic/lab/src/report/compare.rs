@@ -68,7 +68,14 @@ impl Comparison {
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        let lane = |run: &ComparedRun| race::lane(&run.name, &run.folder).transpose();
+        let lane = |run: &ComparedRun| {
+            let mark = if run.summary.is_unreliable() {
+                " (unreliable)"
+            } else {
+                ""
+            };
+            race::lane(&format!("{}{mark}", run.name), &run.folder).transpose()
+        };
         let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()

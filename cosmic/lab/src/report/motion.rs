@@ -319,7 +319,7 @@ mod tests {
     }
 
     fn results_on(ground: GroundSettings) -> RunFiles {
-        let mut scene = Scene::default();
+        let mut scene = Scene::paper();
         scene.physics.ground = ground;
         scene.start.kind = StartKind::Layout;
         scene.physics.steps = 64;

@@ -143,7 +143,7 @@ impl Provenance {
             let most = most.map_or("all".to_owned(), |n| n.to_string());
             // Results without a base may have any.
             let base = self.base.as_ref().and(settings.base.as_deref());
-            let base = Scene::parse("--base", base.unwrap_or_default());
+            let base = Scene::paper().with("--base", base.unwrap_or_default());
             let mut all = vec![["iterations".to_owned(), most]];
             if let Ok(base) = base {
                 all.extend(base.settings().into_iter().map(|s| [s.key, s.value]));

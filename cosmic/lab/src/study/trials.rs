@@ -103,13 +103,12 @@ pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
 impl Base {
     /// A built-in scene over these settings, with changes.
     fn scene(&self, name: &str, changes: &[&str]) -> Result<Scene> {
-        let builtin = named(name);
-        let text = builtin.map_or("", |builtin| builtin.text);
-        let below = Scene::parse(&self.file, &self.text)?;
+        let changes_of_builtin = named(name).map_or(String::new(), |builtin| builtin.changes());
+        let below = Scene::paper().with(&self.file, &self.text)?;
         let place = format!("changes of {name}");
         let mut changes = changes.iter();
         let scene = below
-            .with(name, text)
+            .with(name, &changes_of_builtin)
             .and_then(|scene| changes.try_fold(scene, |scene, change| scene.with(&place, change)));
         // The place is in the study's own settings, the cause may be in the others.
         scene.map_err(|error| match &self.file[..] {

@@ -257,7 +257,7 @@ pub(super) mod tests {
     pub(in crate::sweep) fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
         let scene = |name: &&str| PlannedScene {
             name: (*name).to_owned(),
-            scene: Scene::default(),
+            scene: Scene::paper(),
         };
         SweepPlan {
             study: None,

@@ -105,7 +105,7 @@ pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
 /// A case of `size` columns and rows with 2 hidden units; `change` edits its scene.
 #[cfg(test)]
 pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     [scene.lattice.columns, scene.lattice.rows] = size;
     scene.controller.hidden = 2;
     change(&mut scene);

@@ -380,7 +380,7 @@ mod tests {
 
     #[test]
     fn gradients_in_f32_are_roundings_away_from_those_in_f64() {
-        let (case, scene) = (small([2, 2], |_| ()), Scene::default());
+        let (case, scene) = (small([2, 2], |_| ()), Scene::paper());
         let subject = Subject::new(&case, &scene.loss);
         let error = subject.single_error(64, &scene.gradient);
         for share in [error.design, error.controller] {

@@ -115,7 +115,7 @@ impl Bench {
 pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     let at = |share: f64| (share * iterations as f64) as usize;
     format!(
-        "[lattice]\ncolumns = 3\nrows = 3\n\
+        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 3\n\
          [physics]\nsteps = {steps}\n{physics}\n\
          [volume]\nwidening_over = [{}, {}]\n\
          [schedule]\niterations = {iterations}\nattraction_from = {}\nsnap_at = {}\n\

@@ -33,7 +33,7 @@ impl Lock {
     ///
     /// # Errors
     /// [`Error::Taken`]; [`Error::Write`].
-    fn take(folder: &Path) -> Result<Self> {
+    pub(in crate::record) fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
         let options = options.write(true).create(true).truncate(false);

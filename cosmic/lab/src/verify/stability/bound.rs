@@ -53,7 +53,7 @@ pub fn bound_ratio(lattices: usize) -> BoundRatio {
 const SPACING: f64 = 0.1;
 
 fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     scene.lattice.spacing = SPACING;
     scene.lattice.columns = stream.random_range(2..=8);
     scene.lattice.rows = stream.random_range(2..=8);

@@ -64,7 +64,7 @@ pub fn extreme_trials() -> Vec<Trial> {
 
 /// A robot of 3x3 nodes of the paper's materials, all skeleton.
 fn robot(change: impl FnOnce(&mut Scene)) -> Case {
-    let mut scene = Scene::default();
+    let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.kind, scene.controller.hidden) = (StartKind::Uniform, 8);
     scene.physics.steps = STEPS;
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn what_starts_far_from_rest_is_tried_with_its_own_time_step_alone() {
-        let mut case = Case::of_scene(&Scene::default(), 0).unwrap();
+        let mut case = Case::of_scene(&Scene::paper(), 0).unwrap();
         case.start.x[1][0] -= 0.9e-2 * case.lattice.rest_length[0];
         assert_eq!(case_trials(&case).len(), 5);
         case.start.x[1] = case.start.x[0];
