@@ -29,6 +29,8 @@ def as_scene(source: SceneLike) -> Scene:
         return source
     if isinstance(source, Mapping):
         settings = dict(source)
+        if "base" in settings:
+            raise InputError("`base` is not a key of a dictionary; name the base as `scene`")
         base = as_scene(settings.pop("scene", None) or _core.scenes()[0])
         return base.overridden(_toml(settings)) if settings else base
     if isinstance(source, str) and _is_toml(source):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,16 @@ def test_the_last_step_is_always_observed(observed: Any, of_100: list[int]) -> N
     assert loss.observed(100) == of_100
     made = cosmic.optimize(UNEVEN, SEED, loss=loss, iterations=20, progress=False)
     assert made.summary["iterations"] == 20
+
+
+def test_a_loss_that_is_never_a_number_ends_the_run() -> None:
+    def lost(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        return float("nan"), np.zeros_like(x), np.zeros_like(v)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(cosmic.DivergedError, match="loss"):
+            cosmic.optimize(SCENE, SEED, loss=lost, progress=False)
 
 
 class Fickle(cosmic.Loss):

@@ -59,6 +59,7 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
     ),
     "no scene": (lambda sim, i, t: cosmic.Simulator(3), ["scene", "int"]),
     "no section": (lambda sim, i, t: cosmic.Simulator({"steps": 3}), ["'steps'", "section"]),
+    "base": (lambda sim, i, t: cosmic.Simulator({"base": "earth"}), ["`base`", "as `scene`"]),
     "no setting": (lambda sim, i, t: cosmic.Simulator({"physics.steps": object()}), ["use a number"]),
 }
 
