@@ -296,13 +296,13 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         """Which robots a reset is about: all, unless the options have a mask."""
         if options is None or "reset_mask" not in options:
             return np.ones(self.num_envs, np.bool_)
-        mask = np.asarray(options["reset_mask"])
+        mask: npt.NDArray[np.bool_] = np.array(options["reset_mask"])
         if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise InputError(
                 f"reset_mask: expected {self.num_envs} booleans, at least one of them True, "
                 f"found {options['reset_mask']!r}"
             )
-        return mask.copy()
+        return mask
 
     def _begin(self, robots: npt.NDArray[np.bool_]) -> None:
         for robot in map(int, np.flatnonzero(robots)):
