@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import cosmic
 import numpy as np
 import pytest
@@ -238,7 +242,7 @@ def test_other_types_are_converted(sim: cosmic.Simulator, dtype: str) -> None:
     other = inputs._replace(b1=jnp.asarray(np.arange(len(inputs.b1)), dtype))
     wide = inputs._replace(b1=jnp.asarray(np.arange(len(inputs.b1)), jnp.float32))
     is_whole = dtype == "int32"
-    # Whole numbers make it double precision, as a float of Python would.
+    # A whole number makes nothing double, as in JAX.
     seen, expected = (cosmic.jax.rollout(sim, each, *SPAN) for each in (other, wide))
     assert seen.x.dtype == jnp.float32 and same(seen, expected)
     gradient = jax.grad(number(sim), allow_int=is_whole)(other)
@@ -266,3 +270,25 @@ def test_an_exception_of_an_objective_is_the_runs() -> None:
 
     with pytest.raises(TypeError, match="scalar"):
         cosmic.optimize(SCENE, SEED, loss=wrong, progress=False)
+
+
+ONE_CORE = """
+import os
+os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])
+import cosmic, cosmic.jax, jax, numpy as np
+
+sim = cosmic.Simulator("stability")
+first = sim.initial()
+of = jax.jit(jax.vmap(lambda inputs: cosmic.jax.rollout(sim, inputs, 64, 32).x.sum()))
+many = cosmic.Inputs(*(np.stack([array] * 128) for array in first))
+print(jax.block_until_ready(of(many)).shape)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs a process on one core")
+def test_the_cure_for_one_core_works() -> None:
+    # Without the flags this waits forever, as docs/python.md says.
+    flags = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
+    command = [sys.executable, "-c", ONE_CORE]
+    done = subprocess.run(command, capture_output=True, text=True, env=flags, timeout=120)
+    assert done.stdout.strip() == "(128,)", done.stderr
