@@ -70,22 +70,21 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
-    /// A simulated state stopped being finite, or got beyond 1e6 m or 1e6 m/s, where no robot gets.
+    /// A simulated state stopped being finite, got beyond 1e6 m or 1e6 m/s, or is faster than its scene allows.
     #[error(
-        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, \
-         mostly by {term}"
+        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
     )]
     Diverged {
         /// The step that produced the state, from 0.
         step: usize,
-        /// The first node that is not finite, or absurd.
+        /// The first node that is not finite, absurd or too fast.
         node: usize,
         /// Its position, m.
         position: [f64; 2],
         /// Its velocity, m/s.
         velocity: [f64; 2],
-        /// The term that caused it.
-        term: String,
+        /// What caused it, or the bound that is exceeded.
+        cause: String,
     },
     /// A time step with which the robot's own vibrations grow.
     #[error(

@@ -80,6 +80,9 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
 /// A line each on how the bars hang together, what they bear, and what the clock alone does.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
+    if summary.is_undecided() {
+        text += "bars and actuators: undecided, the run ended before every edge had one material\n";
+    }
     if let Some(s) = summary.structure {
         let floppy = match s.floppy_modes {
             Some(modes) => counted(modes, "floppy mode"),
@@ -133,7 +136,10 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         summary.seed,
         counted(summary.iterations, "iteration"),
         summary.delivered_iteration,
-        counted(summary.flips, "flip"),
+        match summary.is_undecided() {
+            true => "not snapped".to_owned(),
+            false => counted(summary.flips, "flip"),
+        },
         counted(summary.skipped_gradients, "gradient"),
         departures(summary),
     );
