@@ -193,13 +193,18 @@ fn a_full_disk_says_to_free_space_and_the_run_goes_on() {
 #[test]
 fn progress_in_a_pipe_has_no_carriage_returns() {
     let bench = Bench::default();
+    // What a study changes in every scene names no base.
+    let changes = bench
+        .read("tiny.toml")
+        .replace("base = \"stability\"\n", "");
+    bench.write("changes.toml", changes);
     for (line, lines) in [
         ("optimize tiny.toml --out a", 3),
         ("optimize tiny.toml --starts 2 --out b", 6),
         ("sweep plan tiny.toml --seeds 2 --iterations 3 --out s", 0),
         ("sweep run s", 2),
         (
-            "study ablation --base tiny.toml --seeds 1 --iterations 2 --out t",
+            "study ablation --base changes.toml --seeds 1 --iterations 2 --out t",
             8,
         ),
         ("report a", 0),
