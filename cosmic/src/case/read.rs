@@ -247,6 +247,7 @@ impl Shapes<'_> {
                 edges,
                 payload: truss.payload.clone(),
                 rules: truss.rules(),
+                ..Truss::default()
             };
             let marks = truss.check_marks();
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;

@@ -1,7 +1,7 @@
 //! `summary.json`: the result of a run, written last.
 
 use super::RunPlan;
-use super::files::read_json;
+use super::files::{no_run, read_json};
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress, Reliability};
@@ -276,11 +276,14 @@ impl Summary {
 /// The path of a file that a run writes at its end.
 ///
 /// # Errors
-/// [`Error::Read`] for a run that is not finished.
+/// [`Error::Read`] for a run that is not finished, and for a folder that is not a run.
 pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     let path = folder.join(name);
-    if path.exists() || !folder.join(SNAPSHOT).exists() {
+    if path.exists() {
         return Ok(path);
+    }
+    if !folder.join(SNAPSHOT).exists() {
+        return Err(no_run(folder, name));
     }
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }

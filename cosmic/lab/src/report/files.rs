@@ -42,10 +42,11 @@ impl RobotFiles {
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
+        // First: of a file that is not a design, its scene is not the matter.
+        let design = DesignFile::read(path)?;
         let ShownScene { scene, lacks, text } =
             Scene::read_to_show(&path.with_file_name(run::SCENE))?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
-        let design = DesignFile::read(path)?;
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
