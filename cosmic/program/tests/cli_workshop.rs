@@ -7,7 +7,7 @@ use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn told(command: &mut Command) -> Output {
@@ -46,7 +46,7 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
         "bar_mass": body.mass.iter().sum::<f64>() - nodes - payload,
         "max_strain": scene.materials.max_strain[2],
         "density": scene.materials.density,
-        "trajectory": bench.path("run/trajectory.json"),
+        "trajectory": every_step(bench, scene.physics.steps, scene.physics.dt),
         "sizes": sizes,
         "robot": {
             "edges": lattice.edges, "rest_length": lattice.rest_length,
@@ -57,6 +57,20 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
             "velocity_scale": asked.velocity_scale,
         },
     })
+}
+
+/// A file like the run's trajectory, with the state after every step: peaks are over all of them.
+fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
+    let steps: Vec<String> = (0..=last).map(|step| step.to_string()).collect();
+    let record = steps.join(",");
+    (bench.cosmic(&format!("evaluate run --record {record} --out states.json"))).ok();
+    let results = bench.json("states.json");
+    let state = |step: &String| results["results"]["trajectory"][step].clone();
+    let states: Vec<Value> = steps.iter().map(state).collect();
+    let steps: Vec<usize> = (0..=last).collect();
+    let all = json!({ "dt": dt, "steps": steps, "states": states });
+    bench.write("every.json", all.to_string());
+    bench.path("every.json")
 }
 
 /// Exports the run of a bench and has it read back.

@@ -45,7 +45,7 @@ for edge, row in bars.items():
     strain = expected["max_strain"] if wanted["material"] == "actuator" else 0
     close(float(row["stroke"]), strain * wanted["rest_length"], 6e-10, what)
 
-# --- Peak forces, from the equations of the controller and of a spring, over the recorded states.
+# --- Peak forces, from the equations of the controller and of a spring, over the states of all steps.
 robot, run = expected["robot"], json.loads(Path(expected["trajectory"]).read_text())
 # Nodes without a bar are no part of the robot.
 ends = [node for bar in expected["bars"].values() for node in bar["nodes"]]
