@@ -119,6 +119,7 @@ pub(crate) fn frame<'py>(
         dt: scene.physics.dt,
         steps,
         states: x.finite()?.chunks_exact(2 * nodes).map(state).collect(),
+        bars: Vec::new(),
     };
     let robot = RobotFiles {
         scene: scene.clone(),

@@ -153,7 +153,7 @@ fn it_says_how_it_goes_and_what_came_of_it() {
 fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     let bench = Bench::default();
     bench.run("whole", "");
-    bench.run("part", "--iterations 15");
+    let said = bench.run("part", "--iterations 15");
     let summary = bench.json("part/summary.json");
     assert_eq!(summary["iterations"], 15);
     assert_eq!(summary["stop_reason"], "iteration_limit");
@@ -163,6 +163,25 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
+
+    // It has no bars yet, and nobody counts or loads them.
+    assert_eq!(summary["undecided"], true);
+    for nothing in ["structure", "loads"] {
+        let value = summary.get(nothing).expect("the key is there");
+        assert!(value.is_null(), "{value}");
+    }
+    bench.cosmic("report part").ok();
+    let page = bench.read("part/report.html");
+    let compared = bench.cosmic("compare part whole").ok().out;
+    for text in [&said.out, &page, &compared] {
+        assert!(text.contains("undecided"), "{text}");
+        for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {
+            assert!(!text.contains(wrong), "{wrong}");
+        }
+    }
+    let decided = bench.json("whole/summary.json");
+    assert_eq!(decided["undecided"], false);
+    assert!(decided["structure"]["pieces"].as_u64() > Some(0));
 
     bench.run("more", "--iterations 1000");
     assert_eq!(bench.results("more"), whole);

@@ -17,6 +17,7 @@ mod cli_gradcheck;
 mod cli_interrupted;
 mod cli_lattice;
 mod cli_laws;
+mod cli_misread;
 mod cli_mujoco;
 mod cli_optimize;
 mod cli_own;
