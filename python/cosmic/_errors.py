@@ -38,10 +38,10 @@ class InternalError(Error, RuntimeError):
     """A fault of the library itself, which should be reported."""
 
 
-#: A command of the program with a folder or file, which a shell may need in quotes, and an option.
+#: A command of the program with a folder or file, which a shell may need in quotes, and options.
 _COMMAND = re.compile(
-    r"`?cosmic (?P<name>resume|evaluate)"
-    r"(?P<path> (?!-)(?:'[^']*'|\\'|[^\s'`])+)?(?P<unstable> --allow-unstable)?`?"
+    r"`?cosmic (?P<name>resume|evaluate|optimize)"
+    r"(?P<path> (?!-)(?:'[^']*'|\\'|[^\s'`])+)?(?P<options>(?: --[a-z-]+(?: [A-Z]+)?)*)`?"
 )
 
 
@@ -67,7 +67,10 @@ def _call(command: re.Match[str]) -> str:
         path = ""
     if command["name"] == "evaluate":
         return f"json.load(open({path!r}))" + end
+    name = command["name"]
+    if not path and name == "optimize":
+        return "cosmic.optimize" + end
     arguments = [repr(path) if path else "folder"]
-    if command["unstable"]:
-        arguments.append("allow_unstable=True")
-    return f"cosmic.resume({', '.join(arguments)})" + end
+    for option, value in re.findall(r" --([a-z-]+)(?: ([A-Z]+))?", command["options"]):
+        arguments.append(f"{option.replace('-', '_')}={value or True}")
+    return f"cosmic.{name}({', '.join(arguments)})" + end

@@ -74,11 +74,22 @@ impl Simulator {
         } else {
             usual_threads()?.min(robots)
         };
-        let robots_are = if robots == 1 { "robot" } else { "robots" };
+        let [robots_are, states_are] = [(robots, "robot"), (states, "state")].map(|(n, what)| {
+            let plural = if n == 1 { "" } else { "s" };
+            format!("{n} {what}{plural}")
+        });
+        let [of, or] = if thread == 0.0 {
+            ["a rollout", ""]
+        } else {
+            [
+                "the gradient of a rollout",
+                ", or set gradient.memory in the scene",
+            ]
+        };
         has_room(
             robots as f64 * robot + threads as f64 * thread,
-            &format!("a rollout of {robots} {robots_are} that shows {states} states"),
-            "take fewer robots at once, or fewer states (`observed`)",
+            &format!("{of} of {robots_are} that shows {states_are}"),
+            &format!("take fewer robots at once, or fewer states (`observed`){or}"),
         )
     }
 

@@ -35,13 +35,14 @@ def limited(megabytes, call):
         resource.setrlimit(resource.RLIMIT_AS, old)
 
 many = first._replace(v0=np.zeros((2000, *first.v0.shape)))
-sim.rollout(many._replace(v0=many.v0[:4]), 8)
-limited(500, lambda: sim.rollout(many, 8192, 8))
+# Small ones first: what was allocated once may be had again.
 bars = cosmic.Trajectory(np.zeros((1, 36, 2)), np.zeros((1, 36, 2)))
 limited(30, lambda: sim.vjp(first, bars, observed=[8192]))
-limited(300, lambda: sim.jvp(many._replace(v0=many.v0[:100]), first, 8192, 8))
 long = {"scene": "stability", "physics.steps": 1000000}
 limited(40, lambda: cosmic.Simulator(long))
+sim.rollout(many._replace(v0=many.v0[:4]), 8)
+limited(500, lambda: sim.rollout(many, 8192, 8))
+limited(300, lambda: sim.jvp(many._replace(v0=many.v0[:100]), first, 8192, 8))
 wide = {"scene": "stability", "lattice": {"columns": 64, "rows": 64}, "controller.hidden": 4096}
 large = cosmic.Simulator(wide)
 limited(500, large.initial)
@@ -57,13 +58,14 @@ sim.rollout(first)
 def test_too_large_is_refused_and_the_process_lives() -> None:
     done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
-    rollout, gradient, tangents, simulator, start, *runs = done.stdout.splitlines()
+    gradient, simulator, rollout, tangents, start, *runs = done.stdout.splitlines()
     # 2000 robots x 1025 states x 36 nodes x 4 numbers of 8 bytes.
     assert rollout == (
         "a rollout of 2000 robots that shows 1025 states needs 2.4 GB of memory, and the system does "
         "not grant so much; take fewer robots at once, or fewer states (`observed`)"
     )
-    assert gradient.startswith("a rollout of 1 robot that shows 1 states needs")
+    assert gradient.startswith("the gradient of a rollout of 1 robot that shows 1 state needs 53 MB")
+    assert gradient.endswith("or set gradient.memory in the scene")
     assert tangents.startswith("a rollout of 100 robots")
     assert simulator.startswith("a simulator of 110 edges and 1000000 steps needs 72 MB")
     assert start.startswith("a controller of 4096 hidden neurons for 16002 edges needs 3.2 GB")

@@ -189,6 +189,11 @@ def test_messages_name_calls_of_python_not_commands(run: cosmic.Run, tmp_path: P
         ("by `cosmic resume`, or name another", "by cosmic.resume(folder), or name another"),
         ("with: cosmic evaluate a/diverged.json", "with: json.load(open('a/diverged.json'))"),
         ("by record::resume_with, with its own loss, in a b", "with: cosmic.resume('a b', loss=...)"),
+        ("the folder that `cosmic optimize` wrote", "the folder that cosmic.optimize wrote"),
+        (
+            "with: cosmic optimize a/scene.toml --seed SEED --out NEW",
+            "with: cosmic.optimize('a/scene.toml', seed=SEED, out=NEW)",
+        ),
         ("nothing of the kind", "nothing of the kind"),
     ],
 )

@@ -180,6 +180,8 @@ fn walks_get_as_far_in_mujoco() {
         bench.cosmic(&format!("export {run} --mujoco")).ok();
         let folder = &format!("{run}/export");
         let there = Walk::of(python, &bench, folder, "");
+        let still = Walk::of(python, &bench, folder, "--steps 0");
+        assert_eq!(still.first, still.last);
         let ours = bench.json(&format!("{run}/summary.json"));
         let ours = ours["displacement_along"].as_f64().unwrap();
         let distance = there.distance();
