@@ -123,7 +123,6 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let scene = folder.join(record::run::SCENE);
-    let made = py.detach(|| codesign(&cosmic::scene::Scene::read(&scene)?, loss, failure));
+    let made = py.detach(|| codesign(&record::run::read_scene(folder)?, loss, failure));
     or_failure(failure, made).map(Some)
 }

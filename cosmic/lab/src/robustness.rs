@@ -123,7 +123,7 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),
-        None => Scene::read(&folder.join(run::SCENE))?,
+        None => run::read_scene(folder)?,
     };
     let file = result_of(folder, run::DESIGN)?;
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;

@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::run::SCENE;
+use cosmic::record::run::{SCENE, read_scene};
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
 use cosmic::scene::{self, Scene, UnstableStep, fault};
 use std::ffi::{OsStr, OsString};
@@ -106,9 +106,10 @@ impl Arguments {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
-            let summary = Summary::read(file.parent().unwrap_or(Path::new("")));
+            let folder = file.parent().unwrap_or(Path::new(""));
+            let summary = Summary::read(folder);
             return Ok(Origin {
-                scene: self.settings.apply(Scene::read(&file)?)?,
+                scene: self.settings.apply(read_scene(folder)?)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
                 source: file.display().to_string(),
             });

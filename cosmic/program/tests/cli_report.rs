@@ -269,7 +269,7 @@ fn files_of_another_run_do_not_fit() {
     let bench = finished();
     let scene = bench.read("run/scene.toml");
     let wider = scene.replace("columns = 3", "columns = 4");
-    let says = ["design.json", "expected 29 `edges`, found 20"];
+    let says = ["scene.toml", "not the scene that the run began with"];
     refused(&bench, "scene.toml", wider, &says);
     let trajectory = bench.read("run/trajectory.json");
     let descending = trajectory.replace("\"steps\":[0,16,", "\"steps\":[16,0,");

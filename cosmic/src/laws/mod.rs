@@ -34,8 +34,8 @@ pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
 #[cfg(test)]
 pub(crate) use choice::SECTIONS;
-pub(crate) use choice::choosing;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
+pub(crate) use choice::{TOP_KEYS, choosing};
 pub(crate) use contact::AnyContact;
 pub use contact::{Contact, Drifting, Flying, Impact};
 pub use coulomb::Coulomb;

@@ -13,15 +13,15 @@ settings! {
     /// What the robot is to do; what is reported is the displacement, whatever the task.
     struct ObjectiveSettings {
         /// To get far, to reach a point and stop, to climb, to go back, or to save energy.
-        task: TaskKind = TaskKind::Far, source "paper: far";
+        task: TaskKind = TaskKind::Far, since 1, source "paper: far";
         /// A loss in place of the task's, by a name that the program was given.
-        own_loss: OwnLoss = OwnLoss::default(), source "the paper has none";
+        own_loss: OwnLoss = OwnLoss::default(), since 1, source "the paper has none";
         /// For "reach": where to, along the ground from its origin.
-        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "reach": the time in which a speed at the target counts as a distance.
-        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", source "beyond the paper";
+        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1, source "beyond the paper";
         /// For "economy": metres that a joule per kilogram lost to damping is worth.
-        energy_price: f64 = 0.1, allowed within(0.0, 1e6), unit "m kg/J", source "beyond the paper";
+        energy_price: f64 = 0.1, allowed within(0.0, 1e6), unit "m kg/J", since 1, source "beyond the paper";
     }
 }
 
@@ -45,15 +45,15 @@ settings! {
     /// Gradients averaged over robots and surroundings drawn around the nominal ones.
     struct RobustSettings {
         /// Draws per gradient, new ones every iteration; 0 designs for the nominal robot.
-        samples: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
+        samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
         /// How far a coordinate of the start is off at most.
-        start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", source "beyond the paper";
+        start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", since 1, source "beyond the paper";
         /// Share by which the coefficient of Coulomb friction is off at most.
-        friction: f64 = 0.2, allowed DEVIATION, source "beyond the paper";
+        friction: f64 = 0.2, allowed DEVIATION, since 1, source "beyond the paper";
         /// Share by which the stiffness of an edge is off at most.
-        stiffness: f64 = 0.1, allowed DEVIATION, source "beyond the paper";
+        stiffness: f64 = 0.1, allowed DEVIATION, since 1, source "beyond the paper";
         /// Share by which the mass of a node is off at most.
-        mass: f64 = 0.1, allowed DEVIATION, source "beyond the paper";
+        mass: f64 = 0.1, allowed DEVIATION, since 1, source "beyond the paper";
     }
 }
 
@@ -73,11 +73,11 @@ settings! {
     struct SearchSettings {
         /// Iterations after which starts are dropped, none below the one before it. At the last
         /// iteration and beyond nothing is dropped any more.
-        rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), source "beyond the paper";
+        rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), since 1, source "beyond the paper";
         /// Share of the starts that goes on after each of them, rounded up.
-        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, source "beyond the paper";
+        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
         /// Iterations up to a rung over which a start's displacement is judged, by their median.
-        window: usize = 10, allowed within(1.0, 1e5), source "beyond the paper";
+        window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
     }
 }
 

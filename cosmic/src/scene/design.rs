@@ -16,7 +16,7 @@ settings! {
         delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
         /// How much is taken off the solid entry that an edge does not have in the layout "filled",
         /// before every projection: the materials are held, and topology alone is designed.
-        hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
+        hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             source "paper: 0, in its ablation a small constant";
     }
 }
@@ -35,7 +35,7 @@ settings! {
         layout: Layout = Layout::Short, source "paper: tall";
         /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
         /// opposite one, and twice as much here.
-        tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
+        tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
 
@@ -74,13 +74,13 @@ settings! {
     struct DesignSettings {
         /// Whether all bars are to hang together with the payload. Then a node counts in the mean
         /// position, and is observed, as much as its edges are solid: not at all without a bar.
-        one_piece: bool = true, source "paper: false";
+        one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
-        free_ends: bool = true, source "paper silent";
+        free_ends: bool = true, since 1, source "paper silent";
         /// Whether bars may cross.
-        crossings: bool = true, source "paper: true";
+        crossings: bool = true, since 1, source "paper: true";
         /// Least number of nodes of the lowest row that have a bar.
-        feet: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
+        feet: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
     }
 }
 
@@ -103,7 +103,7 @@ settings! {
     struct BinarisationSettings {
         /// What holds the measures below their thresholds: augmented terms of the objective, or
         /// constraints of the design's optimiser.
-        method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
+        method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// What each measure's threshold comes down to, from the measure's first value.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
         /// First and last iteration of the thresholds' descent.

@@ -16,6 +16,7 @@ mod design;
 mod optimisation;
 mod beyond;
 mod layout;
+mod version;
 mod base;
 mod keys;
 mod departures;
@@ -52,6 +53,7 @@ pub use robot::{
 
 pub use terrain::{GroundSettings, ProfileKind};
 pub use truss_file::TrussFile;
+pub use version::VERSION;
 
 use crate::settings;
 

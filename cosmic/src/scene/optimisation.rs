@@ -24,14 +24,14 @@ settings! {
         snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
         /// Changes of one edge's material, of those of the least confidence, that are tried in full
         /// rollouts at the snap, of which the best is kept.
-        snap_trials: usize = 20, allowed within(0.0, 1e4), source "paper: 0";
+        snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0, source "paper: 0";
         /// Changes of one edge's material that are tried every so often after the snap, those from
         /// which a gradient promises most: each in a short rollout, the best quarter of them in full
         /// ones, of which the best is kept.
-        polish_trials: usize = 16, allowed within(0.0, 1e4), source "paper: 0";
+        polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0, source "paper: 0";
         /// Iterations of the fine-tuning from one such polish to the next, the first right after the
         /// snap; those that settle have none.
-        polish_every: usize = 3, allowed within(1.0, 1e5), source "paper silent";
+        polish_every: usize = 3, allowed within(1.0, 1e5), since 1, source "paper silent";
         /// Passes, repeated: d of the design, c of the controller.
         cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
             source "paper: three to two";
@@ -39,7 +39,7 @@ settings! {
         stability_share: f64 = 1.0 / 3.0, allowed SHARE, source "found by experiment";
         /// Share of the fine-tuning at its end that goes on from the best controller and takes
         /// updates back that lose distance.
-        settle: f64 = 0.25, allowed SHARE, source "paper: 0";
+        settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
     }
 }
 
@@ -107,7 +107,7 @@ settings! {
         design_norm: Option<f64> = Some(0.3), allowed POSITIVE, source "found by experiment";
         /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean
         /// with the next; 0 takes every gradient as it is.
-        design_memory: f64 = 0.8, allowed DEVIATION, source "paper: 0";
+        design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0, source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
@@ -116,11 +116,11 @@ settings! {
         /// Memory for what a gradient keeps of the steps of its rollout, or of the rollouts that a thread
         /// runs side by side, or "off" for all that it takes. Within less, steps are run again. The
         /// gradient does not depend on it.
-        memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
+        memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
         /// Number type of the rollouts on the way: those that gradients are taken of, trials of
         /// other materials, and an iteration's full one. Medians over perturbed starts, by which
         /// controllers are chosen and results are quoted, are in f64 always.
-        precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
+        precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
     }
 }
 

@@ -3,10 +3,11 @@
 use super::base::Base;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
+use super::version::{FORMAT, VERSION};
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
-use crate::laws;
-use crate::settings::kind;
+use crate::laws::{self, TOP_KEYS};
+use crate::settings::{SettingValue, kind, within};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,19 @@ use toml::de::{DeTable, DeValue};
 
 /// The key of a scene file that names its base.
 const BASE: &str = "base";
+
+/// What the files among the sources are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// Settings in place of a scene's own.
+    Changes,
+    /// A scene. What it lacks comes from its base, unless it states a version.
+    Scene,
+    /// The scene of a run, which must not lack anything.
+    Run,
+    /// The scene in a snapshot. No person edits it, so that one without a version may lack keys.
+    Snapshot,
+}
 
 impl Scene {
     /// Reads a scene from TOML. Keys left out come from the scene that its key `base` names, from `earth` if
@@ -25,7 +39,30 @@ impl Scene {
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
-        Reader::of_own(&[SceneText::file(file, text)]).resolved()
+        Reader::over(Scene::paper(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
+    }
+
+    /// As [`parse`](Scene::parse), for the scene of a run: every key of its version must be there.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], and [`Error::Malformed`] if keys are missing.
+    pub fn parse_of_run(file: &str, text: &str) -> Result<Scene> {
+        Reader::over(Scene::paper(), Kind::Run, &[SceneText::file(file, text)]).resolved()
+    }
+
+    /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot, whose truss, if it has one, is
+    /// beside it.
+    ///
+    /// # Errors
+    /// As [`Scene::parse_of_run`].
+    pub(crate) fn parse_of_snapshot(text: &str, truss: Option<TrussFile>) -> Result<Scene> {
+        let source = [SceneText::file("scene", text)];
+        let mut reader = Reader::over(Scene::paper(), Kind::Snapshot, &source);
+        let Some(truss) = truss else {
+            return reader.resolved();
+        };
+        reader.scene.lattice.file = truss;
+        reader.finished()
     }
 
     /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
@@ -34,7 +71,7 @@ impl Scene {
     /// As [`Scene::parse`].
     pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
         let source = [SceneText::file(file, text)];
-        let mut reader = Reader::of_own(&source);
+        let mut reader = Reader::over(Scene::paper(), Kind::Scene, &source);
         reader.scene.lattice.file = truss;
         reader.finished()
     }
@@ -44,7 +81,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        Reader::over(self.clone(), &[SceneText::file(file, text)]).resolved()
+        Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
     }
 
     /// The scene with single settings in place of its own, each a key and a TOML value such as
@@ -57,7 +94,7 @@ impl Scene {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        Reader::over(self.clone(), &options(settings)).resolved()
+        Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
 }
 
@@ -75,7 +112,7 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::of_own(sources);
+    let mut reader = Reader::over(Scene::paper(), Kind::Scene, sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -92,8 +129,7 @@ struct Reader<'s, 't> {
     /// The one that is being read.
     source: usize,
     scene: Scene,
-    /// Whether the files among the sources are whole scenes, which begin with their bases.
-    is_own: bool,
+    kind: Kind,
     faults: Vec<Fault>,
     /// Where `section.key` was set last.
     places: HashMap<String, KeyPlace>,
@@ -107,23 +143,13 @@ struct KeyPlace {
 }
 
 impl<'s, 't> Reader<'s, 't> {
-    /// A scene with the settings of all sources.
-    fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
-        Self::read(scene, false, sources)
-    }
-
-    /// The scene of a file, and of options over it.
-    fn of_own(sources: &'s [SceneText<'t>]) -> Self {
-        // What the file's base replaces.
-        Self::read(Scene::paper(), true, sources)
-    }
-
-    fn read(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
+    /// A scene with the settings of all sources. A file that is a scene by itself replaces it by its base.
+    fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Reader {
             sources,
             source: 0,
             scene,
-            is_own,
+            kind,
             faults: Vec::new(),
             places: HashMap::new(),
         };
@@ -173,16 +199,20 @@ impl<'s, 't> Reader<'s, 't> {
         }
         match DeTable::parse(text) {
             Ok(document) => {
-                if !self.begin(document.get_ref()) {
-                    return;
-                }
+                let version = match self.begin(document.get_ref()) {
+                    Ok(version) => version,
+                    Err(fault) => return self.faults.push(fault),
+                };
                 // Which laws there are, and so which sections, the physics say.
                 let sections = document.get_ref().iter();
-                let sections = sections.filter(|(name, _)| name.get_ref() != BASE);
+                let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
                 let (first, then): (Vec<_>, Vec<_>) =
                     sections.partition(|(name, _)| name.get_ref() == "physics");
                 for (name, value) in first.into_iter().chain(then) {
                     self.section(name.get_ref(), name.span(), value);
+                }
+                if let Some(version) = version {
+                    self.complete(version);
                 }
             }
             Err(error) => {
@@ -192,41 +222,130 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Begins with the base of a whole scene. False if the base is wrong: the rest cannot be judged without it.
-    fn begin(&mut self, document: &DeTable) -> bool {
-        let is_whole = self.is_own && self.sources[self.source].file.is_some();
-        let Some((key, value)) = document.get_key_value(BASE) else {
-            if is_whole {
-                self.scene = Base::default().scene();
-            }
-            return true;
-        };
-        if !is_whole {
-            let message = "`base` cannot be changed here".to_owned();
-            let allowed =
-                "it says where a scene file takes its missing keys from: set it in that file";
-            self.fault(key.span(), message, allowed.to_owned());
-            return false;
+    /// Begins a file that is a scene by itself: with its base, or, if it has to be complete, with the defaults.
+    /// Returns the version for which it has to be complete.
+    fn begin(&mut self, document: &DeTable) -> std::result::Result<Option<u32>, Fault> {
+        if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
+            let mut stated = TOP_KEYS
+                .iter()
+                .filter_map(|key| document.get_key_value(*key));
+            return match stated.next() {
+                None => Ok(None),
+                Some((key, _)) => Err(Fault {
+                    source: self.source,
+                    span: key.span(),
+                    message: format!("`{}` cannot be changed here", key.get_ref()),
+                    allowed: "it describes a whole scene file: set it at the top of that file"
+                        .to_owned(),
+                }),
+            };
         }
+        let base = self.base(document)?;
+        let version = self.version(document)?;
+        self.scene = match (version, base) {
+            (None, base) => base.unwrap_or_default().scene(),
+            (Some(_), Some(base)) => Scene {
+                base,
+                ..Scene::paper()
+            },
+            (Some(_), None) => Scene::paper(),
+        };
+        Ok(version)
+    }
+
+    /// The base that a scene names.
+    fn base(&self, document: &DeTable) -> std::result::Result<Option<Base>, Fault> {
+        let Some(value) = document.get(BASE) else {
+            return Ok(None);
+        };
         let name = value.get_ref().as_str();
         if let Some(base) = name.and_then(Base::named) {
-            self.scene = base.scene();
-            return true;
+            return Ok(Some(base));
         }
-        let written = value.span();
-        let text = self.sources[self.source].text.get(written.clone());
-        let text = abridged(text.unwrap_or_default());
-        let message = match name {
-            Some(_) => format!("unknown base {text}"),
-            None => format!("`base` is {}: {text}", kind(value)),
+        let says = match name {
+            Some(_) => "names no built-in scene:",
+            None => "is not the name of a scene:",
         };
-        let known = Base::names();
-        self.fault(
-            written,
-            message,
-            suggest(name.unwrap_or_default(), known.into_iter()),
-        );
-        false
+        let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
+        Err(self.wrong(BASE, value, says, known))
+    }
+
+    /// The version for which a scene has to be complete: the one that it states; 0 for a run's without one.
+    fn version(&self, document: &DeTable) -> std::result::Result<Option<u32>, Fault> {
+        let [format, version] = ["format", "version"].map(|key| document.get(key));
+        let (format, version) = match (format, version) {
+            (None, None) => return Ok((self.kind != Kind::Scene).then_some(0)),
+            (Some(format), Some(version)) => (format, version),
+            (Some(lone), None) | (None, Some(lone)) => {
+                let says = "must not stand alone:".to_owned();
+                let allowed =
+                    format!("the scene of a run begins with format = {FORMAT:?} and a version");
+                let key = if format.is_some() {
+                    "format"
+                } else {
+                    "version"
+                };
+                return Err(self.wrong(key, lone, &says, allowed));
+            }
+        };
+        if format.get_ref().as_str() != Some(FORMAT) {
+            return Err(self.wrong(
+                "format",
+                format,
+                "is wrong:",
+                format!("allowed: {FORMAT:?}"),
+            ));
+        }
+        let mut number = 0_usize;
+        match number.read(version, &within(1.0, f64::from(VERSION))) {
+            Ok(()) => Ok(Some(number as u32)),
+            Err(misfit) => {
+                let allowed = format!("this program reads versions up to {VERSION}");
+                Err(self.wrong("version", version, &misfit.says, allowed))
+            }
+        }
+    }
+
+    /// A fault of the value of a key above the first section.
+    fn wrong(&self, key: &str, value: &Spanned<DeValue>, says: &str, allowed: String) -> Fault {
+        let text = &self.sources[self.source].text;
+        let written = abridged(text.get(value.span()).unwrap_or_default());
+        Fault {
+            source: self.source,
+            span: value.span(),
+            message: format!("`{key}` {says} {written}"),
+            allowed,
+        }
+    }
+
+    /// Requires every key of a version. Newer keys have the values that they had in effect before.
+    fn complete(&mut self, version: u32) {
+        let is_lenient = self.kind == Kind::Snapshot && version == 0;
+        let (places, mut missing) = (&self.places, Vec::new());
+        self.scene.of_sections(|section, settings| {
+            for field in settings.fields() {
+                let path = format!("{section}.{}", field.key);
+                if places.contains_key(&path) {
+                    continue;
+                }
+                if field.since > version {
+                    field.take_before();
+                } else if !is_lenient {
+                    missing.push(format!("`{path}`"));
+                }
+            }
+        });
+        /// The keys that a message names.
+        const NAMED: usize = 3;
+        let (named, others) = missing.split_at(NAMED.min(missing.len()));
+        let message = match (named, others.len()) {
+            ([], _) => return,
+            ([one], _) => format!("{one} is missing"),
+            (several, 0) => format!("{} are missing", several.join(", ")),
+            (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
+        };
+        let allowed = "the scene of a run must hold every key of its version".to_owned();
+        self.fault(0..0, message, allowed);
     }
 
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
@@ -239,7 +358,7 @@ impl<'s, 't> Reader<'s, 't> {
             let owner = known.iter().find(|section| section.keys.contains(&name));
             let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
             let names = known.iter().map(|section| section.name);
-            let names = suggest(name, names.chain([BASE]));
+            let names = suggest(name, names.chain(TOP_KEYS));
             let hint = path.unwrap_or_default() + &names;
             return self.fault(span, format!("unknown section `{name}`"), hint);
         }
@@ -287,7 +406,7 @@ impl<'s, 't> Reader<'s, 't> {
         let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {
             Some(owner) => format!("belongs to [{}]", owner.name),
-            None if key == BASE => "belongs above the first section".to_owned(),
+            None if TOP_KEYS.contains(&key) => "belongs above the first section".to_owned(),
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);

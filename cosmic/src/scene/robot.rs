@@ -26,10 +26,10 @@ settings! {
         /// Height of row 0 above the ground line at the start.
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m", source "D1";
         /// Cells of squares with both diagonals, or rows of equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, source "D1";
+        kind: LatticeKind = LatticeKind::Rectangular, since 1, source "D1";
         /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
         /// the program was given. A path is relative to the scene's file.
-        file: TrussFile = TrussFile::default(), source "the paper has none";
+        file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
     }
 }
 
@@ -86,9 +86,9 @@ settings! {
         /// Steps of a rollout.
         steps: usize = 8192, allowed STEPS, source "paper, table 2";
         /// How a step is integrated.
-        integrator: Integrator = Integrator::SymplecticEuler, source "paper: symplectic Euler";
+        integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
         /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held.
-        substeps: usize = 1, allowed within(1.0, 64.0), source "paper: 1";
+        substeps: usize = 1, allowed within(1.0, 64.0), since 1, source "paper: 1";
         /// Gravity, straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
@@ -108,15 +108,15 @@ settings! {
         /// Coefficient of friction, read for Coulomb contact alone.
         friction: f64 = 2.5, allowed within(0.0, 1e3), source "paper: 2.5";
         /// Cubic coefficient c of the spring force k (e + c e^3).
-        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", source "paper: 0, Hooke's law";
+        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
         /// Radius of gyration of the bars' section; above 0 bars in line resist bending.
-        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", source "paper: 0";
+        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
         /// Forces beside springs and bending, by the names of laws that the program was given.
-        forces: ForceLaws = ForceLaws::default(), source "the paper has none";
+        forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
         /// Whether void edges pull: dropped, those of an exactly one-hot layout do not.
-        void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";
+        void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
         /// What an optimisation does about a time step with which the robot's vibrations grow.
-        unstable_step: UnstableStep = UnstableStep::Error, source "beyond the paper";
+        unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
     }
 }
 
@@ -214,7 +214,7 @@ settings! {
         max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
             source "paper, table 1; D8";
         /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP.
-        penalisation: usize = 1, allowed within(1.0, 10.0), source "paper: 1, none";
+        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
     }
 }
 
@@ -237,7 +237,7 @@ settings! {
         /// Whether the controller is trained for a second goal too, mirrored behind the origin,
         /// towards which the payload has to get as far back; reports and choices stay with the way
         /// ahead.
-        two_goals: bool = false, source "paper: false";
+        two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets at the controller's input.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";

@@ -13,24 +13,24 @@ settings! {
     /// otherwise, and nothing moves the robot up to it.
     struct GroundSettings {
         /// The kind of profile on the ground line.
-        profile: ProfileKind = ProfileKind::Flat, source "paper: flat";
+        profile: ProfileKind = ProfileKind::Flat, since 1, source "paper: flat";
         /// For "points": the corners of the profile, each with its place along the ground and its height.
-        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m",
+        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             source "beyond the paper";
         /// For "steps" and "rough": how far along the ground they begin.
-        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "steps" and "rough": how many steps, or heights that are drawn.
-        count: usize = 10, allowed within(1.0, 62.0), source "beyond the paper";
+        count: usize = 10, allowed within(1.0, 62.0), since 1, source "beyond the paper";
         /// For "steps" and "rough": the distance from one to the next.
-        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "steps": the height of a step; below 0 they lead down.
-        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "steps": the way on which a step rises, shorter than the distance to the next.
-        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "rough": the largest height above or below the ground line.
-        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", source "beyond the paper";
+        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", since 1, source "beyond the paper";
         /// For "rough": the seed of the heights.
-        seed: usize = 0, allowed within(0.0, 1e9), source "beyond the paper";
+        seed: usize = 0, allowed within(0.0, 1e9), since 1, source "beyond the paper";
     }
 }
 

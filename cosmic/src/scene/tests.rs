@@ -18,6 +18,26 @@ fn no_law_can_have_the_name_of_a_section() {
     assert_eq!(names, crate::laws::SECTIONS);
 }
 
+/// A key that came later has a value that older runs are read with, and belongs to a version that there is.
+#[test]
+fn what_a_key_was_before_is_a_value_of_it() {
+    let mut scene = Scene::paper();
+    let fields = |_: &str, section: &mut dyn crate::settings::Settings| {
+        section
+            .fields()
+            .into_iter()
+            .all(|field| field.since <= VERSION && field.take_before())
+    };
+    assert!(
+        scene
+            .of_sections(fields)
+            .into_iter()
+            .all(|is_right| is_right)
+    );
+    assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
+    assert_eq!(scene.physics, Scene::paper().physics);
+}
+
 #[test]
 fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
     let text = Scene::paper().to_toml();

@@ -15,6 +15,11 @@
 /// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
 /// their own.
 ///
+/// A key that is new says so: `since 2 before 0.5` (in the order of the macro: before `source`) for a key that
+/// scenes of runs have from `scene::VERSION` 2 on, which has to be raised with it. Read from an older run, the key
+/// has the value after `before`, written as in TOML, which must reproduce what programs did that lacked the key;
+/// without `before` it is the default.
+///
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
@@ -28,7 +33,8 @@ macro_rules! settings {
             $(
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
-                $(, allowed $limits:expr)? $(, unit $unit:literal)?, source $source:literal;
+                $(, allowed $limits:expr)? $(, unit $unit:literal)?
+                $(, since $since:literal $(before $before:expr)?)?, source $source:literal;
             )*
         }
     ) => {
@@ -74,6 +80,8 @@ macro_rules! settings {
                     doc: concat!($($doc),+).trim_ascii(),
                     unit: concat!("", $($unit)?),
                     source: $source,
+                    since: [$($since,)? 0][0],
+                    before: concat!($($(stringify!($before))?)?),
                     limits: [$($limits,)? $crate::settings::Limits::NONE][0],
                     value: &mut self.$key,
                 },)*]

@@ -17,6 +17,10 @@ pub struct Field<'a> {
     pub unit: &'static str,
     /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
     pub source: &'static str,
+    /// The first version of a run's scene that has the key.
+    pub since: u32,
+    /// Its value in older scenes, as TOML; empty if that is the default.
+    pub before: &'static str,
     /// The allowed range of its numbers.
     pub limits: Limits,
     /// The value itself.
@@ -27,6 +31,17 @@ impl Field<'_> {
     /// The values that the key may have, as a phrase.
     pub fn allowed(&self) -> String {
         self.value.allowed(&self.limits)
+    }
+
+    /// Gives the key the value that it had in effect before there was such a key. True unless the declaration is
+    /// wrong.
+    pub(crate) fn take_before(self) -> bool {
+        let text = format!("before = {}", self.before);
+        let Ok(table) = DeTable::parse(&text) else {
+            return self.before.is_empty();
+        };
+        let value = table.get_ref().get("before");
+        value.is_some_and(|value| self.value.read(value, &self.limits).is_ok())
     }
 }
 

@@ -5,6 +5,7 @@ use super::{html, page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
+use cosmic::record::run::read_scene;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -26,11 +27,17 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
+/// The summary of a run whose scene is the one that it began with.
+fn read(folder: &Path) -> Result<Summary> {
+    let summary = Summary::read(folder)?;
+    read_scene(folder).map(|_| summary)
+}
+
 impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`].
+    /// The errors of [`Summary::read`] and [`read_scene`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {
@@ -39,7 +46,7 @@ impl Comparison {
             let path = || folder.display().to_string();
             Ok(ComparedRun {
                 name: if has_namesake { path() } else { name.clone() },
-                summary: Summary::read(folder)?,
+                summary: read(folder)?,
                 folder: folder.clone(),
             })
         };

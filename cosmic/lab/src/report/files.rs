@@ -28,7 +28,7 @@ impl RobotFiles {
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
-        let scene = Scene::read(&path.with_file_name(run::SCENE))?;
+        let scene = run::read_scene(path.parent().unwrap_or(Path::new("")))?;
         let design = DesignFile::read(path)?;
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
