@@ -66,6 +66,9 @@ pub(crate) fn optimise(
         Ok((codesign, progress))
     });
     let (codesign, start) = or_failure(&failure, begun)?;
+    for doubt in plan.scene.doubts() {
+        warning.call1((doubt.to_string(),))?;
+    }
     let listener = Listener {
         progress: progress.as_ref(),
         warning: Some(&warning),

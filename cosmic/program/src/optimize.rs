@@ -1,6 +1,7 @@
 //! `cosmic optimize`.
 
 use crate::arguments::{Settings, Work, count, seed};
+use crate::output::note;
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -9,7 +10,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
-use cosmic::scene::{self, Scene, UnstableStep, fault};
+use cosmic::scene::{self, Scene, Setting, UnstableStep, fault};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -58,6 +59,21 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
+/// Describes the world, and warns about settings that are probably a mistake.
+fn introduce(plan: &RunPlan) {
+    note(&format!("world: {}", plan.scene.world()));
+    for doubt in plan.scene.doubts() {
+        note(&format!("warning: {doubt}"));
+    }
+    let changed = plan.scene.changed().into_iter();
+    let of_search = changed.filter(|setting| setting.key.starts_with("search."));
+    for Setting { key, value } in of_search.filter(|_| plan.search == Search::Full) {
+        note(&format!(
+            "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
+        ));
+    }
+}
+
 /// The scene to optimise in.
 struct Origin {
     scene: Scene,
@@ -85,6 +101,9 @@ impl Arguments {
             return Err(Error::Usage(
                 "--search halving drops the weak ones of several starts: add --starts N".into(),
             ));
+        }
+        if !self.work.output.quiet {
+            introduce(&plan);
         }
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);

@@ -169,9 +169,4 @@ impl Scene {
             })
             .collect()
     }
-
-    /// Whether there are iterations of the design: a given layout has none.
-    fn designs(&self) -> bool {
-        self.start.kind != StartKind::Layout
-    }
 }

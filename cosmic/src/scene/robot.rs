@@ -1,5 +1,6 @@
 //! Settings of the robot and its world: lattice, physics, materials, controller.
 
+use super::Scene;
 use std::sync::Arc;
 
 use super::terrain::GroundSettings;
@@ -16,17 +17,29 @@ settings! {
     /// The lattice: its size and where it stands (D1).
     struct LatticeSettings {
         /// Nodes in a row.
-        columns: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
+        columns: usize = 6, allowed within(2.0, 64.0),
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 6";
         /// How many rows.
-        rows: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
+        rows: usize = 6, allowed within(2.0, 64.0),
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 6";
         /// Distance of neighbouring nodes.
-        spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m", source "D1";
+        spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Distance of column 0 from the ground's origin, along the ground.
-        origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
+        origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Height of row 0 above the ground line at the start.
-        drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m", source "D1";
+        drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Cells of squares with both diagonals, or rows of equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, since 1, source "D1";
+        kind: LatticeKind = LatticeKind::Rectangular, since 1,
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
         /// the program was given. A path is relative to the scene's file.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
@@ -106,7 +119,9 @@ settings! {
         contact: ContactLaw = ContactLaw::infinite(),
             source "paper: infinite friction, Coulomb for one case";
         /// Coefficient of friction, read for Coulomb contact alone.
-        friction: f64 = 2.5, allowed within(0.0, 1e3), source "paper: 2.5";
+        friction: f64 = 2.5, allowed within(0.0, 1e3),
+            read "with a contact law that slips" if Scene::slips,
+            source "paper: 2.5";
         /// Cubic coefficient c of the spring force k (e + c e^3).
         stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
         /// Radius of gyration of the bars' section; above 0 bars in line resist bending.
@@ -228,15 +243,20 @@ settings! {
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", source "paper: 10";
         /// Goal: along the ground and above it, from the world's origin.
-        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", source "paper: 2, 0.1";
+        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m",
+            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            source "paper: 2, 0.1";
         /// Factor on the goal at the controller's input.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";
         /// Whether the goal is given relative to the mean node position.
-        goal_relative: bool = false, source "D3; paper: false";
+        goal_relative: bool = false,
+            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            source "D3; paper: false";
         /// Whether the controller is trained for a second goal too, mirrored behind the origin,
         /// towards which the payload has to get as far back; reports and choices stay with the way
-        /// ahead.
+        /// ahead. It does not steer yet: with the default `goal_scale` the robot walks to the same side
+        /// for both goals, and of the scales 0.05, 0.5, 1.5 and 3 none walks well both ways.
         two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets at the controller's input.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",

@@ -2,7 +2,7 @@
 
 use super::check::conflicts;
 use super::*;
-use crate::settings::{Limits, above, within};
+use crate::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
 /// `section.key` of every setting, in the order of the file.
@@ -22,7 +22,7 @@ fn no_law_can_have_the_name_of_a_section() {
 #[test]
 fn what_a_key_was_before_is_a_value_of_it() {
     let mut scene = Scene::paper();
-    let fields = |_: &str, section: &mut dyn crate::settings::Settings| {
+    let fields = |_: &str, section: &mut dyn Settings| {
         section
             .fields()
             .into_iter()

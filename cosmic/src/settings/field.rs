@@ -1,5 +1,7 @@
 //! A setting in place, with what its declaration says of it.
 
+use std::any::Any;
+
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 use toml::de::DeTable;
@@ -21,6 +23,10 @@ pub struct Field<'a> {
     pub since: u32,
     /// Its value in older scenes, as TOML; empty if that is the default.
     pub before: &'static str,
+    /// When the key is read, in words; empty if every scene reads it.
+    pub when: &'static str,
+    /// Whether the scene reads the key.
+    pub is_read: fn(&dyn Any) -> bool,
     /// The allowed range of its numbers.
     pub limits: Limits,
     /// The value itself.
@@ -43,6 +49,11 @@ impl Field<'_> {
         let value = table.get_ref().get("before");
         value.is_some_and(|value| self.value.read(value, &self.limits).is_ok())
     }
+}
+
+/// Whether a condition on a scene holds. Settings are declared below the scene, whose type they do not know.
+pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
+    scene.downcast_ref().is_none_or(condition)
 }
 
 /// A section of a scene file; [`settings!`](crate::settings!) declares it.
