@@ -33,7 +33,10 @@ fi
 
 say 'the page in browsers'
 program=${CARGO_TARGET_DIR:-../target}/release/cosmic
-node test/page.mjs --program "$program" ${1:+--shots "$1"}
+# A failure in one does not hide what the other has to say.
+status=0
+node test/page.mjs --program "$program" ${1:+--shots "$1"} || status=1
 
 say 'accessibility'
-node test/lighthouse.mjs
+node test/lighthouse.mjs || status=1
+exit "$status"

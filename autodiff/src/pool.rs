@@ -6,36 +6,191 @@ use std::cell::RefCell;
 
 /// The most buffers a thread keeps, one of each type; nested modes use a few types.
 const MOST: usize = 6;
+/// The most bytes a thread keeps, all its buffers together.
+const MOST_BYTES: usize = 1 << 30;
 
-thread_local! {
-    static POOL: RefCell<Vec<Box<dyn Any>>> = const { RefCell::new(Vec::new()) };
+/// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
+pub(crate) trait Pooled: Any {
+    /// The bytes that it has allocated.
+    fn bytes(&self) -> usize;
 }
 
-fn take_from<T: Any>(pool: &mut Vec<Box<dyn Any>>) -> Option<Box<T>> {
-    let place = pool.iter().position(|buffer| buffer.is::<T>())?;
-    pool.swap_remove(place).downcast().ok()
+/// The buffers of a thread, the last used first.
+struct Pool {
+    buffers: Vec<Box<dyn Pooled>>,
+    most_bytes: usize,
+}
+
+thread_local! {
+    static POOL: RefCell<Pool> = const {
+        RefCell::new(Pool {
+            buffers: Vec::new(),
+            most_bytes: MOST_BYTES,
+        })
+    };
+}
+
+impl Pool {
+    fn take<T: Pooled>(&mut self) -> Option<Box<T>> {
+        let is_wanted = |buffer: &Box<dyn Pooled>| (&**buffer as &dyn Any).is::<T>();
+        let place = self.buffers.iter().position(is_wanted)?;
+        let buffer: Box<dyn Any> = self.buffers.remove(place);
+        buffer.downcast().ok()
+    }
+
+    /// Keeps a buffer that is not too large, and of the others the last used that fit beside it.
+    fn keep<T: Pooled>(&mut self, buffer: Box<T>) {
+        self.take::<T>();
+        if buffer.bytes() > self.most_bytes {
+            return;
+        }
+        self.buffers.insert(0, buffer);
+        let mut bytes = 0;
+        let fits = |buffer: &&Box<dyn Pooled>| {
+            bytes += buffer.bytes();
+            bytes <= self.most_bytes
+        };
+        let fitting = self.buffers.iter().take_while(fits).count();
+        self.buffers.truncate(fitting.min(MOST));
+    }
 }
 
 /// The thread's buffer of this type, if it has one.
-pub(crate) fn take<T: Any>() -> Option<Box<T>> {
+pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
     // Thread-locals may be gone already while a thread ends, here and below.
-    let taken = POOL.try_with(|pool| take_from(&mut pool.borrow_mut()));
+    let taken = POOL.try_with(|pool| pool.borrow_mut().take());
     taken.ok().flatten()
 }
 
-/// Keeps a buffer in place of an earlier one of its type. It must hold nothing of the caller's: a
-/// destructor would run late.
-pub(crate) fn keep<T: Any>(buffer: Box<T>) {
-    let _ = POOL.try_with(|pool| {
-        let mut pool = pool.borrow_mut();
-        take_from::<T>(&mut pool);
-        pool.truncate(MOST - 1);
-        pool.insert(0, buffer);
-    });
+/// Keeps a buffer in place of an earlier one of its type, within the bytes that a thread may keep.
+pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
+    let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
 
 /// How many buffers the thread keeps.
 #[cfg(test)]
 pub(crate) fn count() -> usize {
-    POOL.with_borrow(Vec::len)
+    POOL.with_borrow(|pool| pool.buffers.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST, POOL, Pool, Pooled, count};
+    use crate::batch::{Sum, Summand};
+    use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
+
+    /// A buffer of so many bytes; the number makes different types.
+    struct Bytes<const TYPE: usize>(usize);
+
+    impl<const TYPE: usize> Pooled for Bytes<TYPE> {
+        fn bytes(&self) -> usize {
+            self.0
+        }
+    }
+
+    fn total(pool: &Pool) -> usize {
+        pool.buffers.iter().map(|buffer| buffer.bytes()).sum()
+    }
+
+    #[test]
+    fn buffers_of_all_types_share_a_bound() {
+        let mut pool = Pool {
+            buffers: Vec::new(),
+            most_bytes: 100,
+        };
+        pool.keep(Box::new(Bytes::<0>(60)));
+        pool.keep(Box::new(Bytes::<1>(40)));
+        assert_eq!((pool.buffers.len(), total(&pool)), (2, 100));
+        // One of a type in place of another, and the last used in place of the first.
+        pool.keep(Box::new(Bytes::<1>(30)));
+        assert_eq!((pool.buffers.len(), total(&pool)), (2, 90));
+        pool.keep(Box::new(Bytes::<2>(50)));
+        assert_eq!((pool.buffers.len(), total(&pool)), (2, 80));
+        assert!(pool.take::<Bytes<0>>().is_none());
+        // One that is too large leaves the others.
+        pool.keep(Box::new(Bytes::<3>(101)));
+        assert_eq!(total(&pool), 80);
+        pool.keep(Box::new(Bytes::<1>(101)));
+        assert_eq!(total(&pool), 50);
+    }
+
+    #[test]
+    fn a_thread_keeps_few_buffers() {
+        let mut pool = Pool {
+            buffers: Vec::new(),
+            most_bytes: 100,
+        };
+        fn keep<const TYPE: usize>(pool: &mut Pool) {
+            pool.keep(Box::new(Bytes::<TYPE>(1)));
+        }
+        let each = [
+            keep::<0>, keep::<1>, keep::<2>, keep::<3>, keep::<4>, keep::<5>, keep::<6>,
+        ];
+        each.iter().for_each(|keep| keep(&mut pool));
+        assert_eq!(pool.buffers.len(), MOST);
+        assert!(pool.take::<Bytes<0>>().is_none() && pool.take::<Bytes<6>>().is_some());
+    }
+
+    /// Halves a number.
+    #[derive(Clone)]
+    struct Half;
+
+    impl Kernel<1, 1> for Half {
+        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+            [R::lit(0.5) * x]
+        }
+    }
+
+    impl Model for Half {
+        fn record<R: Real>(&self, program: &mut Program<R>) {
+            let x = program.state(1);
+            let [half] = program.map(Half, [x]);
+            program.advance(x, half);
+        }
+    }
+
+    /// The sum of the parameters times the datum.
+    #[derive(Clone)]
+    struct Line;
+
+    impl Summand for Line {
+        fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+            let sum = shared.iter().fold(R::zero(), |sum, &x| sum + x);
+            sum * datum[0]
+        }
+    }
+
+    /// Work of every kind that keeps a buffer, each of at least `numbers` numbers.
+    fn work_of_every_kind(numbers: usize) {
+        let rollout = Rollout {
+            memory: Memory::All,
+            ..Rollout::new(Half, numbers)
+        };
+        assert!(gradient_of(|x| rollout.run(x, &[])[0], &[1.0])[0] >= 0.0);
+        assert!(gradient_of(|x| rollout.run(x, &[])[0], &[1.0f32])[0] >= 0.0);
+        let sum = Sum::new(Line, &[[1.0], [2.0]]);
+        assert_eq!(gradient_of(|x| sum.run(x), &vec![1.0; numbers])[0], 3.0);
+        let power = |x: &[Var<f64>]| (0..numbers).fold(x[0], |y, _| y * x[0]);
+        assert_eq!(gradient_of(power, &[1.0]), [numbers as f64 + 1.0]);
+        // Selects and sums are entries too, with operands elsewhere.
+        let least = |x: &[Var<f32>]| (0..numbers).fold(x[0], |y, _| y.min(x[0]));
+        assert_eq!(gradient_of(least, &[1.0]), [1.0]);
+    }
+
+    #[test]
+    #[cfg_attr(target_family = "wasm", ignore = "no threads: tests share one")]
+    fn tapes_rollouts_and_sums_keep_to_the_bound() {
+        work_of_every_kind(1000);
+        let (kept, unbounded) = POOL.with_borrow(|pool| (count(), total(pool)));
+        // Tapes and rows in two precisions, and the numbers of the sum.
+        assert!(kept >= 5 && unbounded > 5 * 8 * 1000, "{kept}, {unbounded}");
+        let most = unbounded / 3;
+        POOL.with_borrow_mut(|pool| pool.most_bytes = most);
+        work_of_every_kind(1000);
+        let bounded = POOL.with_borrow(total);
+        assert!(0 < bounded && bounded <= most, "{bounded} of {most} bytes");
+        // Longer work gives its buffers back.
+        work_of_every_kind(100_000);
+        assert!(POOL.with_borrow(total) <= most);
+    }
 }

@@ -10,6 +10,7 @@ mod steps;
 
 mod any_program;
 mod batch;
+mod batch_results;
 mod check;
 mod check_report;
 mod check_seeds;

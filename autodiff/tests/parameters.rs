@@ -92,3 +92,81 @@ fn numbers_that_do_not_fit_are_refused() {
     assert_refused("1 numbers end before `0[1]`", || spring.with(&[1.0]));
     assert_refused("1 of 3 numbers are left over", || spring.with(&[1.0; 3]));
 }
+
+/// Names that the derive uses itself, or might: as the number, as the struct, as fields and as constants.
+mod names {
+    use autodiff::{Parameters, Real};
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    pub(super) struct OfS<S> {
+        pub(super) x: S,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    pub(super) struct S<Other>(pub(super) [Other; 2]);
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    pub(super) struct Other<Walk: Real> {
+        pub(super) walk: Walk,
+        pub(super) map: OfS<Walk>,
+        pub(super) r#type: S<Walk>,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    pub(super) struct Walk<Real>(pub(super) Real);
+
+    pub(super) mod inner {
+        #[derive(Clone, Debug, PartialEq)]
+        pub(crate) struct R(pub(crate) u8);
+    }
+
+    /// A type of another module that is called as the number is.
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    pub(super) struct Tagged<R> {
+        pub(super) tag: inner::R,
+        pub(super) x: R,
+    }
+}
+
+/// Lifetimes, constants, defaults and conditions beside the number.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+struct Network<'a, R = f64, const N: usize = 2>
+where
+    R: Real,
+{
+    name: &'a str,
+    w: [R; N],
+}
+
+#[test]
+fn a_struct_may_use_any_names() {
+    let at = names::Other {
+        walk: 1.0,
+        map: names::OfS { x: 2.0 },
+        r#type: names::S([3.0, 4.0]),
+    };
+    assert_eq!(at.names(), ["walk", "map.x", "type.0[0]", "type.0[1]"]);
+    let product = |x: &names::Other<autodiff::Var<f64>>| x.walk * x.map.x * x.r#type.0[1];
+    let gradient = parameters::gradient(product, &at);
+    assert_eq!(gradient.flatten(), [8.0, 4.0, 0.0, 2.0]);
+    assert_eq!(names::Walk(2.0).with(&[3.0]), names::Walk(3.0));
+    let tagged = names::Tagged {
+        tag: names::inner::R(7),
+        x: 2.0,
+    };
+    let moved = tagged.with(&[3.0]);
+    assert_eq!((moved.tag.0, moved.x), (7, 3.0));
+}
+
+#[test]
+fn a_struct_may_have_lifetimes_constants_and_conditions() {
+    let name = String::from("hip");
+    let at: Network<'_, f64, 3> = Network {
+        name: &name,
+        w: [1.0, 2.0, 3.0],
+    };
+    let squares = |x: &Network<'_, autodiff::Var<f64>, 3>| x.w.iter().map(|&w| w * w).sum();
+    let (value, gradient) = parameters::value_and_gradient(squares, &at);
+    assert_eq!((value, gradient.w), (14.0, [2.0, 4.0, 6.0]));
+    assert_eq!(gradient.name, "hip");
+}

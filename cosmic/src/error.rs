@@ -186,6 +186,11 @@ impl Error {
         |source| Error::Write { path, source }
     }
 
+    /// True if rollouts of the robot have no result: they diverged, or their loss is not a number.
+    pub(crate) fn is_of_rollouts(&self) -> bool {
+        matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
+    }
+
     /// What would make an unstable time step stable, or let it pass: the end of the message.
     pub fn remedy(&self) -> Option<String> {
         match self {

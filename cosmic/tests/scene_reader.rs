@@ -3,8 +3,8 @@
 
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, PhysicsSettings, Scene,
-    SelectionKind, StartKind, fault,
+    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
+    StartKind, fault,
 };
 use cosmic::{Error, error};
 use proptest::prelude::*;
@@ -413,7 +413,7 @@ fn departures_are_named_and_can_all_be_switched_off() {
         let departures = scene.departures().into_iter();
         departures.map(|departure| departure.option).collect()
     };
-    let mut scene = Scene::paper();
+    let mut scene = Scene::load("stability").unwrap();
     assert_eq!(
         options(&scene),
         [
@@ -446,10 +446,11 @@ fn departures_are_named_and_can_all_be_switched_off() {
     scene.selection.kind = SelectionKind::Last;
     scene.design.one_piece = false;
     assert_eq!(options(&scene), Vec::<&str>::new());
+    let physics = scene.physics.clone();
     (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
     let of_steps = ["physics.integrator", "physics.substeps"];
     assert_eq!(options(&scene), of_steps);
-    scene.physics = PhysicsSettings::default();
+    scene.physics = physics;
     scene.start.kind = StartKind::ThreeLegged;
     assert_eq!(options(&scene), ["start.layout"]);
     let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();

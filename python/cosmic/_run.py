@@ -135,7 +135,9 @@ class Run:
 
     def __repr__(self) -> str:
         name, solid = self.summary["scene"], self.summary["V"]
-        return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m, V {solid:.3f}>"
+        verdict = self.summary.get("reliability", {}).get("verdict")
+        mark = ", unreliable" if verdict == "unreliable" else ""
+        return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m{mark}, V {solid:.3f}>"
 
     def _repr_html_(self) -> str:
         page = html.escape(_core.player_page(self.folder))

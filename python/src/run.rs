@@ -123,6 +123,7 @@ pub(crate) fn frame<'py>(
     };
     let robot = RobotFiles {
         scene: scene.clone(),
+        foreign: None,
         lattice,
         design,
     };

@@ -10,6 +10,8 @@ export class Client {
   #worker = null;
   #waiting = new Map();
   #next = 0;
+  /** Whether the worker has the library: until then it computes nothing. */
+  #loaded = false;
 
   /** @param onstop is called with a message when a panic, or a lack of memory, stops the worker. */
   constructor(onstop) {
@@ -17,11 +19,18 @@ export class Client {
     this.start();
   }
 
-  /** Ends what there is and starts a new worker. */
+  /** Milliseconds since the worker began with the request that it is computing; 0 if it is idle or still loading. */
+  get busyFor() {
+    const [first] = this.#waiting.values();
+    return first && this.#loaded ? performance.now() - first.since : 0;
+  }
+
+  /** Starts a new worker in place of the present one, whose work is lost. */
   start() {
     this.#end("started anew");
+    this.#loaded = false;
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
-    this.#worker.onmessage = ({ data }) => this.#answer(data);
+    this.#worker.onmessage = ({ data }) => data.loaded ? this.#load() : this.#answer(data);
     this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
   }
 
@@ -29,14 +38,25 @@ export class Client {
   ask(request) {
     return new Promise((resolve, reject) => {
       if (!this.#worker) return reject(new Stopped("the worker has stopped"));
-      this.#waiting.set(++this.#next, { resolve, reject });
+      this.#waiting.set(++this.#next, { resolve, reject, since: performance.now() });
       this.#worker.postMessage([this.#next, request]);
     });
+  }
+
+  #load() {
+    this.#loaded = true;
+    this.#begun();
+  }
+
+  /** The worker begins with the request that has waited longest. */
+  #begun() {
+    for (const request of this.#waiting.values()) request.since = performance.now();
   }
 
   #answer({ number, ok, numbers, error, stopped }) {
     const asked = this.#waiting.get(number);
     this.#waiting.delete(number);
+    this.#begun();
     if (stopped) {
       asked.reject(new Stopped(error));
       this.#stop(error);

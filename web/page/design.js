@@ -9,7 +9,7 @@ export class Design {
   #run = 0;
   /** The run that is iterated, or null. */
   #iterated = null;
-  /** "empty", "ready", "working", "paused", "measuring", "finished" or "stopped". */
+  /** "empty", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
   state = "empty";
   world = null;
   /** The robot before the first iteration and after every one, with its record. */
@@ -29,9 +29,15 @@ export class Design {
     return this.robots.length - 1;
   }
 
+  /** Whether an iteration is being computed; after a pause the last one is, for a while. */
+  get iterates() {
+    return this.#iterated !== null && this.#iterated === this.#run;
+  }
+
   /** The robot of a scene before its first iteration. */
   async prepare(scene, seed) {
     const run = ++this.#run;
+    this.#change("preparing");
     const { ok, numbers } = await this.#client.ask({ do: "begin", scene, seed });
     if (run !== this.#run) return;
     this.world = new World(ok.world);

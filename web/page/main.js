@@ -7,9 +7,11 @@ import { Editor } from "./editor.js";
 import { film, filmKind, save } from "./film.js";
 import { GroundEditor } from "./ground.js";
 import { Player } from "./player.js";
-import { Scene } from "./scene.js";
+import { DEFAULT, Scene } from "./scene.js";
 
 const $ = id => document.getElementById(id);
+/** Milliseconds of one computation after which it can be cancelled. */
+const LONG = 2000;
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` stops the library after iteration 5, for tests of what the page does then. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
@@ -33,19 +35,28 @@ const editor = new Editor({
 /** The iteration that is looked at; null for the last one or the delivered robot. */
 let looked = null;
 let recording = null;
+/** The timer after which the main button is looked at again. */
+let waiting;
 
 async function begin() {
   try {
     const { ok } = await client.ask({ do: "scenes" });
     $("scene").replaceChildren(...ok.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
-    if (!ok.some(({ name }) => name === scene.name)) {
-      scene.changed.clear();
-      scene.name = "stability";
+    const names = ok.map(({ name }) => name);
+    if (!names.includes(scene.name)) {
+      return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; it has ${names.join(", ")}.`);
     }
     await scene.check();
+    if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
   } catch (error) {
     fail(error);
   }
+}
+
+/** Opens a built-in scene as it is, in place of what the link asks for. */
+async function openInstead(name, reason) {
+  await scene.choose(name);
+  $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
 }
 
 /** The scene, or the seed, is another one: its robot stands ready. */
@@ -72,18 +83,20 @@ async function prepare() {
     await design.prepare(scene.asked, scene.seed);
     return true;
   } catch (error) {
-    design.abandon("empty");
+    // Whoever stopped the worker says what comes next.
+    if (!(error instanceof Stopped)) design.abandon("empty");
     fail(error);
     return false;
   }
 }
 
-/** A refusal belongs to the page; a stop has a dialog. */
+/** A refusal is shown in the section that the reader is in; a stop has a dialog. */
 function fail(error) {
   if (error instanceof Stopped) return;
   if (!(error instanceof Refused)) throw error;
+  (document.activeElement?.closest("section") ?? $("robot")).append($("refusal"));
   $("refusal").textContent = error.message;
-  $("status").textContent = "The scene is refused: see “Draw the scene”.";
+  $("status").textContent = "The scene is refused.";
 }
 
 function stopped(message) {
@@ -100,16 +113,26 @@ function shown() {
   return design.delivered ?? design.robots.at(-1);
 }
 
+/** Whether there is nothing to do but to wait for the worker. */
+const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
+
+function tellButton(state) {
+  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design again" };
+  const long = waits(state) && client.busyFor >= LONG;
+  $("design").textContent = long ? "Cancel" : words[state] ?? "Design";
+  $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
+  clearTimeout(waiting);
+  if (waits(state) && !long) waiting = setTimeout(() => tellButton(design.state), LONG / 4);
+}
+
 function changed(state) {
   const busy = state === "working" || state === "measuring";
-  const words = { working: "Pause", measuring: "Measuring …", paused: "Resume", finished: "Design again" };
-  $("design").textContent = words[state] ?? "Design";
-  $("design").disabled = ["empty", "stopped", "measuring"].includes(state);
+  tellButton(state);
   $("save-design").disabled = state !== "finished";
   $("save-scene").disabled = scene.checked === null;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
   tellStatus(state);
-  if (design.world === null || state === "stopped" || state === "empty") return;
+  if (design.world === null || ["stopped", "empty", "preparing", "cancelled"].includes(state)) return;
   if (state === "finished" && !$("stage").classList.contains("editable")) {
     looked = null;
     editor.open(design);
@@ -186,6 +209,8 @@ function describe(walk) {
 function tellStatus(state) {
   const about = {
     empty: "",
+    preparing: "Preparing the robot …",
+    cancelled: "Cancelled. Design begins anew.",
     ready: "The bars are undecided. Press Design.",
     paused: `Paused after iteration ${design.iteration}.`,
     measuring: "Measuring the robot from other starts …",
@@ -231,8 +256,9 @@ function togglePlay() {
 }
 
 async function pressDesign() {
+  if ($("design").textContent === "Cancel") return cancel();
   if (design.state === "working") return design.pause();
-  if (design.state === "finished" && !(await prepare())) return;
+  if (["finished", "cancelled"].includes(design.state) && !(await prepare())) return;
   looked = null;
   try {
     await design.work();
@@ -241,9 +267,15 @@ async function pressDesign() {
   }
 }
 
+/** Ends a computation that takes too long. The worker's robot is lost with it. */
+function cancel() {
+  client.start();
+  design.abandon("cancelled");
+}
+
 /** A new seed is designed for at once, where a robot was being designed or is finished. */
 async function newSeed(seed) {
-  const goesOn = !["empty", "ready", "stopped"].includes(design.state);
+  const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
   scene.seed = seed;
   design.abandon("empty");
   await scene.check();

@@ -11,6 +11,10 @@ const FIELDS = [
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
+/** The scene of a page whose link names none; the program's too. */
+export const DEFAULT = "earth";
+/** Milliseconds after which a computation for another scene is ended rather than waited for. */
+const PATIENCE = 1000;
 const POINTS = "ground.points";
 const PROFILE = "ground.profile";
 
@@ -19,7 +23,7 @@ export class Scene {
   #form;
   #own = {};
   #asked = 0;
-  name = "stability";
+  name = DEFAULT;
   seed = 0;
   /** Settings in place of the scene's, each a key and a value in TOML. */
   changed = new Map();
@@ -71,6 +75,7 @@ export class Scene {
   /** Has the library look at the scene. The last call's answer counts. */
   async check() {
     const asked = ++this.#asked;
+    if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
       const own = await this.#client.ask({ do: "check", scene: this.name, settings: [] });
       const { ok } = await this.#client.ask({ do: "check", ...this.asked });

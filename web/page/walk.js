@@ -1,5 +1,5 @@
 // A robot and its rollout, ready to be drawn at any time.
-/* global levelAround, joinedTo: of drawing.js */
+/* global levelAround, bodyOf: of drawing.js */
 
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
@@ -39,8 +39,8 @@ export class Walk {
     this.frames = this.#coordinates.length / (2 * world.rest.length);
     this.duration = (this.frames - 1) * world.every;
     const payload = world.payloads[0] ?? 0;
-    /** The nodes that solid bars join to the first payload. */
-    this.body = joinedTo([payload], world.edges.filter((_, e) => materials[e] !== 0));
+    /** The nodes that the camera follows: those of the payload's body. */
+    this.body = bodyOf([payload], world.edges, e => 1 - this.mixture(e)[0]);
     this.#middles = this.#smoothed(this.#bodyMiddles());
     this.#trail = new Float32Array(2 * this.frames);
     for (let k = 0; k < this.frames; k++) this.#trail.set(this.#node(k, payload), 2 * k);

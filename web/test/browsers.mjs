@@ -11,12 +11,14 @@ const PLACES = {
 export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
-  const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : [];
-  return puppeteer.launch({ browser, executablePath: installed(browser), args, ...options });
+  const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : ["--width=1280", "--height=900"];
+  // Firefox ESR cannot set the size of a page: its window has one.
+  const ofBrowser = browser === "chrome" ? {} : { defaultViewport: null };
+  return puppeteer.launch({ browser, executablePath: installed(browser), args, ...ofBrowser, ...options });
 }
 
 /** A page at an address, with a list of its errors and of what it asked others for. */
-export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [] } = {}) {
+export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [], sized = true } = {}) {
   const page = await browser.newPage();
   const faults = [];
   page.on("console", message => { if (["error", "warn"].includes(message.type())) faults.push(`console: ${message.text()}`); });
@@ -26,7 +28,7 @@ export async function open(browser, address, { width = 1280, height = 900, touch
     if (!url.startsWith(new URL(address).origin) && !/^(blob|data):/.test(url)) faults.push(`request: ${url}`);
   });
   page.on("requestfailed", request => faults.push(`failed: ${request.url()}`));
-  await page.setViewport({ width, height, hasTouch: touch });
+  if (sized) await page.setViewport({ width, height, hasTouch: touch });
   if (features.length > 0) await page.emulateMediaFeatures(features);
   await page.goto(address);
   return { page, faults };

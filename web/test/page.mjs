@@ -249,6 +249,64 @@ async function motionless(browser, address) {
   return close(page, faults);
 }
 
+/** How much of the stage, as shares of its width, is free to the left and to the right of the robot's bars. */
+const margins = page => page.$eval("#stage", canvas => {
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, Math.floor(0.78 * height));
+  const columns = [];
+  // The trail and the marks lie below the ground line; above it there is the robot alone.
+  for (let k = 3; k < data.length; k += 4) if (data[k] > 20) columns.push(((k - 3) / 4) % width);
+  const [low, high] = columns.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [width, 0]);
+  return [low / width, 1 - high / width];
+});
+
+/** An undecided robot stands whole in the middle, on a telephone too. */
+async function framed(browser, address) {
+  for (const width of [400, 1280]) {
+    const { page, faults } = await open(browser, `${address}#scene=stability`, { width, height: 800, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
+    await ready(page);
+    await set(page, "#time", "0");
+    await wait(200);
+    const [left, right] = await margins(page);
+    // A node's disc sticks out on the payload's side.
+    check(left > 0.02 && right > 0.02 && Math.abs(left - right) < 0.05, `undecided at ${width} px: ${left.toFixed(3)} of the stage is free to the left, ${right.toFixed(3)} to the right`);
+    await close(page, faults);
+  }
+}
+
+/** Links that cannot be opened say so where the page opens, and show a robot. */
+async function refusedLinks(browser, address) {
+  for (const [link, reason, shows] of [
+    ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "earth"],
+    ["#scene=incline&set=lattice.columns%3D1", "out of range", "incline"],
+  ]) {
+    const { page, faults } = await open(browser, address + link, { height: 900 });
+    await ready(page);
+    const said = await text(page, "refusal");
+    const { top, bottom } = await page.$eval("#refusal", element => element.getBoundingClientRect().toJSON());
+    check(said.includes(reason) && said.includes(`shows the scene ${shows}`) && await value(page, "scene") === shows, `${link}: ${said.replaceAll("\n", " ")}`);
+    check(top > 0 && bottom <= 900, `in sight: from ${Math.round(top)} to ${Math.round(bottom)} px of 900`);
+    await close(page, faults);
+  }
+}
+
+/** A robot that takes minutes can be cancelled, before and while it is designed, or left for another scene. */
+async function cancelled(browser, address) {
+  const huge = "#scene=stability&set=lattice.columns%3D64&set=lattice.rows%3D64";
+  const { page, faults } = await open(browser, address + huge);
+  await says(page, "Cancel");
+  await press(page, "design");
+  await says(page, "Design", 1000);
+  check(/^Cancelled/.test(await text(page, "status")), `64x64 nodes: ${await text(page, "status")}`);
+  await press(page, "design");
+  await says(page, "Cancel");
+  const chosen = Date.now();
+  await page.select("#scene", "five_by_five");
+  await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("The bars are undecided"), { timeout: 20_000 });
+  check(true, `another scene does not wait for it: ${((Date.now() - chosen) / 1000).toFixed(1)} s`);
+  return close(page, faults);
+}
+
 async function shots(browser, address, folder) {
   mkdirSync(folder, { recursive: true });
   for (const scheme of ["light", "dark"]) {
@@ -268,7 +326,7 @@ async function shots(browser, address, folder) {
 async function inFirefox(address) {
   const browser = await launch("firefox");
   try {
-    const { page, faults } = await open(browser, address + SMALL);
+    const { page, faults } = await open(browser, address + SMALL, { sized: false });
     await ready(page);
     await press(page, "design");
     await says(page, "Design again");
@@ -297,6 +355,9 @@ async function inChromium(address) {
     await close(page, faults);
     await stopping(browser, address);
     await motionless(browser, address);
+    await framed(browser, address);
+    await refusedLinks(browser, address);
+    await cancelled(browser, address);
     if (given.shots) await shots(browser, address, given.shots);
   } finally {
     await browser.close();

@@ -2,11 +2,12 @@
 
 use proc_macro::TokenStream;
 use proc_macro2::{TokenStream as Code, TokenTree};
-use quote::{ToTokens, quote};
-use syn::{Data, DeriveInput, Error, Fields, Ident, Type};
+use quote::{ToTokens, format_ident, quote};
+use syn::ext::IdentExt;
+use syn::{Data, DeriveInput, Error, Field, Fields, GenericParam, Generics, Ident};
 
-/// Implements `autodiff::Parameters` for a struct with one type parameter, the number. Fields whose type
-/// does not mention it are cloned.
+/// Implements `autodiff::Parameters` for a struct with one type parameter, the number; it may have
+/// lifetimes and constants as parameters too. Fields whose type does not mention the number are cloned.
 #[proc_macro_derive(Parameters)]
 pub fn parameters(input: TokenStream) -> TokenStream {
     let input = syn::parse_macro_input!(input as DeriveInput);
@@ -17,60 +18,134 @@ pub fn parameters(input: TokenStream) -> TokenStream {
 
 fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     let name = &input.ident;
-    let number = number(input)?;
     let Data::Struct(data) = &input.data else {
-        let refused =
-            "Parameters can be derived for structs; an enum has no fixed number of parameters";
+        let refused = "Parameters can be derived for structs; enums and unions have no fixed number of \
+                       parameters";
         return Err(Error::new(name.span(), refused));
     };
-    let fields = data.fields.iter().enumerate().map(|(place, field)| {
-        let member = match &field.ident {
-            Some(ident) => ident.to_token_stream(),
-            None => syn::Index::from(place).to_token_stream(),
-        };
-        let text = member.to_string();
-        if mentions(&field.ty, number) {
-            quote! { #member: walk.field(#text, &self.#member) }
-        } else {
-            quote! { #member: ::core::clone::Clone::clone(&self.#member) }
-        }
-    });
+    let number = number(input)?;
+    let (other, walk) = (unused("Other", input), unused("walk", input));
+    let fields = data.fields.iter().enumerate();
+    let fields = fields.map(|(place, field)| replaced(place, field, number, &walk));
     let body = match data.fields {
         Fields::Unit => quote! {},
         _ => quote! { #(#fields),* },
     };
+    let of_other = with(&input.generics, number, &other);
+    let mut generics = input.generics.clone();
+    for parameter in generics.type_params_mut() {
+        parameter.bounds.push(syn::parse_quote!(::autodiff::Real));
+    }
+    let (parameters, arguments, conditions) = generics.split_for_impl();
     Ok(quote! {
-        impl<#number: ::autodiff::Real> ::autodiff::Parameters<#number> for #name<#number> {
-            type With<S: ::autodiff::Real> = #name<S>;
-            fn map<S: ::autodiff::Real>(
+        impl #parameters ::autodiff::Parameters<#number> for #name #arguments #conditions {
+            type With<#other: ::autodiff::Real> = #name<#(#of_other),*>;
+            fn map<#other: ::autodiff::Real>(
                 &self,
-                walk: &mut ::autodiff::parameters::Walk<'_, #number, S>,
-            ) -> #name<S> {
+                #walk: &mut ::autodiff::parameters::Walk<'_, #number, #other>,
+            ) -> #name<#(#of_other),*> {
                 #name { #body }
             }
         }
     })
 }
 
-/// The one generic parameter.
+/// A field of the struct over the other number.
+fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
+    let (member, text) = match &field.ident {
+        Some(ident) => (ident.to_token_stream(), ident.unraw().to_string()),
+        None => (syn::Index::from(place).to_token_stream(), place.to_string()),
+    };
+    if mentions(field.ty.to_token_stream(), number) {
+        quote! { #member: #walk.field(#text, &self.#member) }
+    } else {
+        quote! { #member: ::core::clone::Clone::clone(&self.#member) }
+    }
+}
+
+/// The one type parameter.
 fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     let mut types = input.generics.type_params();
-    match (types.next(), input.generics.params.len()) {
-        (Some(number), 1) => Ok(&number.ident),
-        _ => Err(Error::new(
+    match (types.next(), types.count()) {
+        (Some(number), 0) => Ok(&number.ident),
+        (found, more) => Err(Error::new(
             input.ident.span(),
-            "Parameters needs a struct with one generic parameter, the type of its numbers",
+            format!(
+                "Parameters needs a struct with one type parameter, the type of its numbers; `{}` has {}",
+                input.ident,
+                usize::from(found.is_some()) + more
+            ),
         )),
     }
 }
 
-fn mentions(ty: &Type, number: &Ident) -> bool {
-    fn within(code: Code, number: &Ident) -> bool {
-        code.into_iter().any(|token| match token {
-            TokenTree::Ident(ident) => ident == *number,
-            TokenTree::Group(group) => within(group.stream(), number),
-            _ => false,
-        })
+/// The arguments of a struct's parameters, with another number.
+fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
+    let argument = |parameter: &GenericParam| match parameter {
+        GenericParam::Lifetime(lifetime) => lifetime.lifetime.to_token_stream(),
+        GenericParam::Const(constant) => constant.ident.to_token_stream(),
+        GenericParam::Type(of) if of.ident == *number => other.to_token_stream(),
+        GenericParam::Type(of) => of.ident.to_token_stream(),
+    };
+    generics.params.iter().map(argument).collect()
+}
+
+/// A name that occurs nowhere in the struct.
+fn unused(name: &str, input: &DeriveInput) -> Ident {
+    let mut unused = format_ident!("{name}");
+    while any(input.to_token_stream(), &|token, _| *token == unused) {
+        unused = format_ident!("{unused}x");
     }
-    within(ty.to_token_stream(), number)
+    unused
+}
+
+/// Whether a type mentions the number, which is neither a lifetime nor an item of a module.
+fn mentions(of: Code, number: &Ident) -> bool {
+    any(of, &|token, before| {
+        *token == *number && !before.ends_with('\'') && !before.ends_with("::")
+    })
+}
+
+/// Whether a test holds for an identifier in some code, given the punctuation before it.
+fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
+    let mut before = String::new();
+    code.into_iter().any(|token| {
+        let found = match &token {
+            TokenTree::Ident(ident) => test(ident, &before),
+            TokenTree::Group(group) => any(group.stream(), test),
+            _ => false,
+        };
+        match token {
+            TokenTree::Punct(punct) => before.push(punct.as_char()),
+            _ => before.clear(),
+        }
+        found
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::implementation;
+    use syn::{DeriveInput, parse_quote};
+
+    fn refused(input: &DeriveInput) -> String {
+        let found = implementation(input).map(|code| code.to_string());
+        found.expect_err("a refusal").to_string()
+    }
+
+    #[test]
+    fn what_has_no_number_or_several_is_refused_by_name() {
+        let says = "one type parameter, the type of its numbers; `Layer` has";
+        let none = refused(&parse_quote! { struct Layer<'a, const N: usize> { x: &'a [f64; N] } });
+        assert!(none.contains(&format!("{says} 0")), "{none}");
+        let two = refused(&parse_quote! { struct Layer<R, T> { x: R, y: T } });
+        assert!(two.contains(&format!("{says} 2")), "{two}");
+        for input in [
+            parse_quote! { enum Layer<R> { One(R), Two(R) } },
+            parse_quote! { union Layer<R: Copy> { x: R } },
+        ] {
+            let says = refused(&input);
+            assert!(says.contains("derived for structs"), "{says}");
+        }
+    }
 }

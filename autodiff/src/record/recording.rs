@@ -19,7 +19,10 @@ pub(crate) struct Recording {
     /// operations do not stand for the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
-    /// Constants that stand for fields of a kernel: nothing but finiteness is known of those.
+    /// Whether every call is an operation of its own, none folded and none shared, so that two recordings
+    /// of the same code have the same operations at the same places.
+    is_verbatim: bool,
+    /// Magnitudes of the constants that stand for fields of a kernel: it is only known that those are finite.
     fields: Vec<f64>,
     /// What is known of each operation's result, in a simplified recording.
     known: Vec<Known>,
@@ -50,14 +53,25 @@ impl Recording {
     pub(super) fn simplified(fields: &[f64]) -> Self {
         Self {
             is_simplified: true,
-            fields: fields.to_vec(),
+            fields: fields.iter().map(|field| field.abs()).collect(),
             ..Self::default()
+        }
+    }
+
+    /// Code that is to be emitted, call by call.
+    pub(super) fn verbatim() -> Self {
+        Self {
+            is_verbatim: true,
+            ..Self::simplified(&[])
         }
     }
 
     /// The place of an operation's result.
     pub(super) fn push(&mut self, op: Op) -> Place {
-        if self.is_simplified {
+        if self.is_verbatim {
+            self.expect_room();
+            self.append(op)
+        } else if self.is_simplified {
             self.push_simplified(op)
         } else if let Op::Constant(_) = op {
             self.push_once(op)
@@ -76,16 +90,22 @@ impl Recording {
             return place;
         }
         if self.is_simplified {
-            assert!(
-                self.ops.len() < MOST,
-                "a kernel of more than {MOST} operations cannot be emitted: does it loop until \
-                 `Mask::any` is false? For symbols it never is"
-            );
+            self.expect_room();
             self.known.push(self.knowledge(op));
         }
         let place = self.append(op);
         self.places.insert(op, place);
         place
+    }
+
+    /// # Panics
+    /// If there are more operations than anyone would check in.
+    fn expect_room(&self) {
+        assert!(
+            self.ops.len() < MOST,
+            "a kernel of more than {MOST} operations cannot be emitted: does it loop until \
+             `Mask::any` is false? For symbols it never is"
+        );
     }
 
     fn push_constant(&mut self, value: f64) -> Place {

@@ -61,10 +61,19 @@ impl<R: Real> Arena<R> {
         self.long.fused.clear();
     }
 
-    /// The bytes allocated, without selects and fused entries, which are rare.
+    /// The bytes allocated, without what fused entries own: nothing after a [restart](Self::restart).
     pub(super) fn bytes(&self) -> usize {
-        let entries = self.entries.capacity() * size_of::<Entry<R>>();
-        entries + self.long.terms.capacity() * size_of::<(R, u32)>()
+        let LongEntries {
+            terms,
+            linear,
+            selects,
+            fused,
+        } = &self.long;
+        allocated(&self.entries)
+            + allocated(terms)
+            + allocated(linear)
+            + allocated(selects)
+            + allocated(fused)
     }
 
     /// How many entries fit into the memory there is, and into the indices that variables have.
@@ -190,6 +199,11 @@ impl<R: Real> Arena<R> {
         }
         bars[inputs - 1] = bar;
     }
+}
+
+/// The bytes that a vector has allocated.
+pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
+    vector.capacity() * size_of::<T>()
 }
 
 impl<R: Real> LongEntries<R> {

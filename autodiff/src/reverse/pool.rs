@@ -4,31 +4,28 @@
 //! as a long recording and its sweep do.
 
 use super::tape::Tape;
-use crate::pool;
+use crate::pool::{self, Pooled};
 use crate::real::Real;
-
-/// A tape that is larger is given back to the system.
-const MOST_BYTES: usize = 1 << 30;
 
 /// Runs `work` with a tape that the thread keeps. If that panics, the tape is dropped.
 pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
-    keeping(MOST_BYTES, work)
-}
-
-fn keeping<R: Real, T>(most: usize, work: impl FnOnce(&mut Tape<R>) -> T) -> T {
     let mut tape = pool::take::<Tape<R>>().unwrap_or_default();
     let result = work(&mut tape);
     // Fused entries may own what belongs to the caller.
     tape.forget();
-    if tape.bytes() <= most {
-        pool::keep(tape);
-    }
+    pool::keep(tape);
     result
+}
+
+impl<R: Real> Pooled for Tape<R> {
+    fn bytes(&self) -> usize {
+        Tape::bytes(self)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_BYTES, keeping, with_tape};
+    use super::with_tape;
     use crate::pool::count;
     use crate::reverse::{Tape, Var};
     use crate::{Dual, gradient_of};
@@ -58,14 +55,5 @@ mod tests {
             std::panic::catch_unwind(|| gradient_of(|_: &[Var<f64>]| panic!("left"), &[1.0]));
         assert!(left.is_err());
         assert_eq!(gradient_of(|x| x[0] * x[0], &[3.0]), [6.0]);
-    }
-
-    #[test]
-    fn what_is_large_goes_back_to_the_system() {
-        let record = |tape: &mut Tape<f64>| tape.record(&[1.0], |x| long(x[0], 1000)).value();
-        assert_eq!(keeping(24 * 1000, record), 1.0);
-        assert_eq!(count(), 0);
-        assert_eq!(keeping(MOST_BYTES, record), 1.0);
-        assert_eq!(count(), 1);
     }
 }

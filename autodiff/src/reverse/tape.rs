@@ -1,6 +1,6 @@
 //! The tape as a user holds it.
 
-use super::arena::Arena;
+use super::arena::{Arena, allocated};
 use super::current::{self, CONSTANT};
 use super::dependence::Dependence;
 use super::var::Var;
@@ -14,7 +14,7 @@ use crate::real::Real;
 ///
 /// An operation takes 24 bytes in f64 and 8 more in a reverse sweep; none of it is freed before the
 /// tape is dropped. Where the system has no more memory the process ends, as with any collection: for
-/// long loops take a [`Rollout`](crate::Rollout), which keeps to a budget.
+/// long loops take a [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
 ///
 /// ```
 /// use autodiff::{Real, Tape};
@@ -127,9 +127,9 @@ impl<R: Real> Tape<R> {
         self.arena.restart(0);
     }
 
-    /// The bytes allocated, without selects and fused entries, which are rare.
+    /// The bytes allocated, without what fused entries own.
     pub(super) fn bytes(&self) -> usize {
-        self.arena.bytes() + self.bars.capacity() * size_of::<R>()
+        self.arena.bytes() + allocated(&self.inputs) + allocated(&self.bars)
     }
 
     /// Whether nothing is recorded.

@@ -7,6 +7,7 @@ use autodiff::{
     value_and_gradient,
 };
 
+mod fields;
 mod guarded;
 #[rustfmt::skip]
 mod written;

@@ -11,6 +11,7 @@
 //! - [`study`]: the paper's evaluation again.
 
 mod files;
+mod child;
 pub mod table;
 pub mod robustness;
 pub mod report;

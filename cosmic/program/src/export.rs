@@ -106,6 +106,13 @@ impl Arguments {
                  and so it is not the robot of the trajectory",
             );
         }
+        if let Some(says) = run
+            .robot
+            .left_out("the peak forces in bars.csv")
+            .filter(|_| self.csv)
+        {
+            note(&format!("warning: {says}"));
+        }
         let sizes = &self.sizes.chosen();
         let mut files = Vec::new();
         if self.csv {

@@ -1,6 +1,7 @@
 //! Standard output and standard error.
 
 use crate::arguments::Output;
+use cosmic::codesign::Reliability;
 use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
@@ -44,6 +45,14 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
 /// A displacement, if there is one.
 pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
+}
+
+/// A mark behind the displacement of an unreliable robot.
+pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
+    match verdict {
+        Some(Reliability::Unreliable { .. }) => ", unreliable",
+        Some(Reliability::Reliable) | None => "",
+    }
 }
 
 /// The place of the last states of a diverged rollout, and the command that replays them.

@@ -2,7 +2,7 @@
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::output::{counted, metres, note};
+use crate::output::{counted, metres, note, unreliable};
 use cosmic::codesign::Record;
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
@@ -126,6 +126,10 @@ impl Observer for Progress {
             self.bars.suspend(|| note(&format!("warning: {text}")));
         }
     }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_asked()
+    }
 }
 
 /// How fast this process works, for the time that is left.
@@ -218,7 +222,8 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
             let median = metres(summary.displacement_p50);
-            format!("{median}  {:.1} s", summary.seconds)
+            let verdict = unreliable(summary.reliability.as_ref());
+            format!("{median}{verdict}  {:.1} s", summary.seconds)
         }
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),

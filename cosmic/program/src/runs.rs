@@ -2,8 +2,9 @@
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, metres, note, print, see_again};
+use crate::output::{counted, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
+use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
@@ -66,6 +67,10 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if let Some(s) = summary.structure {
+        let floppy = match s.floppy_modes {
+            Some(modes) => counted(modes, "floppy mode"),
+            None => format!("floppy modes not counted (more than {MOST_RANKED} bars)"),
+        };
         text += &format!(
             "bars: {}, {}, {}, {}, {}, {}\n",
             counted(s.pieces, "piece"),
@@ -73,7 +78,7 @@ fn robot(summary: &Summary) -> String {
             counted(s.free_ends, "free end"),
             counted(s.crossings, "crossing"),
             counted(s.feet, "lowest node"),
-            counted(s.floppy_modes, "floppy mode"),
+            floppy,
         );
     }
     if let Some(loads) = &summary.loads {
@@ -103,7 +108,7 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     for start in &summary.starts {
         let end = match start.dropped_at {
             Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_p50),
+            None => metres(start.displacement_p50) + unreliable(start.reliability.as_ref()),
         };
         text += &format!("start {}: {end}\n", start.seed);
     }
@@ -125,15 +130,25 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
     }
+    if let Some(behind) = summary.displacement_behind_p50 {
+        text += &format!(
+            "with the goal behind: {behind:.3} m (negative is towards it); the robot is chosen by the \
+             worse of the two\n"
+        );
+    }
+    if let Some(reason) = summary.unreliable() {
+        text += &format!("unreliable: {reason}\n");
+    }
     let together = match summary.starts[..] {
         [] => "",
         _ => ", all starts together",
     };
     text + &format!(
-        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
+        "displacement {} (10-90 %: {} to {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
         metres(summary.displacement_p50),
         metres(summary.displacement_p10),
         metres(summary.displacement_p90),
+        unreliable(summary.reliability.as_ref()),
         summary.volume,
         summary.actuator_volume,
         summary.seconds,

@@ -152,3 +152,22 @@ fn robustness_says_where_the_nominal_robot_diverges() {
     let json: Value = serde_json::from_str(&said.out).unwrap();
     assert!(said.code == 3 && json["runs"][0]["nominal"].is_null());
 }
+
+/// The summary of a robot with so many bars that their floppy modes are not counted.
+#[test]
+fn floppy_modes_that_are_not_counted_are_left_out_by_name() {
+    let bench = Bench::default();
+    bench.run("a", "");
+    let counted = bench.json("a/summary.json")["structure"]["floppy_modes"].as_u64();
+    let counted = format!("\"floppy_modes\":{}", counted.expect("a number"));
+    let text = bench.read("a/summary.json");
+    assert!(text.contains(&counted), "{text}");
+    bench.write(
+        "a/summary.json",
+        text.replace(&counted, "\"floppy_modes\":null"),
+    );
+    let told = bench.cosmic("resume a").ok().out;
+    let says = "floppy modes not counted (more than 1000 bars)";
+    assert!(told.contains(says), "{told}");
+    bench.cosmic("compare a").ok();
+}

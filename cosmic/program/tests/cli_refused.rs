@@ -125,6 +125,18 @@ fn a_task_without_any_slope_is_warned_of() {
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
+/// Nothing can move if every rollout overflows: the run does not go on to its end.
+#[test]
+fn a_run_that_only_diverges_ends_after_ten_iterations() {
+    let bench = Bench::with(&scene(24, 1024, "dt = 0.05"));
+    let said = bench.optimize("a", "--allow-unstable");
+    said.fails(3, &["diverged in step"]);
+    let says = "warning: not finite: the loss; after iteration 10 it is";
+    assert!(said.error.contains(says), "{said:?}");
+    assert_eq!(bench.lines("a/history.jsonl"), 10);
+    assert!(bench.path("a/diverged.json").exists());
+}
+
 /// A scene that is not from a file is checked as one: otherwise its run could not be resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {

@@ -22,6 +22,7 @@ mod cli_mujoco;
 mod cli_optimize;
 mod cli_own;
 mod cli_refused;
+mod cli_reliable;
 mod cli_report;
 mod cli_scene;
 mod cli_script;

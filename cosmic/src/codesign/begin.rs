@@ -375,26 +375,11 @@ mod tests {
     use autodiff::Real;
 
     use super::CoDesign;
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{Up, tiny};
     use crate::error::Result;
     use crate::objective::Loss;
     use crate::scene::{GradientPrecision, LossKind, TaskKind};
     use crate::simulator::Trajectory;
-
-    /// Minus the payload's height, as a user would write it; the state after half of the steps
-    /// counts too.
-    struct Up;
-
-    impl Loss for Up {
-        fn observed(&self, steps: usize) -> Vec<usize> {
-            vec![steps / 2, steps]
-        }
-
-        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-            let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
-            R::sum_of(&heights) * R::lit(0.5)
-        }
-    }
 
     /// A caller's loss gives the same bits as the built-in loss of the same formula, in both
     /// precisions.

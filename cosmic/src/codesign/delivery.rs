@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::begin::CoDesign;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
-use super::reach::{Reached, first_best};
+use super::reach::{Reached, first_best, is_ranked_by_distance};
+use super::reliability::Reliability;
 use crate::controller::Controller;
 use crate::design::{Material, Structure};
 use crate::domain::{Domain, draw, perturbed};
@@ -36,8 +37,17 @@ pub struct Delivery {
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
     /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
-    /// a task other than distance, minus the losses.
+    /// a task other than distance, minus the losses. With two goals, of the worse of the two.
     pub selection: Quantiles,
+    /// The number that the best of several starts is chosen by: the median of `selection`, or its
+    /// 10 % quantile if the robot is unreliable there.
+    pub selection_score: f64,
+    /// Whether the robot does what the median of `spread` says, or for a task other than distance
+    /// the median loss.
+    pub reliability: Reliability,
+    /// With two goals: displacements with the goal behind, from the starts of `spread`, m. Negative
+    /// ones are towards that goal.
+    pub behind: Option<Quantiles>,
     /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
     /// Displacements from the starts of `spread` with the clock alone, m: the controller observes the robot
@@ -64,11 +74,24 @@ impl CoDesign {
     ///
     /// Before the snap the robot has the soft mixtures of its edges.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
+        let delivery = self.deliver_unless(progress, &|| false);
+        delivery.expect("nothing stops it")
+    }
+
+    /// [`deliver`](Self::deliver) with a question between its parts: should it stop? Then the result is `None`.
+    pub fn deliver_unless(
+        &self,
+        progress: &Progress,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Option<Delivery> {
+        let go_on = || (!is_stopped()).then_some(());
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
+        go_on()?;
         // The last iterate comes first: it wins a tie.
-        let best = first_best(selections.iter().map(|s| s.p50));
+        let ranked = selections.iter().zip(&entrants);
+        let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
         let chosen = &entrants[best];
         let controller = &chosen.controller;
 
@@ -76,40 +99,62 @@ impl CoDesign {
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = self.spreads(&mixture, &judged, &domains);
+        go_on()?;
         let steps = self.scene.physics.steps;
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
         let guarded = (self.task).guarded(&mixture, controller, &self.start, &span);
+        go_on()?;
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
             Some(_) => [f64::NAN; 2],
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
+        let merit = self.unperturbed(&mixture, controller, moved[0]);
         let (materials, body) = (self.materials(progress), self.task.body(&mixture));
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
-        Delivery {
+        let clock_alone = self.clock_alone(&mixture, &body.presence, controller, &domains);
+        go_on()?;
+        let structure = Structure::new(&self.task.lattice, &materials);
+        go_on()?;
+        Some(Delivery {
             z: progress.z.clone(),
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved[0],
             selection: selections[best],
+            selection_score: self.merit().score(&selections[best], merit),
+            reliability: self.merit().reliability(&spreads[0].merit, merit),
+            behind: spreads[0].behind,
             spread: spreads[0].displacement,
-            clock_alone: self.clock_alone(&mixture, &body.presence, controller, &domains),
+            clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
             loads: (guarded.divergence.is_none()).then(|| {
-                let radius = self.task.physics.bending_radius;
                 let simulator = &self.task.simulator;
-                simulator.loads_of(&materials, &body, controller, trajectory, radius)
+                simulator.loads_of(&materials, &body, controller, trajectory)
             }),
-            structure: Structure::new(&self.task.lattice, &materials),
+            structure,
             materials,
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
+        })
+    }
+
+    /// The merit of a robot from the unperturbed start, which moved it so far along the ground.
+    fn unperturbed(&self, mixture: &[[f64; 3]], controller: &Controller<f64>, along: f64) -> f64 {
+        if is_ranked_by_distance(&self.scene, &*self.loss) {
+            return along;
         }
+        self.reach_many::<f64>(&[mixture], controller, &self.task, &[&self.start])[0].merit
+    }
+
+    /// The numbers that a controller is chosen by: its score, then its median.
+    pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
+        [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
     /// A controller for [domains without feedback](Domain::without_feedback): what it observes of a robot of
@@ -161,14 +206,20 @@ impl CoDesign {
         let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
             candidates.partition(|c| c.controller == progress.controller);
+        let is_chosen = self.scene.selection.kind == SelectionKind::Median && !others.is_empty();
+        let merit = match same.first() {
+            Some(candidate) => candidate.merit,
+            None if is_chosen => self.evaluate(progress).merit,
+            // Nothing competes with it.
+            None => f64::NAN,
+        };
         let mut entrants = vec![Candidate {
             iteration: progress.iteration,
-            // Entrants are compared by their spreads alone.
-            merit: f64::NAN,
+            merit,
             controller: progress.controller.clone(),
             spread: same.first().and_then(|c| c.spread),
         }];
-        if self.scene.selection.kind == SelectionKind::Median {
+        if is_chosen {
             entrants.extend(others);
         }
         entrants
@@ -243,6 +294,9 @@ impl CoDesign {
         let of = |reached: &[Reached]| Reaches {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
+            behind: reached[0]
+                .behind
+                .map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
@@ -252,6 +306,7 @@ impl CoDesign {
 struct Reaches {
     displacement: Quantiles,
     merit: Quantiles,
+    behind: Option<Quantiles>,
 }
 
 fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {
@@ -260,8 +315,33 @@ fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {
 
 #[cfg(test)]
 mod tests {
-    use crate::codesign::CoDesign;
+    use std::cell::Cell;
+
+    use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
+    use crate::codesign::{Candidate, CoDesign, Quantiles};
+
+    #[test]
+    fn a_delivery_stops_between_its_parts() {
+        let codesign = CoDesign::new(&tiny()).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let asked = Cell::new(0);
+        let stops_at = |question: usize| {
+            asked.set(0);
+            let is_stopped = || {
+                asked.set(asked.get() + 1);
+                asked.get() == question
+            };
+            codesign.deliver_unless(&progress, &is_stopped)
+        };
+        assert_eq!(stops_at(0), Some(codesign.deliver(&progress)));
+        let questions = asked.get();
+        assert!(questions > 3);
+        for question in 1..=questions {
+            assert_eq!(stops_at(question), None);
+            assert_eq!(asked.get(), question);
+        }
+    }
 
     #[test]
     fn a_candidate_that_is_the_last_iterate_is_rolled_out_once() {
@@ -276,8 +356,58 @@ mod tests {
             codesign.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
-        // Where the controller moves on, both may be delivered.
+        // If the controller moves on, both may be delivered.
         progress.controller.b1[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
+    }
+
+    /// Two controllers of one robot, of which the one with the better median is unreliable.
+    #[test]
+    fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
+        let mut scene = tiny();
+        scene.schedule.settle = 1.0;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let mut progress = codesign.begin(1).unwrap();
+        let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
+            progress.controller.b1[0] += bias;
+            let spread = Quantiles { p10, p50, p90: p50 };
+            Candidate {
+                iteration: progress.iteration,
+                merit,
+                controller: progress.controller.clone(),
+                spread: Some(spread),
+            }
+        };
+        let last = candidate(0.0, 0.1, [0.1, 0.1]);
+        let steady = candidate(0.1, 2.0, [1.9, 2.0]);
+        let chosen = |rival: Candidate| {
+            let mut progress = progress.clone();
+            progress.controller = last.controller.clone();
+            progress.candidates = vec![rival.clone(), steady.clone(), last.clone()];
+            let delivered = codesign.deliver(&progress).controller;
+            let is = |c: &Candidate| c.controller == delivered;
+            assert!(is(&rival) || is(&steady));
+            let mut settled = progress.clone();
+            assert!(codesign.settle(&mut settled, &Schedule::at(codesign.scene(), 12), 0.1));
+            assert_eq!(settled.controller, delivered);
+            is(&rival)
+        };
+        let rival = |merit, spread| {
+            let spread = Some(Quantiles { p90: 9.0, ..spread });
+            let mut controller = steady.controller.clone();
+            controller.b1[0] += 0.1;
+            Candidate {
+                merit,
+                controller,
+                spread,
+                ..steady.clone()
+            }
+        };
+        let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
+        assert!(chosen(rival(3.0, of(2.9, 3.0))));
+        // Its 10 % quantile is low, or its unperturbed rollout another one.
+        assert!(!chosen(rival(3.0, of(1.4, 3.0))));
+        assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
+        assert!(chosen(rival(5.0, of(2.4, 5.0))));
     }
 }

@@ -17,10 +17,13 @@ impl CoDesign {
     ///
     /// # Errors
     /// As [`begin`](Self::begin); the time step is checked after every iteration.
+    /// [`Error::NotFinite`](crate::Error::NotFinite) as [`Progress::check_loss`].
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
-            observe(&self.iterate(&mut progress));
+            let record = self.iterate(&mut progress);
+            observe(&record);
+            progress.check_loss(&record)?;
             self.step_check(&progress).accept(&self.scene.physics)?;
         }
         Ok(self.deliver(&progress))

@@ -35,6 +35,7 @@
 
 mod schedule;
 mod quantiles;
+mod reliability;
 mod progress;
 mod begin;
 mod review;
@@ -55,5 +56,8 @@ pub use delivery::Delivery;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;
 pub use reach::Reached;
+#[cfg(feature = "files")]
+pub(crate) use reach::{first_best, is_ranked_by_distance};
+pub use reliability::Reliability;
 pub use review::Review;
 pub use schedule::Phase;

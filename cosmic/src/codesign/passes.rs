@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::begin::CoDesign;
 use super::progress::{Candidate, Progress, Record};
-use super::reach::Reached;
+use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::{Phase, Schedule};
 use super::slope::Slope;
 use super::slopes::Sought;
@@ -47,6 +47,8 @@ impl CoDesign {
         let first = slopes.iter().flatten().next();
         record.displacement_horizon = first.map(|slope| slope.displacement);
         record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
+        let losses = || slopes.iter().flatten().map(|slope| slope.loss);
+        record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
 
         let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
         let share = self.scene.schedule.stability_share;
@@ -111,6 +113,7 @@ impl CoDesign {
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(slope.displacement);
         record.merit_horizon = self.merit_horizon(&slope);
+        record.loss_horizon = Some(slope.loss);
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             self.note_candidate(progress, reached.merit);
             if self.settle(progress, now, reached.merit) {
@@ -154,7 +157,7 @@ impl CoDesign {
     }
 
     fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!self.loss.is_far()).then_some(-slope.loss)
+        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
     }
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
@@ -233,6 +236,9 @@ fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], to: &[f64], share: f64) {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use autodiff::Real;
 
     use crate::codesign::tests::{after, records, tiny};
@@ -261,15 +267,78 @@ mod tests {
         let mut scene = tiny();
         scene.gradient.cotangent_bound = None;
         let skipped = |scene: &Scene| {
-            let mut skipped = 0;
             let mut codesign = CoDesign::with_loss(scene, Steep).unwrap();
-            (codesign.optimise(0, |record| skipped += record.skipped)).unwrap();
-            skipped
+            let mut progress = codesign.begin(0).unwrap();
+            while !codesign.is_done(&progress) {
+                codesign.iterate(&mut progress);
+            }
+            progress.skipped
         };
         scene.gradient.precision = GradientPrecision::F32;
         let beyond = skipped(&scene);
         scene.gradient.precision = GradientPrecision::F64;
         assert!(beyond > skipped(&scene), "{beyond}");
+    }
+
+    /// Minus the height, without a number from one iteration to another. Its gradient is finite always.
+    struct Failing(Range<usize>, AtomicUsize);
+
+    impl Loss for Failing {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            vec![steps]
+        }
+
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            let height = trajectory.states[0].x[0][1];
+            // The gradient's own rollout: the others are plain numbers.
+            let is_of_gradient = size_of::<R>() > size_of::<f64>();
+            let call = self
+                .1
+                .fetch_add(usize::from(is_of_gradient), Ordering::Relaxed);
+            let fails = is_of_gradient && self.0.contains(&call);
+            -height + R::lit(if fails { f64::NAN } else { 0.0 })
+        }
+    }
+
+    /// A run of [`Failing`] in which an iteration takes one gradient.
+    fn failing(calls: Range<usize>) -> (CoDesign, Vec<Record>, crate::Result<()>) {
+        let mut scene = tiny();
+        (scene.schedule.stability_share, scene.schedule.polish_trials) = (0.0, 0);
+        scene.schedule.iterations = 14;
+        let loss = Failing(calls, AtomicUsize::new(0));
+        let mut codesign = CoDesign::with_loss(&scene, loss).unwrap();
+        let mut records = Vec::new();
+        let ended = codesign.optimise(1, |record| records.push(record.clone()));
+        (codesign, records, ended.map(drop))
+    }
+
+    /// The sum with NaN has the slope of the height, which used to be taken for the loss's.
+    #[test]
+    fn a_loss_without_a_number_moves_nothing_and_is_counted() {
+        let (_, records, ended) = failing(3..5);
+        ended.unwrap();
+        let skipped: Vec<_> = records.iter().map(|record| record.skipped).collect();
+        assert_eq!(skipped[..6], [0, 0, 0, 1, 1, 0]);
+        assert_eq!(records.iter().map(|r| r.skipped).sum::<usize>(), 2);
+        for (record, skipped) in records.iter().zip(skipped) {
+            let is_finite = record.loss_horizon.is_none_or(f64::is_finite);
+            assert_eq!(is_finite, skipped == 0, "{record:?}");
+        }
+    }
+
+    #[test]
+    fn a_loss_that_never_was_a_number_ends_the_run() {
+        let (_, records, ended) = failing(0..usize::MAX);
+        let error = ended.unwrap_err();
+        assert_eq!((records.len(), error.exit_code()), (10, 3));
+        let says = error.to_string();
+        for words in ["the loss", "after iteration 10", "NaN"] {
+            assert!(says.contains(words), "{says}");
+        }
+        // One number is enough to go on.
+        let (codesign, records, ended) = failing(1..usize::MAX);
+        ended.unwrap();
+        assert_eq!(records.len(), codesign.scene().schedule.iterations);
     }
 
     /// A projection without a share has no gradient; that of the other does not change.

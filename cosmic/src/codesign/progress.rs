@@ -6,11 +6,14 @@ use super::quantiles::Quantiles;
 use super::schedule::Phase;
 use crate::controller::Controller;
 use crate::design::{Material, one_hot};
-use crate::error::{Result, fits};
+use crate::error::{Error, Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
+
+/// Iterations after which a run ends if its loss has never been a number.
+const WITHOUT_LOSS: usize = 10;
 
 /// The whole state of an optimisation: saved and read back, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +47,7 @@ pub struct Progress {
     pub violations: [f64; 4],
     /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
-    /// Gradients skipped because they were not finite.
+    /// Gradients skipped because they or their loss were not finite.
     pub skipped: usize,
     /// The fine-tuning's controllers with the longest single rollouts, best first.
     pub candidates: Vec<Candidate>,
@@ -61,6 +64,31 @@ impl Progress {
     /// The number of the iteration before the first one of this run.
     pub fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
+    }
+
+    /// Refuses to go on if the loss has never been a number: after ten iterations or more, no gradient
+    /// could be used, and the loss of this iteration is not finite either. Later iterations would not
+    /// change that, because nothing has moved.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] with the iteration and the loss.
+    pub fn check_loss(&self, record: &Record) -> Result<()> {
+        let done = record.iteration - self.before_first();
+        let updates = self.mma.iter().map(|mma| mma.updates).sum::<u64>() + self.adam.updates;
+        let lost = record.loss_horizon.filter(|loss| !loss.is_finite());
+        match lost {
+            Some(loss) if done >= WITHOUT_LOSS && updates == 0 && self.skipped > 0 => {
+                Err(Error::NotFinite {
+                    names: vec!["the loss".to_owned()],
+                    cause: Some(format!(
+                        "after iteration {} it is {loss}, and no gradient so far could be used; check the \
+                         loss and the scene",
+                        record.iteration
+                    )),
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Gives every edge one material and makes the design vectors one-hot.
@@ -163,9 +191,14 @@ pub struct Record {
     pub displacement: Option<f64>,
     /// Displacement along the ground after the horizon, in the rollout of the gradient.
     pub displacement_horizon: Option<f64>,
-    /// For a task other than distance: minus the loss over the horizon.
+    /// For a task other than distance: minus the loss over the horizon. With two goals the merit of
+    /// the goal that the robot does worse at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merit_horizon: Option<f64>,
+    /// The loss over the horizon; of two gradients the first one, or one that is not finite. `None`
+    /// for the snap and in histories of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss_horizon: Option<f64>,
     /// Steps that carried the gradient.
     pub horizon: usize,
     /// Share of solid edges.
@@ -191,7 +224,7 @@ pub struct Record {
     /// The solutions of the subproblems of both design updates. Their constraints are scaled: the four
     /// volume bounds come first, then the measures if they are constraints.
     pub mma: [Option<MmaDiagnostics>; 2],
-    /// Gradients skipped in this iteration because they were not finite.
+    /// Gradients skipped in this iteration because they or their loss were not finite.
     pub skipped: usize,
     /// The time step compared with the vibrations of the design after the iteration; `None` in
     /// histories of older versions.

@@ -5,13 +5,14 @@ use rayon::prelude::*;
 
 use super::begin::CoDesign;
 use super::progress::Progress;
+use super::reliability::Merit;
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::domain::Domain;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection;
-use crate::scene::GradientPrecision;
+use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
@@ -21,14 +22,39 @@ pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
     pub moved: [f64; 2],
     /// The number that robots are ranked by: the displacement along the ground, m, or for a task
-    /// other than distance minus the loss.
+    /// other than distance minus the loss. With two goals it is the merit for the goal that the
+    /// robot does worse at.
     pub merit: f64,
+    /// With two goals: the displacement along the ground with the goal behind, m. A negative one
+    /// is towards that goal.
+    pub behind: Option<f64>,
 }
 
 impl Reached {
     pub(super) fn along(&self) -> f64 {
         self.moved[0]
     }
+
+    /// This result for the goal ahead together with the result for the goal behind. The merit
+    /// behind counts the other way round: there the payload has to get back, and a loss is to be
+    /// large.
+    fn with_behind(self, behind: Self) -> Self {
+        Self {
+            merit: worse(self.merit, -behind.merit),
+            behind: Some(behind.moved[0]),
+            ..self
+        }
+    }
+}
+
+/// The lower of two merits; NaN if either is NaN.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if a < b || a.is_nan() { a } else { b }
+}
+
+/// True if robots of a scene with this loss are ranked by their displacement alone.
+pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
+    loss.is_far() && !scene.controller.two_goals
 }
 
 impl CoDesign {
@@ -93,7 +119,7 @@ impl CoDesign {
             return (layouts.remove(0), None);
         }
         let reached = self.reached(&layouts, controller, &self.task);
-        let best = first_best(reached.iter().map(|r| r.merit));
+        let best = first_best(reached.iter().map(|r| [r.merit]));
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
@@ -121,9 +147,38 @@ impl CoDesign {
         self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
     }
 
+    /// What the merit of a rollout is.
+    pub(super) fn merit(&self) -> Merit {
+        match (self.loss.is_far(), self.scene.controller.two_goals) {
+            (false, _) => Merit::MinusLoss,
+            (true, true) => Merit::ShorterWay,
+            (true, false) => Merit::Distance,
+        }
+    }
+
     /// Full rollouts from several starts, all of one mixture or each of its own, in the number type
-    /// `R`.
+    /// `R`; with two goals also towards the goal behind.
     pub(super) fn reach_many<R: Real + Into<f64>>(
+        &self,
+        mixtures: &[impl AsRef<[[f64; 3]]>],
+        controller: &Controller<f64>,
+        task: &Task,
+        starts: &[&State<f64>],
+    ) -> Vec<Reached>
+    where
+        dyn AnyLoss: LossOf<R>,
+    {
+        let ahead = self.reach_goal::<R>(mixtures, controller, task, starts);
+        if !self.scene.controller.two_goals {
+            return ahead;
+        }
+        let behind = self.reach_goal::<R>(mixtures, controller, &task.turned_back(), starts);
+        let pairs = ahead.into_iter().zip(behind);
+        pairs.map(|(a, b)| a.with_behind(b)).collect()
+    }
+
+    /// Full rollouts towards the one goal of a task.
+    fn reach_goal<R: Real + Into<f64>>(
         &self,
         mixtures: &[impl AsRef<[[f64; 3]]>],
         controller: &Controller<f64>,
@@ -159,7 +214,11 @@ impl CoDesign {
             let guarded = task.guarded(mixture, controller, start, &span);
             if guarded.divergence.is_some() {
                 let (moved, merit) = ([f64::NAN; 2], f64::NAN);
-                return Reached { moved, merit };
+                return Reached {
+                    moved,
+                    merit,
+                    behind: None,
+                };
             }
             let seen = &guarded.trajectory;
             let loss = || LossOf::<f64>::loss_of(&*self.loss, seen);
@@ -180,7 +239,11 @@ impl CoDesign {
         } else {
             -loss()
         };
-        Reached { moved, merit }
+        Reached {
+            moved,
+            merit,
+            behind: None,
+        }
     }
 
     /// Displacement of the payload between two states in the ground's frame, m; NaN if the last
@@ -195,21 +258,21 @@ impl CoDesign {
     }
 }
 
-/// The index of the first of the largest merits. A NaN, from a diverged rollout, is below any
-/// number.
-pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
-    let better = |best: (usize, f64), (k, merit)| {
+/// The index of the first of the largest merits. A later number of a merit decides between equals.
+/// A NaN, from a diverged rollout, is below any number.
+pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
+    let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
     };
     let merits = merits.into_iter().enumerate();
-    merits.fold((0, f64::NEG_INFINITY), better).0
+    merits.fold((0, [f64::NEG_INFINITY; N]), better).0
 }
 
 #[cfg(test)]
 mod tests {
-    use super::first_best;
+    use super::{Reached, first_best, worse};
     use crate::codesign::CoDesign;
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{LIVELY, Up, tiny};
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
@@ -260,8 +323,47 @@ mod tests {
 
     #[test]
     fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
-        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0]), 1);
-        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY, -5.0]), 2);
-        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY]), 0);
+        let least = f64::NEG_INFINITY;
+        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0].map(|m| [m])), 1);
+        assert_eq!(first_best([[f64::NAN], [least], [-5.0]]), 2);
+        assert_eq!(first_best([[f64::NAN], [least]]), 0);
+        assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
+    }
+
+    /// A robot that does not observe its goal does the same for both goals: what it gains ahead it
+    /// loses behind.
+    #[test]
+    fn with_two_goals_the_worse_one_is_the_merit() {
+        let mut scene = Scene::parse("lively", LIVELY).unwrap();
+        (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
+        let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
+            let progress = codesign.begin(1).unwrap();
+            let reached = codesign.evaluate(&progress);
+            assert_eq!(reached.behind, Some(reached.along()));
+            assert!(ahead(&reached) != 0.0);
+            assert_eq!(reached.merit, -ahead(&reached).abs());
+            let delivery = codesign.deliver(&progress);
+            assert_eq!(delivery.behind, Some(delivery.spread));
+            assert!(delivery.selection.p50 < 0.0);
+        };
+        check(CoDesign::new(&scene).unwrap(), Reached::along);
+        // A loss to be small for one goal is to be large for the other.
+        check(CoDesign::with_loss(&scene, Up).unwrap(), |reached| {
+            reached.merit
+        });
+        // A goal that is observed makes a difference.
+        scene.controller.goal_scale = 3.0;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let reached = codesign.evaluate(&codesign.begin(1).unwrap());
+        let behind = reached.behind.unwrap();
+        assert_ne!(behind, reached.along());
+        assert_eq!(reached.merit, reached.along().min(-behind));
+    }
+
+    #[test]
+    fn a_merit_without_a_value_is_the_worse_one() {
+        assert_eq!(worse(1.0, 2.0), 1.0);
+        assert_eq!(worse(2.0, 1.0), 1.0);
+        assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
     }
 }

@@ -7,6 +7,7 @@
 
 use super::begin::CoDesign;
 use super::progress::{Progress, Settled};
+use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
 
@@ -49,15 +50,15 @@ impl CoDesign {
         true
     }
 
-    /// Returns to the candidate with the best median over perturbed starts. False if every candidate
-    /// has a diverged rollout.
+    /// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed
+    /// starts. False if every candidate has a diverged rollout.
     fn begin_to_settle(&self, progress: &mut Progress) -> bool {
         self.judge_candidates(progress);
         let judged = progress.candidates.iter();
-        let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?.p50, c))).collect();
-        // Candidates are sorted by their single rollouts: of equal medians the better one wins.
-        let best = first_best(judged.iter().map(|(merit, _)| *merit));
-        let Some(&(merit, candidate)) = judged.get(best) else {
+        let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
+        // Candidates are sorted by their single rollouts: of equal scores the better one wins.
+        let best = first_best(judged.iter().map(|(spread, c)| self.rank(spread, c)));
+        let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
             return false;
         };
         progress.controller.clone_from(&candidate.controller);

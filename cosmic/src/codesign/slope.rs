@@ -5,12 +5,15 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::Horizon;
 
-/// A gradient of the loss, with the loss and the payload's displacement after the horizon.
+/// A gradient of the loss, with the loss and what the robot reaches within the horizon. The gradient
+/// of a loss that is not finite is NaN throughout, so that no optimiser uses it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
     pub(super) loss: f64,
     pub(super) displacement: f64,
+    /// The number that robots are ranked by, as in [`Reached`](super::reach::Reached).
+    pub(super) merit: f64,
 }
 
 impl Slope {
@@ -42,6 +45,7 @@ impl Slope {
             gradient: Vec::new(),
             loss: 0.0,
             displacement: 0.0,
+            merit: 0.0,
         };
         for slope in slopes {
             mean.gradient.resize(slope.gradient.len(), 0.0);
@@ -50,6 +54,7 @@ impl Slope {
             }
             mean.loss += share * slope.loss;
             mean.displacement += share * slope.displacement;
+            mean.merit += share * slope.merit;
         }
         mean
     }
@@ -75,6 +80,7 @@ mod tests {
                 loss: 0.0,
                 gradient: gradient.to_vec(),
                 displacement: 0.0,
+                merit: 0.0,
             };
             slope.averaged(&mut mean, memory);
             assert!(memory > 0.0 || mean.is_empty());

@@ -3,8 +3,10 @@
 use autodiff::{Real, Var};
 
 use super::begin::CoDesign;
+use super::reach::worse;
 use super::slope::{At, Slope};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
+use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::scene::GradientPrecision;
@@ -43,6 +45,20 @@ impl Sought<'_> {
             }
         }
     }
+}
+
+/// The loss that a gradient is taken of, with the rollouts that it comes from.
+struct Sloped<R> {
+    loss: R,
+    ahead: Seen<R>,
+    /// The rollout towards the second of two goals.
+    behind: Option<Seen<R>>,
+}
+
+/// A rollout towards one goal, with its loss.
+struct Seen<R> {
+    loss: R,
+    trajectory: Trajectory<R>,
 }
 
 impl CoDesign {
@@ -87,23 +103,46 @@ impl CoDesign {
         dyn AnyLoss: LossOf<Var<R>>,
     {
         let mut displacements = [0.0; N];
+        let mut merits = [0.0; N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
             let losses = self.losses_of(task, &mixtures, &copies[0], horizon);
             std::array::from_fn(|k| {
-                let (loss, trajectory) = &losses[k];
-                let last = trajectory.at(trajectory.last_step());
-                let last = last.map(|x| x.value().into());
-                [displacements[k], _] = self.between(&inputs.start, &last);
-                *loss
+                [displacements[k], merits[k]] = self.reached_within(&losses[k], &inputs.start);
+                losses[k].loss
             })
         });
-        std::array::from_fn(|k| Slope {
-            gradient: found[k].1.iter().map(|&g| g.into()).collect(),
-            loss: found[k].0.into(),
-            displacement: displacements[k],
+        std::array::from_fn(|k| {
+            let loss: f64 = found[k].0.into();
+            let usable = |g: f64| if loss.is_finite() { g } else { f64::NAN };
+            Slope {
+                gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
+                loss,
+                displacement: displacements[k],
+                merit: merits[k],
+            }
         })
+    }
+
+    /// The displacement ahead after a horizon, and the merit.
+    fn reached_within<R: Real + Into<f64>>(
+        &self,
+        sloped: &Sloped<Var<R>>,
+        start: &State<f64>,
+    ) -> [f64; 2] {
+        let reached = |seen: &Seen<Var<R>>| {
+            let last = seen.trajectory.at(seen.trajectory.last_step());
+            let [along, _] = self.between(start, &last.map(|x| x.value().into()));
+            let loss: f64 = seen.loss.value().into();
+            [along, if self.loss.is_far() { along } else { -loss }]
+        };
+        let [along, merit] = reached(&sloped.ahead);
+        let merit = sloped.behind.iter().fold(merit, |merit, behind| {
+            let [_, behind] = reached(behind);
+            worse(merit, -behind)
+        });
+        [along, merit]
     }
 
     /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal
@@ -114,22 +153,35 @@ impl CoDesign {
         mixtures: &[Vec<[R; 3]>; N],
         inputs: &Inputs<R>,
         horizon: &Horizon,
-    ) -> Vec<(R, Trajectory<R>)>
+    ) -> Vec<Sloped<R>>
     where
         dyn AnyLoss: LossOf<R>,
     {
         let losses = |task: &Task| {
             let seen = task.over_horizon(mixtures, inputs, &*self.loss, horizon);
-            seen.into_iter()
-                .map(|seen| (self.loss.loss_of(&seen), seen))
+            seen.into_iter().map(|trajectory| Seen {
+                loss: self.loss.loss_of(&trajectory),
+                trajectory,
+            })
         };
-        let mut ahead: Vec<_> = losses(task).collect();
-        if self.scene.controller.two_goals {
-            for ((ahead, _), (back, _)) in ahead.iter_mut().zip(losses(&task.turned_back())) {
-                *ahead = R::lit(0.5) * (*ahead - back);
-            }
+        let ahead = losses(task);
+        if !self.scene.controller.two_goals {
+            let alone = |ahead: Seen<R>| Sloped {
+                loss: ahead.loss,
+                ahead,
+                behind: None,
+            };
+            return ahead.map(alone).collect();
         }
-        ahead
+        let both = |(ahead, behind): (Seen<R>, Seen<R>)| Sloped {
+            loss: R::lit(0.5) * (ahead.loss - behind.loss),
+            ahead,
+            behind: Some(behind),
+        };
+        // All rollouts ahead come first: the order decides about the bits of the gradient.
+        let ahead: Vec<Seen<R>> = ahead.collect();
+        let behind = losses(&task.turned_back());
+        ahead.into_iter().zip(behind).map(both).collect()
     }
 }
 
@@ -157,12 +209,12 @@ mod tests {
         let horizon = Horizon::head(24);
         let value = |inputs: &Inputs<f64>| {
             let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-            codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].0
+            codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
                 let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-                codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].0
+                codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();

@@ -1,11 +1,13 @@
 //! Scenes that the tests share, and the tests of an iteration.
 
-use autodiff::Memory;
+use autodiff::{Memory, Real};
 
 use crate::codesign::{CoDesign, Progress, Record};
 use crate::design::flips;
+use crate::objective::Loss;
 use crate::projection::one_hot;
 use crate::scene::{LossKind, Scene};
+use crate::simulator::Trajectory;
 
 /// A small robot that moves from the first, with room for other layouts, and the beginning of
 /// its schedule.
@@ -29,6 +31,21 @@ pub(super) const LIVELY: &str = "
     snap_at = 7
     horizon = [64, 64]
 ";
+
+/// Minus the payload's height, as a user would write it; the state after half of the steps
+/// counts too.
+pub(crate) struct Up;
+
+impl Loss for Up {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps / 2, steps]
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
+        R::sum_of(&heights) * R::lit(0.5)
+    }
+}
 
 /// A robot of two squares for a few steps.
 pub(crate) fn tiny() -> Scene {

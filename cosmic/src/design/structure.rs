@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use crate::lattice::{EdgeRules, Lattice, cross};
+use crate::lattice::{EdgeRules, Lattice, crossings};
 use crate::scene::DesignSettings;
 
 /// How far apart two heights of lowest nodes may be, in units of the spacing.
@@ -16,6 +16,9 @@ const LEVEL: f64 = 1e-9;
 /// Singular values below this share of the largest are zero: lengths are of order one, and a mechanism
 /// that moves none has rounding alone.
 const RANK: f64 = 1e-9;
+/// The most bars whose floppy modes are counted. The time of the rank grows with their cube: this many take some
+/// seconds.
+pub const MOST_RANKED: usize = 1000;
 
 /// What there is to say of the bars of a layout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,8 +34,8 @@ pub struct Structure {
     /// Nodes with a bar in the lowest row.
     pub feet: usize,
     /// Ways to move the nodes that change no bar's length at first order, beside those of a rigid body,
-    /// if bars turn freely about their ends.
-    pub floppy_modes: usize,
+    /// if bars turn freely about their ends. `None` if there are more than [`MOST_RANKED`] bars.
+    pub floppy_modes: Option<usize>,
 }
 
 impl Structure {
@@ -45,16 +48,15 @@ impl Structure {
         let mut pieces: Vec<usize> = live.iter().map(|&node| piece[node]).collect();
         pieces.sort_unstable();
         pieces.dedup();
+        let bars = (lattice.edges.iter().zip(layout)).filter(|(_, material)| material.is_solid());
+        let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
         Self {
             pieces: pieces.len(),
             nodes: live.len(),
             free_ends: frame.free_ends(layout),
-            crossings: crossings(lattice)
-                .iter()
-                .filter(|pair| are_bars(pair, layout))
-                .count(),
+            crossings: crossings(&lattice.places, &bars).len(),
             feet: frame.feet(layout),
-            floppy_modes: floppy_modes(lattice, layout, &live),
+            floppy_modes: (bars.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &bars, &live)),
         }
     }
 }
@@ -153,7 +155,7 @@ impl LayoutRules {
             crossing: if asked.crossings {
                 Vec::new()
             } else {
-                crossings(lattice)
+                crossings(&lattice.places, &lattice.edges)
             },
             asked: asked.clone(),
         }
@@ -242,24 +244,9 @@ fn are_bars(pair: &[usize; 2], layout: &[Material]) -> bool {
     pair.iter().all(|&edge| layout[edge].is_solid())
 }
 
-/// The pairs of edges that cross between their ends.
-pub(crate) fn crossings(lattice: &Lattice) -> Vec<[usize; 2]> {
-    let ends = |edge: [usize; 2]| edge.map(|node| lattice.places[node]);
-    let cross = |a: [usize; 2], b: [usize; 2]| cross(ends(a), ends(b));
-    let edges = &lattice.edges;
-    let later = |i: usize| {
-        (i + 1..edges.len()).filter_map(move |j| cross(edges[i], edges[j]).then_some([i, j]))
-    };
-    (0..edges.len()).flat_map(later).collect()
-}
-
 /// Degrees of freedom of hinged bars beyond those of a rigid body: twice the nodes, less three, less the
 /// rank of the matrix of the bars' directions.
-fn floppy_modes(lattice: &Lattice, layout: &[Material], live: &[usize]) -> usize {
-    let bars: Vec<[usize; 2]> = (lattice.edges.iter().zip(layout))
-        .filter(|(_, material)| material.is_solid())
-        .map(|(ends, _)| *ends)
-        .collect();
+fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
     }
@@ -279,7 +266,7 @@ fn floppy_modes(lattice: &Lattice, layout: &[Material], live: &[usize]) -> usize
 
 #[cfg(test)]
 mod tests {
-    use super::{LayoutRules, Structure};
+    use super::{LayoutRules, MOST_RANKED, Structure};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::lattice::Lattice;
     use crate::scene::DesignSettings;
@@ -312,7 +299,7 @@ mod tests {
                 nodes: 4,
                 feet: 2,
                 // A hinged square shears.
-                floppy_modes: 1,
+                floppy_modes: Some(1),
                 ..Structure::default()
             }
         );
@@ -326,10 +313,31 @@ mod tests {
                 crossings: 1,
                 feet: 3,
                 // The loose bar turns and moves.
-                floppy_modes: 3,
+                floppy_modes: Some(3),
             }
         );
-        assert_eq!(of(&[]), Structure::default());
+        let none = Structure {
+            floppy_modes: Some(0),
+            ..Structure::default()
+        };
+        assert_eq!(of(&[]), none);
+    }
+
+    #[test]
+    fn a_large_structure_has_all_but_its_floppy_modes() {
+        // All edges of a square lattice: as a sheet it is rigid, and the braces of each cell cross.
+        let of = |nodes: usize| {
+            let lattice = Lattice::sample(nodes, nodes, 0.0);
+            let structure = Structure::new(&lattice, &vec![Skeleton; lattice.edges.len()]);
+            assert_eq!(structure.crossings, (nodes - 1).pow(2));
+            (lattice.edges.len(), structure.floppy_modes)
+        };
+        let (bars, modes) = of(8);
+        assert!(bars <= MOST_RANKED);
+        assert_eq!(modes, Some(0));
+        let (bars, modes) = of(64);
+        assert!(bars > 8000 && bars > MOST_RANKED);
+        assert_eq!(modes, None);
     }
 
     #[test]

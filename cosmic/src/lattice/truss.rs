@@ -140,21 +140,3 @@ pub fn rate(state: &State<f64>, ends: [usize; 2]) -> f64 {
     let [d, dv] = [&state.x, &state.v].map(|of| [0, 1].map(|k| of[ends[1]][k] - of[ends[0]][k]));
     (d[0] * dv[0] + d[1] * dv[1]) / length(&state.x, ends)
 }
-
-/// The least area of a triangle whose corners are not on one line, in units of its sides' squares.
-const ON_LINE: f64 = 1e-9;
-
-/// Whether two segments cross between their ends.
-pub fn cross(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
-    let side = |[p, q]: [[f64; 2]; 2], r: [f64; 2]| {
-        let (d, e) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
-        let area = d[0] * e[1] - d[1] * e[0];
-        let size = d[0] * d[0] + d[1] * d[1] + e[0] * e[0] + e[1] * e[1];
-        if area.abs() < ON_LINE * size {
-            0.0
-        } else {
-            area.signum()
-        }
-    };
-    side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
-}

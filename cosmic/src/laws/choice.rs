@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use serde::de::{self, Error as _};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -13,13 +13,14 @@ use super::contact::{AnyContact, Contact};
 use super::coulomb::Coulomb;
 use super::damper::Damper;
 use super::force::AnyForce;
+use super::law_file::{LawFile, law_json};
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::sticking::Sticking;
 use super::stops::Stops;
 use crate::registry::Registry;
 use crate::settings::{
-    Filled, Limits, SettingValue, Settings, Values, json, misfit, read_json, word, wrong_kind,
+    Filled, Limits, Misfit, SettingValue, Settings, misfit, unknown, word, wrong_kind,
 };
 
 /// A law that scenes may choose: made by [`contact`], [`on_bars`] or [`on_nodes`].
@@ -145,6 +146,13 @@ fn forces() -> Vec<Box<dyn AnyForce>> {
     })
 }
 
+/// The names of the forces of this crate that scenes choose by name.
+#[cfg(test)]
+pub(crate) fn force_names() -> impl Iterator<Item = &'static str> {
+    let laws = built_in().into_iter();
+    laws.filter_map(|law| matches!(law.0, Kind::Force(_)).then(|| law.name()))
+}
+
 /// A contact law and its settings: the type of `physics.contact`.
 pub struct ContactLaw(Box<dyn AnyContact>);
 
@@ -212,53 +220,6 @@ impl PartialEq for ContactLaw {
     }
 }
 
-/// A law in JSON: its name, or an object of its name and its settings.
-struct LawFile {
-    name: String,
-    settings: serde_json::Map<String, serde_json::Value>,
-}
-
-impl<'de> Deserialize<'de> for LawFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let value = serde_json::Value::deserialize(deserializer)?;
-        let (name, settings) = match value {
-            serde_json::Value::String(name) => (name, serde_json::Map::new()),
-            serde_json::Value::Object(law) => match law.into_iter().next() {
-                Some((name, serde_json::Value::Object(settings))) => (name, settings),
-                _ => return Err(D::Error::custom("expected an object of a law's settings")),
-            },
-            other => {
-                return Err(D::Error::custom(format!(
-                    "expected the name of a law, found {other}"
-                )));
-            }
-        };
-        Ok(Self { name, settings })
-    }
-}
-
-impl LawFile {
-    /// Takes the settings over into those of the law.
-    fn fill<E: de::Error>(self, law: &mut dyn Settings) -> Result<(), E> {
-        for (key, value) in self.settings {
-            let field = law.fields().into_iter().find(|field| field.key == key);
-            let field = field.ok_or_else(|| {
-                E::custom(format!("the law `{}` has no setting `{key}`", self.name))
-            })?;
-            read_json(field, &value).map_err(E::custom)?;
-        }
-        Ok(())
-    }
-}
-
-/// Writes a law as [`LawFile`] reads it.
-fn law_json(name: &'static str, settings: &mut dyn Settings) -> serde_json::Value {
-    if settings.fields().is_empty() {
-        return name.into();
-    }
-    serde_json::Map::from_iter([(name.to_owned(), json(&Values::of(settings)))]).into()
-}
-
 impl<'de> Deserialize<'de> for ContactLaw {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let file = LawFile::deserialize(deserializer)?;
@@ -280,6 +241,9 @@ impl Serialize for ContactLaw {
     }
 }
 
+/// The part of a message about a name that no law of this program has.
+const NO_LAW: &str = "names no law of this program:";
+
 /// The names of some laws in quotes, with a word between them.
 fn names<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
     let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
@@ -300,8 +264,7 @@ impl SettingValue for ContactLaw {
         let name = word(value)?;
         // A law that is named again keeps its settings.
         if name != self.name() {
-            *self =
-                Self::named(name).ok_or_else(|| misfit(value, "names no law of this program:"))?;
+            *self = Self::named(name).ok_or_else(|| unknown(value, name, NO_LAW))?;
         }
         Ok(())
     }
@@ -382,19 +345,20 @@ impl PartialEq for ForceLaws {
 
 impl<'de> Deserialize<'de> for ForceLaws {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let law = |file: LawFile| {
-            let law = Self::default().law_of(&file.name);
-            let unknown = || format!("this program has no force `{}`", file.name);
+        let mut laws = Self::default();
+        for file in Vec::<LawFile>::deserialize(deserializer)? {
+            let name = &file.name;
+            if laws.laws().any(|law| law.name() == name) {
+                let twice = format!("the force `{name}` is there twice; name it once");
+                return Err(D::Error::custom(twice));
+            }
+            let law = laws.law_of(name);
+            let unknown = || format!("this program has no force `{name}`");
             let mut law = law.ok_or_else(|| D::Error::custom(unknown()))?;
             file.fill(law.settings())?;
-            Ok(law)
-        };
-        let files = Vec::<LawFile>::deserialize(deserializer)?;
-        files
-            .into_iter()
-            .map(law)
-            .collect::<Result<_, _>>()
-            .map(Self)
+            laws.0.push(law);
+        }
+        Ok(laws)
     }
 }
 
@@ -425,15 +389,21 @@ impl SettingValue for ForceLaws {
             .as_array()
             .ok_or_else(|| wrong_kind(value))?;
         let mut laws: Vec<Box<dyn AnyForce>> = Vec::new();
+        let mut lacking: Option<Misfit> = None;
         for entry in entries.iter() {
-            let law = self.law_of(word(entry)?);
-            let law = law.ok_or_else(|| misfit(entry, "names no law of this program:"))?;
-            if laws.iter().any(|other| other.name() == law.name()) {
-                return Err(misfit(entry, "has twice"));
+            let name = word(entry)?;
+            match (self.law_of(name), &mut lacking) {
+                (Some(law), _) => {
+                    if laws.iter().any(|other| other.name() == law.name()) {
+                        return Err(misfit(entry, "has twice"));
+                    }
+                    laws.push(law);
+                }
+                (None, Some(lacking)) => lacking.unknown.push(name.to_owned()),
+                (None, none) => *none = Some(unknown(entry, name, NO_LAW)),
             }
-            laws.push(law);
         }
         self.0 = laws;
-        Ok(())
+        lacking.map_or(Ok(()), Err)
     }
 }

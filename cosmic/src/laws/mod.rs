@@ -21,6 +21,7 @@ mod damper;
 mod stops;
 mod stiffening;
 mod bending;
+mod law_file;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
@@ -32,9 +33,9 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
-#[cfg(test)]
-pub(crate) use choice::SECTIONS;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
+#[cfg(test)]
+pub(crate) use choice::{SECTIONS, force_names};
 pub(crate) use choice::{TOP_KEYS, choosing};
 pub(crate) use contact::AnyContact;
 pub use contact::{Contact, Drifting, Flying, Impact};

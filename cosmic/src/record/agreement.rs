@@ -30,14 +30,30 @@ pub fn check_one_run(
     summary: &Summary,
     trajectory: &TrajectoryFile,
 ) -> Result<()> {
-    let file = |name: &str| folder.join(name).display().to_string();
-    let differs = |name: &str, what: &str| {
-        let file = file(name);
-        Error::Usage(format!(
-            "{file}: {what}: the files in this folder are not all of one run"
-        ))
-    };
-    let case = design.case(scene, &file(DESIGN))?;
+    check_numbers(folder, scene, design, summary, trajectory)?;
+    check_motion(folder, scene, design, trajectory)
+}
+
+/// The error for a file whose numbers are not those of the other files.
+fn differs(folder: &Path, name: &str, what: &str) -> Error {
+    let file = folder.join(name).display().to_string();
+    Error::Usage(format!(
+        "{file}: {what}: the files in this folder are not all of one run"
+    ))
+}
+
+/// As [`check_one_run`], without a simulation: the volumes and the displacement.
+///
+/// # Errors
+/// As [`check_one_run`].
+pub fn check_numbers(
+    folder: &Path,
+    scene: &Scene,
+    design: &DesignFile,
+    summary: &Summary,
+    trajectory: &TrajectoryFile,
+) -> Result<()> {
+    let case = design.case(scene, &folder.join(DESIGN).display().to_string())?;
     let mixture = case.own_mixture();
     let volume =
         |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
@@ -47,7 +63,7 @@ pub fn check_one_run(
     ] {
         if (found - expected).abs() > ROUNDING {
             let what = format!("expected `{key}` of {expected}, as in {DESIGN}, found {found}");
-            return Err(differs(SUMMARY, &what));
+            return Err(differs(folder, SUMMARY, &what));
         }
     }
     let (Some(first), Some(last)) = (trajectory.states.first(), trajectory.states.last()) else {
@@ -60,19 +76,31 @@ pub fn check_one_run(
             "expected a `displacement` of {moved:?} m, as in {TRAJECTORY}, found {:?} m",
             summary.displacement
         );
-        return Err(differs(SUMMARY, &what));
+        return Err(differs(folder, SUMMARY, &what));
     }
+    Ok(())
+}
+
+/// Checks that the trajectory begins as the design moves.
+fn check_motion(
+    folder: &Path,
+    scene: &Scene,
+    design: &DesignFile,
+    trajectory: &TrajectoryFile,
+) -> Result<()> {
     let ([0, step, ..], [_, second, ..]) = (&trajectory.steps[..], &trajectory.states[..]) else {
         return Ok(());
     };
+    let first = &trajectory.states[0];
+    let case = design.case(scene, &folder.join(DESIGN).display().to_string())?;
     let span = Span::from_start(vec![*step]);
-    let task = case.task();
+    let (task, mixture) = (case.task(), case.own_mixture());
     let rollout = task.rollout(&mixture, &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
         let what = format!("after {step} steps the robot of {DESIGN} is elsewhere");
-        return Err(differs(TRAJECTORY, &what));
+        return Err(differs(folder, TRAJECTORY, &what));
     }
     Ok(())
 }

@@ -1,15 +1,16 @@
 //! Beginning runs in folders, and continuing them.
 
-use super::files::{copy_files, make_folder};
+use super::files::copy_files;
 use super::history::{DESIGNS, LINES, TABLE};
 use super::multistart;
-use super::run::{Observer, Run, SCENE, keep_scene, take_up};
-use super::snapshot::{RunPlan, Snapshot};
-use super::summary::Summary;
+use super::run::{Lock, Observer, Run, SCENE, begin, keep_scene, take_up};
+use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
+use super::summary::{SUMMARY, Summary};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::scene::UnstableStep;
 use std::fs;
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -97,18 +98,36 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder)? else {
         return Summary::read(folder);
     };
+    go_on(lock, snapshot, observer)
+}
+
+fn go_on(lock: Lock, snapshot: Snapshot, observer: &mut dyn Observer) -> Result<Summary> {
     if snapshot.progress.is_none() {
         return multistart::search(lock, &snapshot.plan, observer);
     }
     Run::open(lock, snapshot)?.finish(observer)
 }
 
-/// Delivers the robot of an unfinished run as it stands, in a new folder: the run itself stays as it is. Of a
-/// run with the caller's loss, `codesign` has to have that loss.
+/// As [`resume`], for a folder that holds the run of a known plan.
 ///
 /// # Errors
-/// [`Error::Usage`] for a finished run, for several starts and before the first iteration; otherwise as
-/// [`resume`].
+/// As [`resume`], and [`Error::Usage`] if the folder holds an unfinished run of another plan. That run
+/// stays as it is.
+pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder)? else {
+        return Summary::read(folder);
+    };
+    snapshot.plan.check_same(plan, folder)?;
+    go_on(lock, snapshot, observer)
+}
+
+/// Delivers the robot of an unfinished run as it stands, in a new or empty folder: the run itself stays as
+/// it is. A folder that holds an earlier delivery of this run is delivered into again. Of a run with
+/// the caller's loss, `codesign` has to have that loss.
+///
+/// # Errors
+/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a
+/// folder that holds anything else; otherwise as [`resume`].
 pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) -> Result<Summary> {
     let refused = |says: &str| Err(Error::Usage(format!("{}: {says}", folder.display())));
     let Some((_lock, snapshot)) = take_up(folder)? else {
@@ -121,15 +140,44 @@ pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) ->
     let Some(done) = NonZeroUsize::new(done) else {
         return refused("no iteration is done yet");
     };
+    let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
+    // All that may be refused is refused before anything is written.
+    snapshot.clone().unpack(&folder.join(SNAPSHOT), &codesign)?;
+    let lock = begin_or_replace(into, folder)?;
     let mut plan = RunPlan::clone(&snapshot.plan);
     plan.iterations = Some(done);
-    make_folder(into)?;
     copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
-    match codesign {
-        None => resume(into, &mut ()),
-        Some(codesign) => resume_with(into, codesign, &mut ()),
+    let copy = Snapshot::read(into)?;
+    Run::open_with(lock, copy, codesign)?.finish(&mut ())
+}
+
+/// Locks a new or empty folder, or one with an earlier delivery of a run. Its summary is removed: until
+/// the new one is written, the folder is that of an unfinished run.
+fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
+    if !is_earlier_delivery(into, run) {
+        return begin(into);
     }
+    let lock = Lock::take(into)?;
+    let summary = into.join(SUMMARY);
+    match fs::remove_file(&summary) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::writing(summary)(error)),
+        _ => Ok(lock),
+    }
+}
+
+/// True if the history in another folder is the beginning of a run's history. Rows have wall times: no
+/// other run has the same.
+fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
+    let own = |folder: &Path| folder.canonicalize().ok();
+    if own(into) == own(run) {
+        return false;
+    }
+    let [earlier, whole] = [into, run].map(|folder| fs::read(folder.join(LINES)));
+    let (Ok(earlier), Ok(whole)) = (earlier, whole) else {
+        return false;
+    };
+    !earlier.is_empty() && whole.starts_with(&earlier)
 }
 
 /// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does
@@ -159,4 +207,131 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         keep_scene(folder, &snapshot.plan.scene)?;
     }
     (multistart::begun(folder, &snapshot.plan).iter()).try_for_each(|start| allow_unstable(start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{deliver_so_far, optimise, optimise_with, resume_of, resume_with};
+    use crate::codesign::tests::tiny;
+    use crate::codesign::{CoDesign, Record};
+    use crate::objective::Loss;
+    use crate::record::{Observer, Run, RunPlan, history};
+    use crate::simulator::Trajectory;
+    use autodiff::Real;
+    use std::collections::BTreeMap;
+    use std::fs;
+    use std::ops::ControlFlow;
+    use std::path::Path;
+
+    /// Interrupts a run after an iteration.
+    struct StopAfter(usize);
+
+    impl Observer for StopAfter {
+        fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
+            if record.iteration == self.0 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        }
+    }
+
+    /// The payload's height and no number. Its gradient is finite.
+    struct Lost;
+
+    impl Loss for Lost {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            vec![steps]
+        }
+
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            trajectory.states[0].x[0][1] + R::lit(f64::NAN)
+        }
+    }
+
+    /// Keeps the warnings of a run.
+    struct Warned(Vec<String>);
+
+    impl Observer for Warned {
+        fn warning(&mut self, _: &Run, text: &str) {
+            self.0.push(text.to_owned());
+        }
+    }
+
+    #[test]
+    fn a_run_without_a_loss_warns_and_ends_and_so_does_what_goes_on_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        let plan = RunPlan::new("tiny", tiny(), 1);
+        let lost = || CoDesign::with_loss(&plan.scene, Lost).unwrap();
+        let mut watch = Warned(Vec::new());
+        let progress = lost().begin(1).unwrap();
+        let error = optimise_with(&run, &plan, lost(), progress, &mut watch).unwrap_err();
+        assert_eq!(error.exit_code(), 3);
+        let says = error.to_string();
+        assert!(
+            says.contains("the loss; after iteration 10 it is NaN"),
+            "{says}"
+        );
+        let lost_in = |text: &&String| text.contains("after iteration 1: the loss is NaN");
+        assert_eq!(watch.0.iter().filter(lost_in).count(), 1, "{:?}", watch.0);
+        assert_eq!(history::read(&run, usize::MAX).unwrap().len(), 10);
+        assert!(!run.join("design.json").exists());
+        let says = resume_with(&run, lost(), &mut ()).unwrap_err().to_string();
+        // The 11th is the snap.
+        assert!(says.contains("after iteration 12 it is NaN"), "{says}");
+    }
+
+    /// The files of a folder.
+    fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+        let file = |entry: fs::DirEntry| {
+            let name = entry.file_name().into_string().unwrap();
+            (name, fs::read(entry.path()).unwrap())
+        };
+        entries.map(file).collect()
+    }
+
+    #[test]
+    fn a_delivery_overwrites_no_other_run_and_no_other_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let [run, other, foreign, into] =
+            ["run", "other", "foreign", "into"].map(|name| folder.path().join(name));
+        let plan = |seed| RunPlan::new("tiny", tiny(), seed);
+        optimise(&run, &plan(1), &mut StopAfter(4)).unwrap_err();
+        optimise(&other, &plan(2), &mut StopAfter(6)).unwrap_err();
+        fs::create_dir(&foreign).unwrap();
+        fs::write(foreign.join("history.csv"), "my own").unwrap();
+        // The run's own folder too: a delivery would end the run.
+        for into in [&other, &foreign, &run] {
+            let before = files(into);
+            let error = deliver_so_far(&run, into, None).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains("not empty"), "{error}");
+            assert_eq!(files(into), before);
+        }
+        assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 4);
+        // The run goes on, and is delivered there again.
+        resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
+        assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 6);
+        // A delivery of another run stays.
+        let before = files(&into);
+        deliver_so_far(&other, &into, None).unwrap_err();
+        assert_eq!(files(&into), before);
+    }
+
+    #[test]
+    fn a_run_of_another_plan_is_not_gone_on_with() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        let plan = RunPlan::new("tiny", tiny(), 1);
+        optimise(&run, &plan, &mut StopAfter(4)).unwrap_err();
+        let before = files(&run);
+        let mut other = plan.clone();
+        other.scene.physics.gravity = 1.0;
+        let error = resume_of(&run, &other, &mut ()).unwrap_err();
+        assert!(error.to_string().contains("holds another run"), "{error}");
+        assert_eq!(files(&run), before);
+        assert_eq!(resume_of(&run, &plan, &mut ()).unwrap().iterations, 12);
+    }
 }

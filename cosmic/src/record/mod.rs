@@ -29,9 +29,11 @@ mod carry_out;
 pub use design_file::DesignFile;
 
 #[cfg(feature = "files")]
-pub use agreement::check_one_run;
+pub use agreement::{check_numbers, check_one_run};
 #[cfg(feature = "files")]
-pub use carry_out::{allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_with};
+pub use carry_out::{
+    allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_of, resume_with,
+};
 #[cfg(feature = "files")]
 pub use multistart::MOST_RUNS;
 #[cfg(feature = "files")]

@@ -65,6 +65,29 @@ impl RunPlan {
         }
     }
 
+    /// Checks that the run in a folder has this plan. Whether an unstable time step is allowed may
+    /// differ: [`allow_unstable`](super::allow_unstable) changes that for a run that has begun.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a run of another scene, seed or number of iterations.
+    pub(super) fn check_same(&self, expected: &Self, folder: &Path) -> Result<()> {
+        let mut own = self.clone();
+        own.scene.physics.unstable_step = expected.scene.physics.unstable_step;
+        if own == *expected {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{}: the folder holds another run (scene `{}`, seed {}) than the one that belongs there \
+             (scene `{}`, seed {}, with other settings or another number of iterations); move it \
+             elsewhere",
+            folder.display(),
+            self.name,
+            self.seed,
+            expected.name,
+            expected.seed
+        )))
+    }
+
     /// The last iteration of a run from the scene's start.
     pub fn last_iteration(&self) -> usize {
         self.last_after(0)

@@ -4,7 +4,7 @@ use super::RunPlan;
 use super::files::read_json;
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::codesign::{Delivery, Progress};
+use crate::codesign::{Delivery, Progress, Reliability};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
@@ -46,9 +46,21 @@ pub struct Summary {
     /// too.
     #[serde(default)]
     pub displacement_clock_p50: Option<f64>,
+    /// With two goals: the median over the starts of `displacement_p50` with the goal behind.
+    /// Negative is towards that goal.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub displacement_behind_p50: Option<f64>,
     /// Median over the other starts that the delivered design was chosen by; for a task other than
-    /// distance, the median of minus the loss.
+    /// distance, the median of minus the loss. With two goals, of the worse of the two.
     pub displacement_selection_p50: Option<f64>,
+    /// The number that the best of several starts is chosen by: that median, or the 10 % quantile of
+    /// a robot that is unreliable in those starts. `None` in files of earlier versions too.
+    #[serde(default)]
+    pub displacement_selection_score: Option<f64>,
+    /// Whether the robot does what `displacement_p50` says, or for a task other than distance
+    /// `loss_p50`; `None` in files of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub reliability: Option<Reliability>,
     /// For a task other than distance: the median loss of the delivered design over the starts of
     /// `displacement_p50`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -104,10 +116,16 @@ pub enum StopReason {
 pub struct Start {
     /// Its seed, and the name of its folder.
     pub seed: u64,
-    /// The median that the best start was chosen by; `None` if it diverged.
+    /// Its median over the starts that controllers are chosen by; `None` if it diverged.
     pub displacement_selection_p50: Option<f64>,
+    /// The number that the best start was chosen by, as in its summary.
+    #[serde(default)]
+    pub displacement_selection_score: Option<f64>,
     /// The median over other perturbed starts.
     pub displacement_p50: Option<f64>,
+    /// Whether its robot does what this median says.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub reliability: Option<Reliability>,
     /// The iteration after which the search dropped it, or `None`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub dropped_at: Option<usize>,
@@ -134,7 +152,9 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("crossings", |s| s.structure.map(|s| s.crossings as f64)),
     ("feet", |s| s.structure.map(|s| s.feet as f64)),
     ("floppy_modes", |s| {
-        s.structure.map(|s| s.floppy_modes as f64)
+        s.structure
+            .and_then(|s| s.floppy_modes)
+            .map(|modes| modes as f64)
     }),
     ("strain_peak", |s| s.loads.as_ref().map(|l| l.strain.peak)),
     ("strain_p99", |s| s.loads.as_ref().map(|l| l.strain.p99)),
@@ -151,17 +171,43 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("seconds", |s| Some(s.seconds)),
 ];
 
-/// The quotient of two displacements; `None` if the divisor is below a centimetre, because a robot
-/// that hardly moves is no measure.
+/// The share that one displacement is of another. `None` where a share says nothing: the divisor is
+/// below a centimetre, as for a robot that does not get anywhere, or the robot walks backwards instead.
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    let b = b.filter(|b| *b >= 0.01);
+    let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
 impl Summary {
-    /// The [share](ratio) of its displacement that a robot keeps by the clock alone, without feedback.
+    /// The [share](ratio) of its displacement that a robot keeps by the clock alone, without feedback;
+    /// `None` for an unreliable robot too.
     pub fn clock_keeps(&self) -> Option<f64> {
-        ratio(self.displacement_clock_p50, self.displacement_p50)
+        let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
+        ratio(self.displacement_clock_p50, whole)
+    }
+
+    /// Why the robot is unreliable; `None` for a reliable one, and in files of earlier versions.
+    pub fn unreliable(&self) -> Option<&str> {
+        self.reliability.as_ref()?.reason()
+    }
+
+    /// Whether the robot is reliable, in one word; `None` in files of earlier versions.
+    pub fn verdict(&self) -> Option<&'static str> {
+        self.reliability.as_ref().map(Reliability::word)
+    }
+
+    /// True for a robot that is known to be unreliable.
+    pub fn is_unreliable(&self) -> bool {
+        self.unreliable().is_some()
+    }
+
+    /// The number that the best of several starts is chosen by. In files of earlier versions it is the
+    /// median.
+    pub(super) fn score(&self) -> Option<f64> {
+        match self.reliability {
+            Some(_) => self.displacement_selection_score,
+            None => self.displacement_selection_p50,
+        }
     }
 
     pub(super) fn new(
@@ -182,7 +228,10 @@ impl Summary {
             displacement_p90: finite(delivery.spread.p90),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_clock_p50: finite(delivery.clock_alone.p50),
+            displacement_behind_p50: delivery.behind.and_then(|behind| finite(behind.p50)),
             displacement_selection_p50: finite(delivery.selection.p50),
+            displacement_selection_score: finite(delivery.selection_score),
+            reliability: Some(delivery.reliability.clone()),
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volumes[0],
             actuator_volume: delivery.volumes[1],
@@ -252,7 +301,9 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
                 "gradient.design_memory",
                 "schedule.snap_trials",
                 "schedule.stability_share",
+                "schedule.cycle",
                 "materials.penalisation",
+                "projection.hold_materials",
                 "binarisation.method",
             ]
             .contains(&option);

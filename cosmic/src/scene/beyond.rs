@@ -8,7 +8,9 @@ use toml::de::DeValue;
 
 use crate::registry::{OFF, Registry};
 use crate::settings;
-use crate::settings::{DEVIATION, Filled, Limits, SHARE, SettingValue, json, misfit, within, word};
+use crate::settings::{
+    DEVIATION, Filled, Limits, SHARE, SettingValue, json, unknown, within, word,
+};
 
 settings! {
     /// What the robot is to do; what is reported is the displacement, whatever the task.
@@ -147,7 +149,7 @@ impl SettingValue for OwnLoss {
         let word = word(value)?;
         let name = Self::known().find(|name| *name == word);
         if name.is_none() && word != OFF {
-            return Err(misfit(value, "names no loss of this program:"));
+            return Err(unknown(value, word, "names no loss of this program:"));
         }
         self.0 = name;
         Ok(())

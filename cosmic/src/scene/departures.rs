@@ -1,9 +1,10 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, ProfileKind, Scene,
-    SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
+    ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
 };
+use crate::laws::ContactLaw;
 use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
@@ -23,9 +24,9 @@ struct KnownDeparture {
 }
 
 /// In the order in which summaries have them.
-const KNOWN: [KnownDeparture; 26] = [
+const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
-        in_force: |s| s.loss.kind == LossKind::Mean,
+        in_force: |s| s.loss.kind == LossKind::Mean && s.objective.own_loss.name().is_none(),
         option: "loss.kind",
         says: "the loss is the payload's mean position over the horizon's end, not its last",
     },
@@ -70,6 +71,36 @@ const KNOWN: [KnownDeparture; 26] = [
         says: "all bars hang together with the payload, and nodes without a bar do not count",
     },
     KnownDeparture {
+        in_force: |s| !s.design.free_ends && s.designs(),
+        option: "design.free_ends",
+        says: "no bar may have an end where there is no other bar",
+    },
+    KnownDeparture {
+        in_force: |s| !s.design.crossings && s.designs(),
+        option: "design.crossings",
+        says: "bars may not cross",
+    },
+    KnownDeparture {
+        in_force: |s| s.design.feet > 0 && s.designs(),
+        option: "design.feet",
+        says: "a number of nodes in the lowest row must have a bar",
+    },
+    KnownDeparture {
+        in_force: |s| s.projection.hold_materials > 0.0 && s.designs(),
+        option: "projection.hold_materials",
+        says: "each edge is held to one solid material, which the paper does in its ablation alone",
+    },
+    KnownDeparture {
+        in_force: |s| s.lattice.kind == LatticeKind::Triangular,
+        option: "lattice.kind",
+        says: "the lattice has equilateral triangles, not squares with both diagonals",
+    },
+    KnownDeparture {
+        in_force: |s| s.lattice.is_truss(),
+        option: "lattice.file",
+        says: "nodes and edges come from a file or from the program, not from the paper's lattice",
+    },
+    KnownDeparture {
         in_force: |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall,
         option: "start.layout",
         says: "the start follows another layout than the tall one of the paper's baseline",
@@ -105,14 +136,24 @@ const KNOWN: [KnownDeparture; 26] = [
         says: "bars in line resist bending at the node between them",
     },
     KnownDeparture {
+        in_force: |s| s.physics.forces.laws().next().is_some(),
+        option: "physics.forces",
+        says: "forces act on the robot that the paper does not have",
+    },
+    KnownDeparture {
         in_force: |s| s.physics.void_edges == VoidEdges::Drop,
         option: "physics.void_edges",
         says: "void edges of a one-hot layout do not pull",
     },
     KnownDeparture {
-        in_force: |s| s.objective.task != TaskKind::Far,
+        in_force: |s| s.objective.task != TaskKind::Far && s.objective.own_loss.name().is_none(),
         option: "objective.task",
         says: "the robot is designed for another task than to get far",
+    },
+    KnownDeparture {
+        in_force: |s| s.objective.own_loss.name().is_some(),
+        option: "objective.own_loss",
+        says: "robots are designed for a loss that the program brings",
     },
     KnownDeparture {
         in_force: |s| s.robust.samples > 0,
@@ -125,24 +166,34 @@ const KNOWN: [KnownDeparture; 26] = [
         says: "the controller is trained for a goal behind as well",
     },
     KnownDeparture {
-        in_force: |s| s.materials.penalisation != 1,
+        in_force: |s| s.materials.penalisation != 1 && s.designs(),
         option: "materials.penalisation",
         says: "the stiffness of mixtures is penalised, as SIMP does",
     },
     KnownDeparture {
-        in_force: |s| s.binarisation.method == BinarisationMethod::Constraints,
+        in_force: |s| s.binarisation.method == BinarisationMethod::Constraints && s.designs(),
         option: "binarisation.method",
         says: "the binarisation measures are strict constraints, not augmented terms",
     },
     KnownDeparture {
-        in_force: |s| s.schedule.stability_share == 0.0,
+        in_force: |s| s.schedule.stability_share == 0.0 && s.designs(),
         option: "schedule.stability_share",
         says: "the stability projection moves nothing",
     },
     KnownDeparture {
-        in_force: |s| s.schedule.stability_share == 1.0,
+        in_force: |s| s.schedule.stability_share == 1.0 && s.designs(),
         option: "schedule.stability_share",
         says: "the performance projection moves nothing",
+    },
+    KnownDeparture {
+        in_force: |s| !s.passes(Pass::Design),
+        option: "schedule.cycle",
+        says: "the design does not change before the snap",
+    },
+    KnownDeparture {
+        in_force: |s| !s.passes(Pass::Controller),
+        option: "schedule.cycle",
+        says: "the controller does not learn before the snap",
     },
     KnownDeparture {
         in_force: |s| s.physics.ground.profile != ProfileKind::Flat,
@@ -154,12 +205,21 @@ const KNOWN: [KnownDeparture; 26] = [
         option: "physics.contact",
         says: "there is no ground",
     },
+    KnownDeparture {
+        in_force: |s| {
+            let of_paper = [ContactLaw::infinite(), ContactLaw::coulomb()];
+            let contact = &s.physics.contact;
+            contact.has_ground() && of_paper.iter().all(|law| law.name() != contact.name())
+        },
+        option: "physics.contact",
+        says: "nodes meet the ground by a law that the paper does not have",
+    },
 ];
 
 impl Scene {
     /// The departures in force, for a run's summary. With none, physics and algorithm are the
-    /// paper's. Plain numbers are no departures: sizes, widths, rates, weights, and the order of a
-    /// cycle's passes.
+    /// paper's. Plain numbers are not departures: sizes, widths, rates, weights, the ground's angle, and the
+    /// order of a cycle's passes. A number that switches something on is one.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force
@@ -168,5 +228,10 @@ impl Scene {
                 says: known.says.to_string(),
             })
             .collect()
+    }
+
+    /// Whether there are passes of a kind, or none are needed.
+    fn passes(&self, pass: Pass) -> bool {
+        !self.designs() || self.schedule.cycle.contains(&pass)
     }
 }

@@ -26,6 +26,7 @@ mod doubts;
 mod check;
 mod diagnostic;
 mod read;
+mod whole;
 mod write;
 mod builtin;
 
@@ -48,6 +49,7 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
+pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
     PhysicsSettings, UnstableStep, VoidEdges,
@@ -59,6 +61,8 @@ pub use version::VERSION;
 
 use crate::settings;
 
+#[cfg(test)]
+mod departures_tests;
 #[cfg(test)]
 mod tests;
 

@@ -1,25 +1,20 @@
 //! Reading a scene: TOML over its base, every value checked, every fault pointed at.
 
-use super::base::Base;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::version::{FORMAT, VERSION};
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws::{self, TOP_KEYS};
-use crate::settings::{SettingValue, kind, within};
+use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The key of a scene file that names its base.
-const BASE: &str = "base";
-
 /// What the files among the sources are.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     /// Settings in place of a scene's own.
     Changes,
     /// A scene. What it lacks comes from its base, unless it states a version.
@@ -96,6 +91,58 @@ impl Scene {
         }
         Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
+
+    /// Reads the scene of a run for a reader that simulates nothing. A law or a loss that this program does not
+    /// have is no error: the scene is without it.
+    ///
+    /// # Errors
+    /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
+    pub fn read_to_show(path: &Path) -> Result<ShownScene> {
+        let (file, text) = (path.display().to_string(), Scene::text(path)?);
+        let sources = [SceneText::file(&file, &text)];
+        let mut reader = Reader::new(Scene::paper(), Kind::Run, &sources);
+        reader.lacks = Some(Lacks::default());
+        reader.read();
+        reader.resolve()?;
+        let lacks = reader.lacks.take().unwrap_or_default();
+        let scene = reader.finished()?;
+        Ok(ShownScene { scene, lacks, text })
+    }
+}
+
+/// A scene to be shown, and not simulated.
+#[derive(Clone, Debug)]
+pub struct ShownScene {
+    /// The scene as far as this program knows it.
+    pub scene: Scene,
+    /// The laws and the loss that it is without.
+    pub lacks: Lacks,
+    /// The text of its file.
+    pub text: String,
+}
+
+/// The laws and the loss that a scene names and this program does not have.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Lacks {
+    /// The names of the laws. Without them nothing can be simulated.
+    pub laws: Vec<String>,
+    /// The name of the loss.
+    pub loss: Option<String>,
+}
+
+impl Lacks {
+    /// True if the program has every law and the loss.
+    pub fn is_empty(&self) -> bool {
+        self.laws.is_empty() && self.loss.is_none()
+    }
+
+    /// Adds the unknown names in the value of a key.
+    fn note(&mut self, key: &str, names: Vec<String>) {
+        match key {
+            "objective.own_loss" => self.loss = names.into_iter().next(),
+            _ => self.laws.extend(names),
+        }
+    }
 }
 
 /// Settings of the command line as sources.
@@ -124,20 +171,24 @@ pub(super) fn pointed(
 }
 
 /// Reads sources one after the other into a scene.
-struct Reader<'s, 't> {
-    sources: &'s [SceneText<'t>],
+pub(super) struct Reader<'s, 't> {
+    pub(super) sources: &'s [SceneText<'t>],
     /// The one that is being read.
-    source: usize,
-    scene: Scene,
-    kind: Kind,
-    faults: Vec<Fault>,
+    pub(super) source: usize,
+    pub(super) scene: Scene,
+    pub(super) kind: Kind,
+    pub(super) faults: Vec<Fault>,
     /// Where `section.key` was set last.
-    places: HashMap<String, KeyPlace>,
+    pub(super) places: HashMap<String, KeyPlace>,
+    /// Collects what this program lacks; `None` if that is a fault.
+    lacks: Option<Lacks>,
+    /// Laws named by values that could not be taken. Their sections are not read.
+    untaken: Vec<String>,
 }
 
 /// A value's bytes in one of the sources.
 #[derive(Clone, Default)]
-struct KeyPlace {
+pub(super) struct KeyPlace {
     source: usize,
     span: Range<usize>,
 }
@@ -145,27 +196,45 @@ struct KeyPlace {
 impl<'s, 't> Reader<'s, 't> {
     /// A scene with the settings of all sources. A file that is a scene by itself replaces it by its base.
     fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Reader {
+        let mut reader = Self::new(scene, kind, sources);
+        reader.read();
+        reader
+    }
+
+    /// As [`over`](Self::over), before any source is read.
+    fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
+        Reader {
             sources,
             source: 0,
             scene,
             kind,
             faults: Vec::new(),
             places: HashMap::new(),
-        };
-        for source in 0..sources.len() {
-            reader.source = source;
-            reader.document();
+            lacks: None,
+            untaken: Vec::new(),
         }
-        reader
+    }
+
+    /// Reads all sources.
+    fn read(&mut self) {
+        for source in 0..self.sources.len() {
+            self.source = source;
+            self.document();
+        }
+    }
+
+    /// Reads the truss file that the scene names, if nothing is wrong so far.
+    fn resolve(&mut self) -> Result<()> {
+        if !self.faults.is_empty() {
+            return Ok(());
+        }
+        let folder = self.folder("lattice.file");
+        self.scene.lattice.file.resolve(&folder)
     }
 
     /// The scene with the truss that it names, if nothing is wrong with it.
     fn resolved(mut self) -> Result<Scene> {
-        if self.faults.is_empty() {
-            let folder = self.folder("lattice.file");
-            self.scene.lattice.file.resolve(&folder)?;
-        }
+        self.resolve()?;
         self.finished()
     }
 
@@ -181,7 +250,7 @@ impl<'s, 't> Reader<'s, 't> {
         Err(malformed(self.sources, self.faults))
     }
 
-    fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
+    pub(super) fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
         self.faults.push(Fault {
             source: self.source,
             span,
@@ -222,135 +291,12 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Begins a file that is a scene by itself: with its base, or, if it has to be complete, with the defaults.
-    /// Returns the version for which it has to be complete.
-    fn begin(&mut self, document: &DeTable) -> std::result::Result<Option<u32>, Fault> {
-        if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
-            let mut stated = TOP_KEYS
-                .iter()
-                .filter_map(|key| document.get_key_value(*key));
-            return match stated.next() {
-                None => Ok(None),
-                Some((key, _)) => Err(Fault {
-                    source: self.source,
-                    span: key.span(),
-                    message: format!("`{}` cannot be changed here", key.get_ref()),
-                    allowed: "it describes a whole scene file: set it at the top of that file"
-                        .to_owned(),
-                }),
-            };
-        }
-        let base = self.base(document)?;
-        let version = self.version(document)?;
-        self.scene = match (version, base) {
-            (None, base) => base.unwrap_or_default().scene(),
-            (Some(_), Some(base)) => Scene {
-                base,
-                ..Scene::paper()
-            },
-            (Some(_), None) => Scene::paper(),
-        };
-        Ok(version)
-    }
-
-    /// The base that a scene names.
-    fn base(&self, document: &DeTable) -> std::result::Result<Option<Base>, Fault> {
-        let Some(value) = document.get(BASE) else {
-            return Ok(None);
-        };
-        let name = value.get_ref().as_str();
-        if let Some(base) = name.and_then(Base::named) {
-            return Ok(Some(base));
-        }
-        let says = match name {
-            Some(_) => "names no built-in scene:",
-            None => "is not the name of a scene:",
-        };
-        let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
-        Err(self.wrong(BASE, value, says, known))
-    }
-
-    /// The version for which a scene has to be complete: the one that it states; 0 for a run's without one.
-    fn version(&self, document: &DeTable) -> std::result::Result<Option<u32>, Fault> {
-        let [format, version] = ["format", "version"].map(|key| document.get(key));
-        let (format, version) = match (format, version) {
-            (None, None) => return Ok((self.kind != Kind::Scene).then_some(0)),
-            (Some(format), Some(version)) => (format, version),
-            (Some(lone), None) | (None, Some(lone)) => {
-                let says = "must not stand alone:".to_owned();
-                let allowed =
-                    format!("the scene of a run begins with format = {FORMAT:?} and a version");
-                let key = if format.is_some() {
-                    "format"
-                } else {
-                    "version"
-                };
-                return Err(self.wrong(key, lone, &says, allowed));
-            }
-        };
-        if format.get_ref().as_str() != Some(FORMAT) {
-            return Err(self.wrong(
-                "format",
-                format,
-                "is wrong:",
-                format!("allowed: {FORMAT:?}"),
-            ));
-        }
-        let mut number = 0_usize;
-        match number.read(version, &within(1.0, f64::from(VERSION))) {
-            Ok(()) => Ok(Some(number as u32)),
-            Err(misfit) => {
-                let allowed = format!("this program reads versions up to {VERSION}");
-                Err(self.wrong("version", version, &misfit.says, allowed))
-            }
-        }
-    }
-
-    /// A fault of the value of a key above the first section.
-    fn wrong(&self, key: &str, value: &Spanned<DeValue>, says: &str, allowed: String) -> Fault {
-        let text = &self.sources[self.source].text;
-        let written = abridged(text.get(value.span()).unwrap_or_default());
-        Fault {
-            source: self.source,
-            span: value.span(),
-            message: format!("`{key}` {says} {written}"),
-            allowed,
-        }
-    }
-
-    /// Requires every key of a version. Newer keys have the values that they had in effect before.
-    fn complete(&mut self, version: u32) {
-        let is_lenient = self.kind == Kind::Snapshot && version == 0;
-        let (places, mut missing) = (&self.places, Vec::new());
-        self.scene.of_sections(|section, settings| {
-            for field in settings.fields() {
-                let path = format!("{section}.{}", field.key);
-                if places.contains_key(&path) {
-                    continue;
-                }
-                if field.since > version {
-                    field.take_before();
-                } else if !is_lenient {
-                    missing.push(format!("`{path}`"));
-                }
-            }
-        });
-        /// The keys that a message names.
-        const NAMED: usize = 3;
-        let (named, others) = missing.split_at(NAMED.min(missing.len()));
-        let message = match (named, others.len()) {
-            ([], _) => return,
-            ([one], _) => format!("{one} is missing"),
-            (several, 0) => format!("{} are missing", several.join(", ")),
-            (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
-        };
-        let allowed = "the scene of a run must hold every key of its version".to_owned();
-        self.fault(0..0, message, allowed);
-    }
-
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
         let known = sections(&mut self.scene);
         if known.iter().all(|section| section.name != name) {
+            if self.untaken.iter().any(|law| law == name) {
+                return;
+            }
             if let Some(remedy) = laws::choosing(name) {
                 let message = format!("the law `{name}` is not chosen");
                 return self.fault(span, message, remedy);
@@ -377,10 +323,7 @@ impl<'s, 't> Reader<'s, 't> {
                 Some(field) => {
                     if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
-                        let text = &self.sources[self.source].text;
-                        let written = text.get(misfit.span.clone()).unwrap_or_default();
-                        let message = format!("`{path}` {} {}", misfit.says, abridged(written));
-                        self.fault(misfit.span, message, allowed);
+                        self.misfit(&path, value, misfit, allowed);
                     }
                     let (source, span) = (self.source, value.span());
                     self.places.insert(path, KeyPlace { source, span });
@@ -388,6 +331,25 @@ impl<'s, 't> Reader<'s, 't> {
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
         }
+    }
+
+    /// Notes a value that a key cannot have.
+    fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
+        if LAW_KEYS.contains(&path) {
+            self.untaken.extend(words(value));
+        }
+        let Misfit {
+            span,
+            says,
+            unknown,
+        } = misfit;
+        if let (Some(lacks), false) = (&mut self.lacks, unknown.is_empty()) {
+            return lacks.note(path, unknown);
+        }
+        let text = &self.sources[self.source].text;
+        let written = text.get(span.clone()).unwrap_or_default();
+        let message = format!("`{path}` {says} {}", abridged(written));
+        self.fault(span, message, allowed);
     }
 
     /// The folder of the file that set a key last; the process's own for the command line.
@@ -430,6 +392,19 @@ impl<'s, 't> Reader<'s, 't> {
     }
 }
 
+/// The keys that choose laws, each of which may have a section of its name.
+const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
+
+/// The strings in a value or in its entries.
+fn words(value: &Spanned<DeValue>) -> Vec<String> {
+    let entries = value.get_ref().as_array();
+    let entries = entries.map_or(vec![value], |entries| entries.iter().collect());
+    let words = entries
+        .into_iter()
+        .filter_map(|entry| entry.get_ref().as_str());
+    words.map(str::to_owned).collect()
+}
+
 /// The known name nearest to a misspelt one, else all of them.
 pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
     /// Jaro-Winkler similarity of two names that differ by a slip or two.
@@ -443,7 +418,7 @@ pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Cl
 }
 
 /// The first line of what a file says, cut where it is long.
-fn abridged(written: &str) -> String {
+pub(super) fn abridged(written: &str) -> String {
     const LONGEST: usize = 40;
     let line = written.lines().next().unwrap_or_default();
     let short: String = line.chars().take(LONGEST).collect();

@@ -68,7 +68,7 @@ macro_rules! settings {
             fn serialize<S: $crate::settings::serde::Serializer>(
                 &self,
                 serializer: S,
-            ) -> Result<S::Ok, S::Error> {
+            ) -> ::core::result::Result<S::Ok, S::Error> {
                 $crate::settings::Values::of(&mut self.clone()).serialize(serializer)
             }
         }
@@ -152,9 +152,27 @@ macro_rules! settings {
         }
     ) => {
         $(#[$about])+
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum $Choice {
-            $($(#[$doc])+ #[serde(rename = $name)] $Member,)+
+            $($(#[$doc])+ $Member,)+
+        }
+
+        // Written out: a derive would need serde among the dependencies of the user's crate.
+        impl $crate::settings::serde::Serialize for $Choice {
+            fn serialize<S: $crate::settings::serde::Serializer>(
+                &self,
+                serializer: S,
+            ) -> ::core::result::Result<S::Ok, S::Error> {
+                serializer.serialize_str($crate::settings::Named::name(*self))
+            }
+        }
+
+        impl<'de> $crate::settings::serde::Deserialize<'de> for $Choice {
+            fn deserialize<D: $crate::settings::serde::Deserializer<'de>>(
+                deserializer: D,
+            ) -> ::core::result::Result<Self, D::Error> {
+                $crate::settings::member(deserializer, &[$($name),+])
+            }
         }
 
         impl $crate::settings::Named for $Choice {

@@ -8,6 +8,7 @@ use toml::de::DeTable;
 
 use super::limits::Limits;
 use super::value::SettingValue;
+use crate::registry::OFF;
 
 /// A setting in place, with all that its declaration says of it.
 pub struct Field<'a> {
@@ -87,21 +88,31 @@ impl Serialize for Values {
     }
 }
 
-/// Sets a setting to a value in JSON, which for numbers, texts, truth values and arrays of them is written
-/// as in TOML.
+/// Sets a setting to a value in JSON. Numbers, strings, booleans and arrays of them are written as in TOML;
+/// `null` is what TOML calls `"off"`.
 ///
 /// # Errors
 /// A sentence that names the key, the value and what is allowed.
 pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
-    let text = format!("value = {json}");
+    let cannot_be = || "cannot be".to_owned();
+    let text = match json {
+        Value::Null => format!("value = {OFF:?}"),
+        json => format!("value = {json}"),
+    };
     let allowed = field.allowed();
-    let table = DeTable::parse(&text).map_err(|_| "is no setting".to_owned());
+    let table = DeTable::parse(&text).map_err(|_| cannot_be());
     let read = table.and_then(|table| match table.get_ref().iter().next() {
-        Some((_, value)) => field
-            .value
-            .read(value, &field.limits)
-            .map_err(|misfit| misfit.says),
-        None => Err("is no setting".to_owned()),
+        Some((_, value)) => {
+            let read = field.value.read(value, &field.limits);
+            read.map_err(|misfit| {
+                if json.is_null() {
+                    cannot_be()
+                } else {
+                    misfit.says
+                }
+            })
+        }
+        None => Err(cannot_be()),
     });
     read.map_err(|says| format!("`{}` {says} {json}; allowed: {allowed}", field.key))
 }

@@ -1,6 +1,9 @@
 //! The types that a setting can have: what may stand in a file, how it is read and written.
 
 use super::limits::Limits;
+use crate::registry::OFF;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use std::fmt::Debug;
 use std::ops::Range;
 use toml::Spanned;
@@ -28,6 +31,9 @@ pub struct Misfit {
     pub span: Range<usize>,
     /// The part of the message between key and value.
     pub says: String,
+    /// The names of laws or losses that the value asks for and this program does not have. With them alone
+    /// at fault, the setting holds the rest of the value.
+    pub unknown: Vec<String>,
 }
 
 /// The result of reading a value.
@@ -38,6 +44,15 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
         says: says.to_owned(),
+        unknown: Vec::new(),
+    }
+}
+
+/// A name that only another program knows.
+pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
+    Misfit {
+        unknown: vec![name.to_owned()],
+        ..misfit(value, says)
     }
 }
 
@@ -145,11 +160,11 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
 /// A bound, which may be off.
 impl SettingValue for Option<f64> {
     fn allowed(&self, limits: &Limits) -> String {
-        format!("a number {limits}, or \"off\"")
+        format!("a number {limits}, or {OFF:?}")
     }
 
     fn toml(&self) -> String {
-        self.map_or("\"off\"".to_owned(), |x| x.toml())
+        self.map_or(format!("{OFF:?}"), |x| x.toml())
     }
 
     fn json(&self) -> serde_json::Value {
@@ -158,7 +173,7 @@ impl SettingValue for Option<f64> {
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         *self = None;
-        if value.get_ref().as_str() == Some("off") {
+        if value.get_ref().as_str() == Some(OFF) {
             return Ok(());
         }
         self.insert(0.0).read(value, limits)
@@ -191,6 +206,21 @@ pub trait Named: Copy + Debug + PartialEq + 'static {
         let entry = Self::ALL.iter().find(|(_, member)| *member == self);
         entry.map_or("", |(name, _)| name)
     }
+}
+
+/// Reads a member of an enumeration by its name, for [`settings!`](crate::settings!).
+///
+/// # Errors
+/// Those of the deserializer, and for a string that is not one of the names.
+#[doc(hidden)]
+pub fn member<'de, T: Named, D: Deserializer<'de>>(
+    deserializer: D,
+    names: &'static [&'static str],
+) -> Result<T, D::Error> {
+    let word = String::deserialize(deserializer)?;
+    let entry = T::ALL.iter().find(|(name, _)| *name == word);
+    let member = entry.map(|(_, member)| *member);
+    member.ok_or_else(|| D::Error::unknown_variant(&word, names))
 }
 
 impl<T: Named> SettingValue for T {

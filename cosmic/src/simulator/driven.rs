@@ -1,24 +1,17 @@
 //! Robots that are driven from outside: activations are given in place of a controller.
 
+use super::parameters::Drive;
 use super::rollout::{Simulator, Span};
 use super::trajectory::Trajectory;
-use crate::controller::{Controller, observation_length};
 use crate::lattice::{Body, Lattice, State};
 use crate::scene::{ControllerSettings, PhysicsSettings};
-
-/// A bias whose hyperbolic tangent is 1 in double precision.
-const SATURATED: f64 = 40.0;
 
 /// A lattice in its surroundings for robots whose activations the caller holds, as a policy that learns
 /// does.
 ///
-/// The controller within gives every actuator the activation 1, and the strain of each body is scaled by
-/// the activation that is held: robots of different activations run side by side in SIMD lanes.
+/// Robots of different activations run side by side in SIMD lanes. No controller is evaluated.
 #[derive(Clone, Debug)]
-pub struct Driven {
-    simulator: Simulator,
-    controller: Controller<f64>,
-}
+pub struct Driven(Simulator);
 
 impl Driven {
     /// Plans rollouts that end `physics.steps` steps after the start at most.
@@ -27,32 +20,15 @@ impl Driven {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        let settings = ControllerSettings {
-            hidden: 1,
-            ..controller.clone()
-        };
-        let (inputs, edges) = (
-            observation_length(&settings, lattice.nodes()),
-            lattice.edges.len(),
-        );
-        Self {
-            simulator: Simulator::new(lattice, physics, &settings).without_feedback(),
-            controller: Controller {
-                hidden: 1,
-                inputs,
-                w1: vec![0.0; inputs],
-                b1: vec![0.0],
-                w2: vec![0.0; edges],
-                b2: vec![SATURATED; edges],
-            },
-        }
+        Self(Simulator::new(lattice, physics, controller).driven())
     }
 
     /// Steps robots of one body from a start each, with an activation of every edge, from -1 to 1, that is
     /// held throughout.
     ///
     /// # Panics
-    /// As [`Simulator::rollout_many`], and if a list of activations is shorter than the edges.
+    /// As [`Simulator::rollout_many`], and unless there is a list of activations for each start that has as
+    /// many entries as the robot has edges.
     pub fn held(
         &self,
         body: &Body<f64>,
@@ -60,15 +36,17 @@ impl Driven {
         starts: &[State<f64>],
         span: &Span,
     ) -> Vec<Trajectory<f64>> {
-        let bodies = activations.iter().map(|held| {
-            let edges = 0..body.strain.len();
-            Body {
-                strain: edges.map(|edge| body.strain[edge] * held[edge]).collect(),
-                ..body.clone()
-            }
-        });
-        let bodies: Vec<Body<f64>> = bodies.collect();
-        (self.simulator).rollout_many(&bodies, &self.controller, starts, span)
+        let (world, bodies) = (&self.0, std::slice::from_ref(body));
+        let starts: Vec<&State<f64>> = starts.iter().collect();
+        world.check(bodies, &starts);
+        world.fits("lists of activations", activations.len(), starts.len());
+        for held in activations {
+            world.fits("activations", held.len(), body.strain.len());
+        }
+        let model = world.robot.for_bodies(bodies);
+        let slots = activations.iter().map(|held| model.graph.to_slots(held));
+        let drive = Drive::Held(slots.collect());
+        world.in_lanes(model, bodies, drive, &starts, span)
     }
 }
 
@@ -76,40 +54,96 @@ impl Driven {
 mod tests {
     use super::Driven;
     use crate::case::Case;
+    use crate::laws::force_names;
     use crate::scene::Scene;
-    use crate::simulator::Span;
+    use crate::simulator::{Span, Trajectory};
 
-    /// A controller whose biases alone matter holds its activations too.
+    /// The activations of the edges: full, none and in between, of either sign.
+    const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
+
+    /// The scenes that differ by one force: each of the laws of this crate, and those that a key switches
+    /// on.
+    fn forces() -> Vec<String> {
+        let mut forces = vec![String::new()];
+        for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
+            forces.push(format!("physics.{key}"));
+        }
+        forces.extend(force_names().map(|law| format!("physics.forces = [\"{law}\"]")));
+        forces
+    }
+
+    /// The largest difference between two robots' places.
+    fn apart(a: &Trajectory<f64>, b: &Trajectory<f64>) -> f64 {
+        let [a, b] = [a, b].map(|seen| seen.states.last().unwrap().x.as_flattened());
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    /// A controller whose biases alone matter gives the activations that are held.
+    fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
+        /// A bias whose hyperbolic tangent is 1 in double precision.
+        const SATURATED: f64 = 40.0;
+        let text = format!("{force}\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01");
+        let scene = Scene::load("stability").unwrap();
+        let mut case = Case::of_scene(&scene.with("small", &text).unwrap(), 1).unwrap();
+        let held: Vec<f64> = (0..case.lattice.edges.len()).map(held).collect();
+        case.controller.w2.fill(0.0);
+        let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
+        case.controller.b2 = held.iter().map(bias).collect();
+        // Every bar is an actuator, and begins beyond its stops: idle ones meet them too.
+        case.z = vec![[0.0, 0.5, 1.0]; held.len()];
+        case.start.x.iter_mut().for_each(|x| x[0] *= 1.5);
+        (case, held)
+    }
+
+    /// Whatever forces there are, and also for activations of zero and below.
     #[test]
     fn held_activations_drive_as_a_controller_that_gives_them() {
-        let scene = Scene::parse(
-            "small",
-            "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2",
-        )
-        .unwrap();
-        let mut case = Case::of_scene(&scene, 1).unwrap();
-        case.controller.w2.fill(0.0);
-        let bias = |edge: usize| (edge as f64).sin();
-        case.controller.b2 = (0..case.lattice.edges.len()).map(bias).collect();
-        let held: Vec<f64> = case.controller.b2.iter().map(|b| b.tanh()).collect();
-        let span = Span::from_start(vec![1, 200]);
-        let by_controller =
-            case.task()
-                .rollout(&case.own_mixture(), &case.controller, &case.start, &span);
+        let span = Span::from_start(vec![200]);
+        let mut all = Vec::new();
+        for force in forces() {
+            let robots = [0.0, 1.0, -1.0]
+                .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
+            let (case, _) = &robots[0];
+            let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
+            let held = robots.each_ref().map(|(_, held)| &held[..]);
+            let starts = [(); 3].map(|()| case.start.clone());
+            let seen = driven.held(&case.body(), &held, &starts, &span);
+            for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
+                let task = case.task();
+                let controlled =
+                    task.rollout(&case.own_mixture(), &case.controller, &case.start, &span);
+                // Activations are rounded at 1e-16; 200 steps with contacts enlarge that to less than this.
+                let far = apart(&controlled, seen);
+                assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
+                let alone = driven.held(&case.body(), &[held], &starts[..1], &span);
+                assert_eq!(alone[0].states, seen.states, "{force:?}, robot {k} alone");
+            }
+            assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
+            all.push(seen);
+        }
+        // Every force changes something: otherwise its law would not have been tested.
+        for (force, seen) in forces().iter().zip(&all).skip(1) {
+            for (k, (with, without)) in seen.iter().zip(&all[0]).enumerate() {
+                assert!(
+                    apart(with, without) > 1e-6,
+                    "{force:?} has no effect on robot {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "activations of a robot of 6 nodes")]
+    fn held_activations_are_one_for_each_edge() {
+        let (case, held) = case_of("", |_| 0.0);
         let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
-        let none = vec![0.0; held.len()];
-        let starts = [case.start.clone(), case.start.clone()];
-        let [seen, still] = driven
-            .held(&case.body(), &[&held, &none], &starts, &span)
-            .try_into()
-            .unwrap();
-        let far = |seen: &crate::simulator::Trajectory<f64>| {
-            let pairs = (by_controller.states[1].x.as_flattened().iter())
-                .zip(seen.states[1].x.as_flattened());
-            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-        };
-        // Activations are rounded at 1e-16; 200 steps with contacts enlarge that to less than this.
-        assert!(far(&seen) < 1e-10, "{}", far(&seen));
-        assert!(far(&still) > 1e-3);
+        let start = std::slice::from_ref(&case.start);
+        let _ = driven.held(
+            &case.body(),
+            &[&held[1..]],
+            start,
+            &Span::from_start(vec![1]),
+        );
     }
 }

@@ -1,14 +1,13 @@
 //! What bars bear and do in the states of a rollout.
 
 use std::collections::HashSet;
-use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
 use crate::controller::Controller;
-use crate::design::{Material, crossings};
-use crate::lattice::{Body, State, cross, length, rate};
+use crate::design::Material;
+use crate::lattice::{Body, State, crossings, length, rate};
 use crate::laws::Pose;
 
 /// A magnitude over some states.
@@ -62,7 +61,7 @@ pub struct BarLoad {
     pub compression: f64,
 }
 
-/// The loads of a robot: of its actuators, and of its bars against buckling.
+/// The loads of a robot: of its actuators, and the largest push on a bar.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
     /// Least and greatest strain of an actuator.
@@ -77,24 +76,11 @@ pub struct Loads {
     pub power: Magnitude,
     /// The largest force that pushes on a bar, N.
     pub compression: f64,
-    /// The radius of gyration of their section, m, with which no bar buckles.
-    pub least_radius: f64,
     /// Share of the states in which bars cross that do not at rest: nothing keeps a robot from passing through
     /// itself.
     pub tangled: f64,
     /// Such pairs of bars in a state, in the mean.
     pub tangles: f64,
-    /// Bars that would buckle with `physics.bending_radius`, by the numbers of their edges; `None` if that
-    /// is 0.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub buckling: Option<Vec<usize>>,
-}
-
-/// The radius of gyration with which a bar of this stiffness (N/m) and length (m) just bears a force that
-/// pushes (N). Euler's load of a bar on hinges is `pi^2 EI / l^2`, with `EI = k r^2 l`: L. Euler, "De curvis
-/// elasticis", 1744.
-fn radius_against_buckling(force: f64, stiffness: f64, length: f64) -> f64 {
-    (force * length / stiffness).sqrt() / PI
 }
 
 /// What the edges of a robot do in a state.
@@ -167,22 +153,14 @@ impl Simulator {
         body: &Body<f64>,
         controller: &Controller<f64>,
         trajectory: &Trajectory<f64>,
-        radius: f64,
     ) -> Loads {
         let bars = self.loads(body, controller, trajectory);
         let mut loads = Loads::default();
-        let mut buckling = Vec::new();
-        for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
+        for (bar, &material) in bars.iter().zip(layout) {
             if !material.is_solid() {
                 continue;
             }
             loads.compression = loads.compression.max(bar.compression);
-            let (k, l) = (body.stiffness[edge], self.lattice.rest_length[edge]);
-            let least = radius_against_buckling(bar.compression, k, l);
-            loads.least_radius = loads.least_radius.max(least);
-            if least > radius {
-                buckling.push(edge);
-            }
             if material == Material::Actuator {
                 let [low, high] = bar.strains;
                 loads.strains = [loads.strains[0].min(low), loads.strains[1].max(high)];
@@ -196,7 +174,6 @@ impl Simulator {
         let states = tangles.len().max(1) as f64;
         loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
         loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
-        loads.buckling = (radius > 0.0).then_some(buckling);
         loads
     }
 }
@@ -204,20 +181,16 @@ impl Simulator {
 impl Simulator {
     /// In each state the pairs of bars that cross and do not at rest.
     fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
-        let edges = &self.lattice.edges;
-        let bars: Vec<usize> = (0..edges.len()).filter(|&e| layout[e].is_solid()).collect();
-        let at_rest: HashSet<[usize; 2]> = crossings(&self.lattice).into_iter().collect();
-        let apart = |i: usize, j: usize| edges[i].iter().all(|node| !edges[j].contains(node));
-        let later = |(k, &i): (usize, &usize)| {
-            let later = bars[k + 1..].iter().map(move |&j| [i, j]);
-            later.filter(|[i, j]| apart(*i, *j)).collect::<Vec<_>>()
-        };
-        let pairs = bars.iter().enumerate().flat_map(later);
-        let pairs: Vec<[usize; 2]> = pairs.filter(|pair| !at_rest.contains(pair)).collect();
+        let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
+        let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
+        let at_rest = crossings(&self.lattice.places, &bars);
+        let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
         let count = |state: &State<f64>| {
-            let ends = |edge: usize| edges[edge].map(|node| state.x[node]);
-            let crossed = pairs.iter().filter(|[i, j]| cross(ends(*i), ends(*j)));
-            crossed.count()
+            let crossed = crossings(&state.x, &bars);
+            crossed
+                .iter()
+                .filter(|pair| !at_rest.contains(*pair))
+                .count()
         };
         trajectory.states.iter().map(count).collect()
     }
@@ -250,7 +223,7 @@ impl BarLoad {
 
 #[cfg(test)]
 mod tests {
-    use super::{Magnitude, radius_against_buckling};
+    use super::{Loads, Magnitude};
     use crate::controller::Controller;
     use crate::design::Material;
     use crate::lattice::{Body, Lattice, State};
@@ -266,15 +239,25 @@ mod tests {
         assert_eq!(Magnitude::of(Vec::new()), Magnitude::default());
     }
 
-    /// A round bar of 3 mm radius (of gyration 1.5 mm), 0.1 m long and of 400 N/m, buckles at 0.089 N.
+    /// The stiffness of a bar is not that of its material, so no radius against buckling follows from it.
+    /// Earlier versions wrote one, and their summaries can be read.
     #[test]
-    fn the_radius_against_buckling_is_euler_s() {
-        let (radius, length, stiffness) = (1.5e-3f64, 0.1, 400.0);
-        let bending = stiffness * radius * radius * length;
-        let load = std::f64::consts::PI.powi(2) * bending / (length * length);
-        assert!((load - 0.0888).abs() < 1e-4);
-        let found = radius_against_buckling(load, stiffness, length);
-        assert!((found - radius).abs() < 1e-15);
+    fn loads_tell_no_radius_and_those_of_earlier_versions_are_read() {
+        let mut file = serde_json::to_value(Loads::default()).unwrap();
+        for gone in ["least_radius", "buckling"] {
+            assert_eq!(file.get(gone), None);
+        }
+        (file["least_radius"], file["compression"]) = (0.064.into(), 7.5.into());
+        file["buckling"] = serde_json::json!([3, 8]);
+        let read: Loads = serde_json::from_value(file).unwrap();
+        let compression = 7.5;
+        assert_eq!(
+            read,
+            Loads {
+                compression,
+                ..Loads::default()
+            }
+        );
     }
 
     /// A lattice that is stretched by a tenth along x and grows on at 1 m/s a metre.
@@ -309,9 +292,8 @@ mod tests {
                 assert!(load.force.peak < 1e-7 && load.speed.peak < 1e-9);
             }
         }
-        let all = simulator.loads_of(&layout, &body, &controller, &trajectory, 1e-3);
+        let all = simulator.loads_of(&layout, &body, &controller, &trajectory);
         assert_eq!(all.strains, [0.0; 2]);
-        assert_eq!(all.buckling, Some(Vec::new()));
         assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
         // Half of the robot is moved across the other half in one of two states.
         let mut folded = trajectory.clone();
@@ -323,8 +305,7 @@ mod tests {
             .iter_mut()
             .enumerate()
             .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
-        let all = simulator.loads_of(&layout, &body, &controller, &folded, 0.0);
+        let all = simulator.loads_of(&layout, &body, &controller, &folded);
         assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
-        assert_eq!(all.buckling, None);
     }
 }

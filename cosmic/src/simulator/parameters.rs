@@ -11,10 +11,20 @@ pub(super) struct Parameters<A, M = A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// The controller, where there are actuators.
-    pub(super) network: Option<Network<A, M>>,
+    /// What the actuators follow.
+    pub(super) drive: Drive<A, M>,
     /// For each force, the arrays that it wants.
     pub(super) constants: Vec<Vec<A>>,
+}
+
+/// What the actuators of a robot follow.
+pub(super) enum Drive<A, M = A> {
+    /// Nothing: no edge has an actuator.
+    Idle,
+    /// A controller.
+    Network(Network<A, M>),
+    /// Activations that are held throughout, one per slot of the graph.
+    Held(A),
 }
 
 /// The folded controller: of its first layer the sensed columns, of its
@@ -35,9 +45,12 @@ impl<T> Parameters<T> {
             self.strain,
             self.inverse_mass,
         ];
-        let network = self.network.map(|n| [n.w1, n.b1, n.w2, n.b2]);
+        let drive = match self.drive {
+            Drive::Idle => Vec::new(),
+            Drive::Network(n) => vec![n.w1, n.b1, n.w2, n.b2],
+            Drive::Held(activation) => vec![activation],
+        };
         let rest = self.constants.into_iter().flatten();
-        let network = network.into_iter().flatten();
-        each.into_iter().chain(network).chain(rest).collect()
+        each.into_iter().chain(drive).chain(rest).collect()
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
 use super::mechanics::Mechanics;
-use super::parameters::{Network, Parameters};
+use super::parameters::{Drive, Network, Parameters};
 use crate::lattice::{Body, Lattice};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
@@ -22,6 +22,8 @@ pub(super) struct Robot {
     hidden: usize,
     /// Whether the controller sees positions and velocities.
     senses: [bool; 2],
+    /// Whether activations are given in place of a controller.
+    held: bool,
     pub(super) mechanics: Mechanics,
 }
 
@@ -42,6 +44,7 @@ impl Robot {
             actuated,
             hidden: controller.hidden,
             senses: controller.senses(),
+            held: false,
             mechanics: Mechanics::new(lattice, physics),
         }
     }
@@ -69,6 +72,14 @@ impl Robot {
     pub(super) fn without_feedback(&self) -> Self {
         Self {
             senses: [false; 2],
+            ..self.clone()
+        }
+    }
+
+    /// This robot with activations that are given and held in place of a controller.
+    pub(super) fn held(&self) -> Self {
+        Self {
+            held: true,
             ..self.clone()
         }
     }
@@ -122,12 +133,18 @@ impl Robot {
             rest_length: p.parameter(slots),
             strain: p.parameter(slots),
             inverse_mass: p.parameter(nodes),
-            network: (outputs > 0).then(|| Network {
-                w1: p.matrix(hidden, inputs),
-                b1: p.parameter(hidden),
-                w2: p.matrix(outputs, hidden),
-                b2: p.parameter(outputs),
-            }),
+            drive: if self.held {
+                Drive::Held(p.parameter(slots))
+            } else if outputs > 0 {
+                Drive::Network(Network {
+                    w1: p.matrix(hidden, inputs),
+                    b1: p.parameter(hidden),
+                    w2: p.matrix(outputs, hidden),
+                    b2: p.parameter(outputs),
+                })
+            } else {
+                Drive::Idle
+            },
             constants: (self.mechanics.constants())
                 .map(|arrays| arrays.iter().map(|a| p.parameter(a.len())).collect())
                 .collect(),
@@ -153,9 +170,10 @@ impl Model for Robot {
         ];
         let seen = seen.into_iter().filter(|(_, is_seen)| *is_seen);
         let sensed: Vec<Array> = seen.map(|(array, _)| array).chain([clock]).collect();
-        let activation = match &given.network {
-            Some(network) => self.activation(p, network, &sensed),
-            None => given.strain,
+        let activation = match &given.drive {
+            Drive::Network(network) => self.activation(p, network, &sensed),
+            Drive::Held(activation) => *activation,
+            Drive::Idle => given.strain,
         };
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.

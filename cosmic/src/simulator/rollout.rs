@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
-use super::parameters::{Network, Parameters};
+use super::parameters::{Drive, Network, Parameters};
 use super::robot::Robot;
 use super::trajectory::{Trajectory, WATCHED};
 use crate::controller::{Controller, clock, observation_length};
@@ -120,6 +120,14 @@ impl Simulator {
         }
     }
 
+    /// This world for robots whose activations are given in place of a controller.
+    pub(super) fn driven(&self) -> Self {
+        Self {
+            robot: self.robot.held(),
+            ..self.clone()
+        }
+    }
+
     /// This world with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
@@ -166,7 +174,8 @@ impl Simulator {
             return vec![self.rollout(body, controller, start.borrow(), span)];
         }
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
-        self.check(bodies, controller, &starts);
+        self.check(bodies, &starts);
+        self.check_controller(controller);
         let groups = alike(bodies);
         if groups.len() == 1 {
             return self.side_by_side(bodies, controller, &starts, span);
@@ -193,7 +202,26 @@ impl Simulator {
         span: &Span,
     ) -> Vec<Trajectory<R>> {
         let model = self.robot.for_bodies(bodies);
-        let parameters = self.parameters(&model, bodies, controller).in_order();
+        let drive = self.network(&model, &bodies[0].presence, controller);
+        self.in_lanes(model, bodies, drive, starts, span)
+    }
+
+    /// Steps a robot of several bodies, or of one that all starts share.
+    pub(super) fn in_lanes<R: Real>(
+        &self,
+        model: Robot,
+        bodies: &[Body<R>],
+        drive: Drive<Vec<Vec<R>>>,
+        starts: &[&State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        let parameters = self.parameters(&model, bodies, drive).in_order();
+        let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
+        if let [start] = starts {
+            let parameters = parameters.into_iter().flatten().collect();
+            let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
+            return vec![self.trajectory(&seen, span, &still(0))];
+        }
         let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
         let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
@@ -204,7 +232,6 @@ impl Simulator {
         let seen = self
             .plan(model, span)
             .run_batch_with(&slices(&flat), &given);
-        let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
         let seen = seen.iter().enumerate();
         seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
             .collect()
@@ -231,12 +258,9 @@ impl Simulator {
 
     /// Panics unless all is of this lattice: arrays of a larger one would be long enough to be
     /// misread.
-    fn check<R: Real>(&self, bodies: &[Body<R>], controller: &Controller<R>, starts: &[&State<R>]) {
+    pub(super) fn check<R: Real>(&self, bodies: &[Body<R>], starts: &[&State<R>]) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
-        let inputs = observation_length(&self.controller, nodes);
-        let fits = |what: &str, found: usize, expected: usize| {
-            assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
-        };
+        let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
         for body in bodies {
             fits("stiffness", body.stiffness.len(), edges);
             fits("strain", body.strain.len(), edges);
@@ -249,12 +273,26 @@ impl Simulator {
             fits("initial positions", start.x.len(), nodes);
             fits("initial velocities", start.v.len(), nodes);
         }
+    }
+
+    /// Panics unless a controller is of this lattice.
+    fn check_controller<R: Real>(&self, controller: &Controller<R>) {
+        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
+        let inputs = observation_length(&self.controller, nodes);
+        let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
         let (c, hidden) = (controller, controller.hidden);
         fits("what the controller sees", c.inputs, inputs);
         fits("first weights", c.w1.len(), hidden * inputs);
         fits("first biases", c.b1.len(), hidden);
         fits("second weights", c.w2.len(), edges * hidden);
         fits("second biases", c.b2.len(), edges);
+    }
+
+    /// Panics unless there are as many numbers as this lattice needs.
+    #[track_caller]
+    pub(super) fn fits(&self, what: &str, found: usize, expected: usize) {
+        let nodes = self.lattice.nodes();
+        assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
     }
 
     /// The rollout of a robot.
@@ -291,9 +329,11 @@ impl Simulator {
         start: &State<R>,
     ) -> Planned<R> {
         let bodies = std::slice::from_ref(body);
-        self.check(bodies, controller, &[start]);
+        self.check(bodies, &[start]);
+        self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
-        let parameters = self.parameters(&model, bodies, controller).in_order();
+        let drive = self.network(&model, &body.presence, controller);
+        let parameters = self.parameters(&model, bodies, drive).in_order();
         Planned {
             model,
             parameters: parameters.into_iter().flatten().collect(),
@@ -306,7 +346,7 @@ impl Simulator {
         &self,
         robot: &Robot,
         bodies: &[Body<R>],
-        controller: &Controller<R>,
+        drive: Drive<Vec<Vec<R>>>,
     ) -> Parameters<Vec<Vec<R>>> {
         let each = |of: &dyn Fn(&Body<R>) -> Vec<R>| bodies.iter().map(of).collect();
         let shared = |numbers: Vec<f64>| vec![numbers.into_iter().map(R::lit).collect()];
@@ -315,7 +355,7 @@ impl Simulator {
             rest_length: shared(self.rest_length.clone()),
             strain: each(&|body| robot.graph.to_slots(&body.strain)),
             inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
-            network: self.network(robot, &bodies[0].presence, controller),
+            drive,
             constants: (robot.mechanics.constants())
                 .map(|arrays| arrays.into_iter().map(shared).collect())
                 .collect(),
@@ -338,10 +378,10 @@ impl Simulator {
         robot: &Robot,
         presence: &[R],
         controller: &Controller<R>,
-    ) -> Option<Network<Vec<Vec<R>>>> {
+    ) -> Drive<Vec<Vec<R>>> {
         let actuators = robot.actuators();
         if actuators.is_empty() {
-            return None;
+            return Drive::Idle;
         }
         let folded = controller.folded(&self.controller, presence, &self.ground);
         let sensed = robot.sensed_columns();
@@ -351,7 +391,7 @@ impl Simulator {
             .collect();
         let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
         let w2: Vec<&[R]> = actuators.iter().map(row).collect();
-        Some(Network {
+        Drive::Network(Network {
             w1: vec![w1.concat()],
             b1: vec![folded.b1],
             w2: vec![w2.concat()],

@@ -2,6 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
+use crate::pool::Pooled;
 use crate::real::Real;
 
 /// Bytes of a cache line, and of the widest register.
@@ -53,6 +54,12 @@ impl<R: Real> Aligned<R> {
             first,
             len,
         }
+    }
+}
+
+impl<R: Real> Pooled for Aligned<R> {
+    fn bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<R>()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::plan::{Layer, Plan, Step};
 use crate::arrays::Aligned;
-use crate::pool;
+use crate::pool::{self, Pooled};
 use crate::real::{Mask, Real};
 use crate::record::arithmetic::number;
 use crate::record::operation::Op;
@@ -83,6 +83,19 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
             memory.values[place] = [value; W];
         }
         memory
+    }
+}
+
+impl<R: Real, L: Lane<R>, const W: usize> Pooled for ReplayBuffers<R, L, W> {
+    fn bytes(&self) -> usize {
+        let numbers = self.read.capacity() + self.gradient.capacity();
+        let blocks = [&self.values, &self.bars, &self.partials].map(Vec::capacity);
+        let aligned = [&self.own, &self.own_bars, &self.rows, &self.by_point];
+        numbers * size_of::<R>()
+            + self.read_bars.capacity() * size_of::<L>()
+            + self.finite.capacity()
+            + blocks.iter().sum::<usize>() * size_of::<Block<L, W>>()
+            + aligned.map(Pooled::bytes).iter().sum::<usize>()
     }
 }
 

@@ -8,9 +8,11 @@ use crate::record::operation::{Op, Place, Run};
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) steps: Vec<Step>,
+    /// Where the result is: among the steps, or among the shared arguments, counted as those of `steps` are.
+    pub(super) result: Place,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments that single operations read: in these, shared places count them alone. `None`
-    /// if there are no layers, and all are counted.
+    /// The shared arguments that single operations read, or that are the result: in these, shared places
+    /// count them alone. `None` if there are no layers, and all are counted.
     pub(super) read: Option<Vec<usize>>,
 }
 
@@ -114,7 +116,7 @@ fn layers(ops: &[Op]) -> Vec<Layer> {
 }
 
 impl Plan {
-    pub(super) fn new(ops: &[Op]) -> Self {
+    pub(super) fn new(ops: &[Op], mut result: Place) -> Self {
         let layers = layers(ops);
         let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
@@ -123,19 +125,21 @@ impl Plan {
             }
             steps[layer.first] = Step::Layer(number);
         }
-        let read = (!layers.is_empty()).then(|| count_read(&mut steps));
+        let read = (!layers.is_empty()).then(|| count_read(&mut steps, &mut result));
         Self {
             steps,
+            result,
             layers,
             read,
         }
     }
 }
 
-/// Has shared places count those shared arguments alone that single operations read; returns which they are.
-fn count_read(steps: &mut [Step]) -> Vec<usize> {
+/// Has shared places count those shared arguments alone that single operations read or that are the result;
+/// returns which they are.
+fn count_read(steps: &mut [Step], result: &mut Place) -> Vec<usize> {
     let mut read = Vec::new();
-    each_shared_run(steps, |run, len| {
+    each_shared_run(steps, result, |run, len| {
         // With those within the gaps of a run: it stays one.
         read.extend(run.first.at()..=run.at(len as usize - 1).at());
         run
@@ -143,24 +147,30 @@ fn count_read(steps: &mut [Step]) -> Vec<usize> {
     read.sort_unstable();
     read.dedup();
     let count = |at| read.partition_point(|&read| read < at);
-    each_shared_run(steps, |run, _| Run {
+    each_shared_run(steps, result, |run, _| Run {
         first: Place::shared(count(run.first.at())),
         ..run
     });
     read
 }
 
-/// Has single operations read what `f` makes of their runs of shared places.
-fn each_shared_run(steps: &mut [Step], mut f: impl FnMut(Run, u32) -> Run) {
+/// Replaces the runs of shared places that single operations read, and the result if it is one, by `f` of them.
+fn each_shared_run(steps: &mut [Step], result: &mut Place, mut f: impl FnMut(Run, u32) -> Run) {
+    let mut replaced = |run: Run, len| {
+        if run.first.is_shared() {
+            f(run, len)
+        } else {
+            run
+        }
+    };
     for step in steps {
         if let Step::Single(op) = step {
-            *op = op.with_operands(|run, len| {
-                if run.first.is_shared() {
-                    f(run, len)
-                } else {
-                    run
-                }
-            });
+            *op = op.with_operands(&mut replaced);
         }
     }
+    let alone = Run {
+        first: *result,
+        step: 1,
+    };
+    *result = replaced(alone, 1).first;
 }

@@ -6,7 +6,6 @@ use super::plan::Plan;
 use super::replay::{Replay, WIDE};
 use crate::drivers::Function;
 use crate::real::Real;
-use crate::record::operation::Place;
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 use crate::simd::{Lane, Vectorized, WIDEST};
@@ -38,7 +37,6 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 pub struct Recorded {
     arguments: usize,
     plan: Plan,
-    result: Place,
 }
 
 /// The function asks for values, and so cannot be recorded without them: by
@@ -74,8 +72,7 @@ impl Recorded {
         }
         Ok(Self {
             arguments,
-            plan: Plan::new(&recording.ops),
-            result: result.0,
+            plan: Plan::new(&recording.ops, result.0),
         })
     }
 
@@ -146,7 +143,6 @@ impl<R: Real> Points<'_, R> {
         let Recorded {
             arguments,
             ref plan,
-            result,
         } = *self.of;
         let mut replay = Replay::<R, L, W>::new(plan, 0, &[]);
         let mut values = Vec::with_capacity(self.count);
@@ -165,8 +161,8 @@ impl<R: Real> Points<'_, R> {
                 }
                 replay.set_input(input, block);
             }
-            let value = replay.forward(result);
-            replay.reverse(result, [L::one(); W]);
+            let value = replay.forward();
+            replay.reverse([L::one(); W]);
             for w in 0..W {
                 value[w].store(&mut lanes);
                 let left = self.count.saturating_sub(first + w * L::N);

@@ -91,7 +91,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
 
     /// Computes all operations and returns the result.
     #[inline(always)]
-    pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
+    pub(super) fn forward(&mut self) -> Block<L, W> {
         let mut y = [L::zero(); W];
         for (place, step) in self.plan.steps.iter().enumerate().skip(self.inputs) {
             let op = match step {
@@ -136,7 +136,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             self.memory.values[place] = y;
         }
-        self.get(result)
+        self.get(self.plan.result)
     }
 
     #[inline(always)]
@@ -183,8 +183,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Carries the cotangent of the result back to the shared arguments. The cotangents of operations are
     /// zero before and after.
     #[inline(always)]
-    pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
-        self.add(result, bar);
+    pub(super) fn reverse(&mut self, bar: Block<L, W>) {
+        self.add(self.plan.result, bar);
         let mut place = self.plan.steps.len();
         while place > self.inputs {
             place -= 1;

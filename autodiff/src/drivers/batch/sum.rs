@@ -6,7 +6,6 @@ use super::plan::Plan;
 use super::replay::{Replay, WIDE};
 use crate::drivers::value_and_gradient_of;
 use crate::real::{Fused, Real};
-use crate::record::operation::Place;
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 use crate::reverse::Var;
@@ -165,8 +164,7 @@ impl<S: Summand> Fused for Sum<S> {
         } else {
             R::vectorize(ValueAndGradient {
                 data: &self.data,
-                plan: &Plan::new(&recording.ops),
-                result: result.0,
+                plan: &Plan::new(&recording.ops, result.0),
                 shared,
             })
         };
@@ -215,8 +213,6 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
 struct ValueAndGradient<'a, R> {
     data: &'a Data,
     plan: &'a Plan,
-    /// Where the term is among the operations.
-    result: Place,
     shared: &'a [R],
 }
 
@@ -247,7 +243,7 @@ impl<R: Real> ValueAndGradient<'_, R> {
                 }
                 replay.set_input(input, block);
             }
-            let terms = replay.forward(self.result);
+            let terms = replay.forward();
             let mut bars = terms;
             for w in 0..W {
                 // Past the last datum there are copies of it, which do not count.
@@ -262,7 +258,7 @@ impl<R: Real> ValueAndGradient<'_, R> {
                 }
                 bars[w] = L::load(&lanes);
             }
-            replay.reverse(self.result, bars);
+            replay.reverse(bars);
         }
         (total, replay.into_gradient())
     }

@@ -49,7 +49,10 @@
 //!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
 //!   [the conventions](crate::real).
 
+mod fields;
 mod print;
+
+use std::f64::consts::{E, PI};
 
 use num_traits::One;
 
@@ -88,16 +91,23 @@ use print::{Formula, Printer};
 /// if it were needed: the same, by the contract of [`Mask`](crate::Mask). A kernel that breaks that
 /// contract is not noticed here; [`check_gradient`](crate::check::check_gradient) would tell.
 ///
+/// # Fields
+/// The printed code serves all values of the fields. So a field must not decide a branch (`if self.k > 1.0`), a
+/// loop or an integer exponent (`x.powi(self.n)`); `build` is called with values of every kind to find out: of
+/// both signs, small, large, infinite and NaN. It should make the struct itself, not call a constructor that
+/// checks its arguments.
+///
 /// # Panics
-/// If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`): the printed code could not
-/// follow a change of the field. Give such a number a field of its own. And if the kernel loops for as
-/// long as `any` says so, as rounding an [`Element`](crate::Element) does: symbols have no values that
-/// would end the loop.
+/// If a field decides which operations the kernel does. If the kernel computes a literal from a field
+/// (`R::lit(2.0 * self.dt)`): the printed code could not follow a change of the field. Give such a number
+/// a field of its own. And if the kernel loops for as long as `any` says so, as rounding an
+/// [`Element`](crate::Element) does: symbols have no values that would end the loop.
 pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
 ) -> String {
+    fields::check(name, fields, &build);
     let signature = format!("vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}]");
     method(name, &signature, fields, |values| Formula {
         results: Vec::new(),
@@ -131,6 +141,7 @@ pub fn adjoint_with_results<K: Kernel<I, O>, const I: usize, const O: usize>(
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
 ) -> String {
+    fields::check(name, fields, &build);
     let signature = format!(
         "vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) -> [R; {I}]"
     );
@@ -165,6 +176,7 @@ pub fn partials<K: Kernel<I, O>, const I: usize, const O: usize>(
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
 ) -> String {
+    fields::check(name, fields, &build);
     let signature = format!("partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}])");
     method(name, &signature, fields, |values| {
         let mut tape = Tape::new();
@@ -208,23 +220,34 @@ fn method(
     fields: &[&str],
     formula: impl Fn(&[f64]) -> Formula,
 ) -> String {
-    // Numbers that no kernel has among its literals, and other ones for a second run.
-    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
-    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
-        let values: Vec<f64> = stand_ins(seed).collect();
+    // Several runs, with values of both signs and different sizes: fused functions have rules that `eval` does
+    // not show.
+    let (few, more) = (stand_ins(E, fields.len()), stand_ins(PI, fields.len()));
+    let runs: [Vec<f64>; 4] = [
+        few.clone().collect(),
+        more.clone().collect(),
+        few.map(|value| -37.0 * value).collect(),
+        more.map(|value| 1e6 * value).collect(),
+    ];
+    let [text, others @ ..] = runs.map(|values| {
         let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
         let (formula, recording) = record(Recording::simplified(&values), || formula(&values));
         Printer::new(&recording, &formula, &named).print()
     });
-    assert_eq!(
-        text, again,
-        "a literal of the kernel {name} is computed from a field: give it a field of its own"
+    assert!(
+        others.iter().all(|other| *other == text),
+        "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
     format!(
         "impl {name} {{\n    #[inline(always)]\n    \
          pub(crate) fn emitted_{signature} {{\n{body}    }}\n}}\n"
     )
+}
+
+/// Numbers for fields that no kernel has among its literals, between 0 and 1.
+fn stand_ins(seed: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
+    (1..=count).map(move |k| (seed + k as f64).sqrt().fract())
 }
 
 /// `N` inputs of the formula, from the one numbered `first` on.

@@ -8,6 +8,7 @@ use crate::report::{RobotFiles, RunFiles, loads};
 use crate::table::{Cell, Column, Table};
 use cosmic::design::Material;
 use cosmic::error::Result;
+use cosmic::simulator::BarLoad;
 use std::f64::consts::PI;
 
 /// A row for each bar.
@@ -18,7 +19,12 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    let loads = loads(run)?;
+    // Forces need every law of the scene, and nothing else in the tables does.
+    let loads = match run.robot.lacks() {
+        [] => Some(loads(run)?),
+        _ => None,
+    };
+    let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.as_ref().map(|loads| of(&loads[m.edge]));
     let of = |m: &Member, library: &[f64; 3]| library[m.material as usize];
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
@@ -44,10 +50,12 @@ pub(super) fn bars(
         })
         .column("stiffness", "N/m", |(_, m)| of(m, &materials.stiffness))
         .column("mass", "kg", |(_, m)| mass(m))
-        .column("peak_tension", "N", |(_, m)| loads[m.edge].tension)
-        .column("peak_compression", "N", |(_, m)| loads[m.edge].compression)
+        .column("peak_tension", "N", |(_, m)| load(m, |bar| bar.tension))
+        .column("peak_compression", "N", |(_, m)| {
+            load(m, |bar| bar.compression)
+        })
         .column("peak_force", "the larger of the two, N", |(_, m)| {
-            loads[m.edge].force.peak
+            load(m, |bar| bar.force.peak)
         })
         .add(whole("layer", "in the flat pattern, from 1"), |(k, _)| {
             layer(*k)

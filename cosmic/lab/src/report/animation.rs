@@ -12,6 +12,7 @@ use tiny_skia::PremultipliedColorU8;
 use super::canvas::{Shot, TICK};
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
+use crate::child::Printing;
 use crate::table::decimals;
 
 /// Width and height of a [`frame`], of a GIF and of a film, pixels.
@@ -151,6 +152,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
 
 /// Hands the pictures over, and waits for the end.
 fn feed(mut child: Child, shots: &[Shot]) -> io::Result<()> {
+    let printing = Printing::of(&mut child);
     let mut pipe = child.stdin.take();
     let pictures = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
     // One that stops reading says why on its way out.
@@ -163,13 +165,11 @@ fn feed(mut child: Child, shots: &[Shot]) -> io::Result<()> {
         }
     }
     drop(pipe);
-    let output = child.wait_with_output()?;
-    if output.status.success() {
+    let (printed, status) = (printing.end(), child.wait()?);
+    if status.success() {
         return Ok(());
     }
-    let told = String::from_utf8_lossy(&output.stderr);
-    let last = told.lines().rev().find(|line| !line.trim().is_empty());
-    let says = last.unwrap_or("it failed and does not say why");
+    let says = printed.reason();
     Err(io::Error::other(format!("ffmpeg: {says}")))
 }
 

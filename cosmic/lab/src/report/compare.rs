@@ -5,7 +5,7 @@ use super::{html, page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::run::read_scene;
+use cosmic::record::run::read_scene_to_show;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -30,14 +30,14 @@ struct ComparedRun {
 /// The summary of a run whose scene is the one that it began with.
 fn read(folder: &Path) -> Result<Summary> {
     let summary = Summary::read(folder)?;
-    read_scene(folder).map(|_| summary)
+    read_scene_to_show(folder).map(|_| summary)
 }
 
 impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`] and [`read_scene`].
+    /// The errors of [`Summary::read`] and [`read_scene_to_show`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {
@@ -75,7 +75,14 @@ impl Comparison {
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        let lane = |run: &ComparedRun| race::lane(&run.name, &run.folder).transpose();
+        let lane = |run: &ComparedRun| {
+            let mark = if run.summary.is_unreliable() {
+                " (unreliable)"
+            } else {
+                ""
+            };
+            race::lane(&format!("{}{mark}", run.name), &run.folder).transpose()
+        };
         let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()

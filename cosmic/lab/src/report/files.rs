@@ -7,14 +7,27 @@ use cosmic::lattice::Lattice;
 use cosmic::projection::{Holds, Projection, is_layout, mixture};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
-use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
-use cosmic::scene::Scene;
+use cosmic::record::{
+    DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
+};
+use cosmic::scene::{Lacks, Scene, ShownScene};
 use std::path::{Path, PathBuf};
+
+/// A scene with laws or a loss that this program lacks.
+#[derive(Clone, Debug)]
+pub struct ForeignScene {
+    /// What is lacking.
+    pub lacks: Lacks,
+    /// The text of its file.
+    pub text: String,
+}
 
 /// A design and its scene.
 pub struct RobotFiles {
-    /// The complete scene.
+    /// The complete scene; without the laws and the loss that this program [lacks](Self::lacks).
     pub scene: Scene,
+    /// The text of the scene's file, if it names more than this program has.
+    pub foreign: Option<ForeignScene>,
     /// The scene's lattice.
     pub lattice: Lattice,
     /// The design, one entry per edge of the lattice.
@@ -22,21 +35,51 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
-    /// Reads a design, and the scene beside it.
+    /// Reads a design, and the scene beside it. A program that lacks a law of the scene shows the robot
+    /// all the same.
     ///
     /// # Errors
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
-        let scene = run::read_scene(path.parent().unwrap_or(Path::new("")))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder)?;
+        let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
         let design = DesignFile::read(path)?;
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
             scene,
+            foreign,
             lattice,
             design,
         })
+    }
+
+    /// The laws of the scene that this program lacks. Without them nothing can be simulated.
+    pub fn lacks(&self) -> &[String] {
+        let foreign = self.foreign.as_ref();
+        foreign.map_or(&[], |foreign| &foreign.lacks.laws)
+    }
+
+    /// What is left out for lack of the scene's laws, in a sentence; `None` if the program has them all.
+    pub fn left_out(&self, what: &str) -> Option<String> {
+        let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
+        let laws = match &quoted[..] {
+            [] => return None,
+            [law] => format!("the law {law}"),
+            laws => format!("the laws {}", laws.join(" and ")),
+        };
+        Some(format!(
+            "{what} are left out, because this program does not have {laws} of the scene; use the program \
+             that brings it"
+        ))
+    }
+
+    /// The text of the scene.
+    pub(super) fn scene_text(&self) -> String {
+        let foreign = self.foreign.as_ref();
+        foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
     /// The edges whose delivered material is of a kind.
@@ -63,6 +106,7 @@ impl RobotFiles {
         design.materials = self.mixtures(z).into_iter().map(drawn).collect();
         Self {
             scene: self.scene.clone(),
+            foreign: self.foreign.clone(),
             lattice: self.lattice.clone(),
             design,
         }
@@ -105,7 +149,12 @@ impl RunFiles {
         let summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
         let trajectory = read_trajectory(folder, &robot)?;
-        check_one_run(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
+        let check = if robot.lacks().is_empty() {
+            check_one_run
+        } else {
+            check_numbers
+        };
+        check(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
         Ok(Self {
             history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &robot.lattice)?,

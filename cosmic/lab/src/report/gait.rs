@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 
 use super::files::RunFiles;
 use super::motion::Motion;
-use cosmic::Result;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::lattice::State;
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
+use cosmic::{Error, Result};
 
 /// Periods of the clock that are shown, at the end of the rollout.
 const PERIODS: f64 = 3.0;
@@ -32,8 +32,11 @@ pub(super) struct Gait<'r> {
 
 impl<'r> Gait<'r> {
     /// # Errors
-    /// If the design does not fit its scene.
+    /// If the design does not fit its scene, or this program lacks a law of the scene.
     pub(super) fn new(run: &'r RunFiles) -> Result<Self> {
+        if let Some(says) = run.robot.left_out("the forces in bars") {
+            return Err(Error::Usage(says));
+        }
         let file = run.folder.join(DESIGN).display().to_string();
         let case = run.robot.design.case(&run.robot.scene, &file)?;
         let trajectory = Trajectory {

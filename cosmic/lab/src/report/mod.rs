@@ -31,7 +31,7 @@ mod work;
 pub use animation::{FRAME_WIDTH, frame};
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
-pub use files::{RobotFiles, RunFiles};
+pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;

@@ -18,7 +18,12 @@ pub(super) fn with_numbers<'r, S>(
     let last = metres("last p50", says);
     let says = "displacement with the clock alone, without feedback: median over perturbed starts";
     let clock = metres("clock alone", says);
+    let says =
+        "displacement with the goal behind, negative towards it: median over perturbed starts";
+    let behind = metres("behind", says);
     let single = metres("single", "displacement of one unperturbed rollout");
+    let says = "whether the robot does what its median says";
+    let verdict = Column::new("reliability", says).decimals(0, "–");
     let solid = share("V", "share of solid edges");
     let actuators = share("V_act", "share of actuators");
     let seed = Column::new("seed", "seed of the random generator");
@@ -30,10 +35,15 @@ pub(super) fn with_numbers<'r, S>(
     let crossings = count("crossings", "pairs of bars that cross");
     let structure = |run| of(run).structure;
     let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
-    let has_loss = |run| of(run).loss_p50.is_some();
-    let has_loss = table.subjects().iter().any(has_loss);
+    let has = |number: fn(&Summary) -> Option<f64>| {
+        let mut runs = table.subjects().iter();
+        runs.any(|run| number(of(run)).is_some())
+    };
+    let has_loss = has(|summary| summary.loss_p50);
+    let has_behind = has(|summary| summary.displacement_behind_p50);
     let table = table
         .add(p50, |run| of(run).displacement_p50)
+        .add(verdict, |run| of(run).verdict())
         .add(p10, |run| of(run).displacement_p10)
         .add(p90, |run| of(run).displacement_p90)
         .add(last, |run| of(run).displacement_last_p50)
@@ -50,6 +60,11 @@ pub(super) fn with_numbers<'r, S>(
         .add(strain, |run| of(run).loads.as_ref().map(|l| l.strain.peak))
         .add(seed, |run| Cell::Count(of(run).seed))
         .add(seconds.decimals(1, "-"), |run| of(run).seconds);
+    let table = if has_behind {
+        table.add(behind, |run| of(run).displacement_behind_p50)
+    } else {
+        table
+    };
     if !has_loss {
         return table;
     }

@@ -20,7 +20,11 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         summary.iterations, summary.seconds, summary.delivered_iteration,
     );
     let gait = Gait::new(run).ok();
-    let walks = gait.as_ref().map_or(String::new(), |gait| {
+    let left_out = run
+        .robot
+        .left_out("The gait, the forces in bars and the energies");
+    let left_out = left_out.map(|says| format!("<p>{}.</p>\n", escape(&says)));
+    let walks = gait.as_ref().map_or(left_out.unwrap_or_default(), |gait| {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
@@ -113,7 +117,7 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
 fn scene(robot: &RobotFiles) -> String {
     format!(
         "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
-        escape(&robot.scene.to_toml())
+        escape(&robot.scene_text())
     )
 }
 
@@ -125,6 +129,16 @@ fn figures(summary: &Summary) -> String {
     });
     let far = summary.displacement_p50;
     let median = far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let (verdict, warning) = match summary.unreliable() {
+        Some(reason) => (
+            "displacement, median: unreliable",
+            format!(
+                "<p><b class=\"beyond\">Unreliable robot:</b> {}.</p>\n",
+                escape(reason)
+            ),
+        ),
+        None => ("displacement, median", String::new()),
+    };
     let kept = summary.clock_keeps();
     let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
         format!("{:.0} %", 100.0 * kept)
@@ -132,7 +146,7 @@ fn figures(summary: &Summary) -> String {
     let shares = [summary.volume, summary.actuator_volume];
     let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
     let cells = [
-        (median, "displacement, median"),
+        (median, verdict),
         (spread, "10 % to 90 % of perturbed starts"),
         (kept, "of it by the clock alone, without feedback"),
         (
@@ -142,7 +156,7 @@ fn figures(summary: &Summary) -> String {
     ];
     let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
     let cells = cells.map(cell).concat();
-    format!("<div class=\"figures\">{cells}</div>\n")
+    format!("<div class=\"figures\">{cells}</div>\n{warning}")
 }
 
 /// Every number, with how deep bars cut into the ground if its corners can be cut, and the options that

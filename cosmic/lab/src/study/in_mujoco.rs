@@ -139,7 +139,18 @@ impl Transfer {
 /// The share of its displacement that a robot keeps if it is said to keep most.
 const MOST: f64 = 0.9;
 
-/// Robots of many seeds on ground of one friction.
+/// A robot that was tried in MuJoCo, if it has a transfer.
+pub(super) struct Tried<'r> {
+    /// The displacement that it was delivered with, m; `None` if it diverged.
+    pub(super) far: Option<f64>,
+    /// Whether that displacement is unreliable.
+    pub(super) unreliable: bool,
+    /// Its walks there.
+    pub(super) transfer: Option<&'r Transfer>,
+}
+
+/// Robots of many seeds on ground of one friction. Unreliable robots are left out of shares: their
+/// displacement is not a measure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct OnFriction {
     /// The coefficient.
@@ -159,26 +170,31 @@ pub(super) struct OnFriction {
 impl OnFriction {
     /// A row for each friction, of the displacements that robots were delivered with and of their
     /// transfers; none where no robot was tried.
-    pub(super) fn rows(robots: &[(Option<f64>, Option<&Transfer>)]) -> Vec<Self> {
-        if robots.iter().all(|(_, transfer)| transfer.is_none()) {
+    pub(super) fn rows(robots: &[Tried]) -> Vec<Self> {
+        if robots.iter().all(|robot| robot.transfer.is_none()) {
             return Vec::new();
         }
+        let reliable = || robots.iter().filter(|robot| !robot.unreliable);
         let row = |(k, friction): (usize, f64)| {
-            let of = |number: &dyn Fn(Option<f64>, &Transfer) -> Option<f64>| {
-                let of_robot =
-                    |(far, transfer): &(_, Option<&Transfer>)| number(*far, (*transfer)?);
+            let of = |number: fn(&Transfer, usize) -> Option<f64>| {
+                let of_robot = |robot: &Tried| number(robot.transfer?, k);
                 Statistics::of(&robots.iter().map(of_robot).collect::<Vec<_>>())
             };
-            let kept = |far, t: &Transfer| ratio(t.there(k), far);
+            let share = |of_robot: &dyn Fn(&Tried) -> Option<f64>| {
+                Statistics::of(&reliable().map(of_robot).collect::<Vec<_>>())
+            };
+            let kept = |robot: &Tried| ratio(robot.transfer?.there(k), robot.far);
+            let agrees = |robot: &Tried| {
+                let transfer = robot.transfer?;
+                ratio(transfer.there(k), transfer.own(k))
+            };
             Self {
                 friction,
-                there: of(&|_, t| t.there(k)),
-                own: of(&|_, t| t.own(k)),
-                keeps: of(&kept),
-                kept: (robots.iter())
-                    .filter(|(far, transfer)| transfer.is_some_and(|t| kept(*far, t) >= Some(MOST)))
-                    .count(),
-                agrees: of(&|_, t| ratio(t.there(k), t.own(k))),
+                there: of(Transfer::there),
+                own: of(Transfer::own),
+                keeps: share(&kept),
+                kept: reliable().filter(|robot| kept(robot) >= Some(MOST)).count(),
+                agrees: share(&agrees),
             }
         };
         FRICTIONS.into_iter().enumerate().map(row).collect()
@@ -187,7 +203,7 @@ impl OnFriction {
 
 #[cfg(test)]
 mod tests {
-    use super::{FRICTIONS, OnFriction, Transfer};
+    use super::{FRICTIONS, OnFriction, Transfer, Tried};
 
     #[test]
     fn a_robot_keeps_the_median_of_its_walks() {
@@ -198,7 +214,12 @@ mod tests {
             walks: vec![walks.to_vec(); 4],
             own: vec![Some(1.6), None, Some(1.0), Some(0.001)],
         };
-        let rows = OnFriction::rows(&[(Some(4.0), Some(&transfer))]);
+        let tried = |far, unreliable, transfer| Tried {
+            far: Some(far),
+            unreliable,
+            transfer,
+        };
+        let rows = OnFriction::rows(&[tried(4.0, false, Some(&transfer))]);
         assert_eq!(rows.len(), FRICTIONS.len());
         // A walk that was given up counts lowest.
         assert_eq!(
@@ -207,6 +228,11 @@ mod tests {
         );
         let agrees: Vec<_> = rows.iter().map(|row| row.agrees.median).collect();
         assert_eq!(agrees, [Some(1.25), None, Some(2.0), None]);
-        assert_eq!(OnFriction::rows(&[(Some(4.0), None)]), []);
+        assert_eq!(OnFriction::rows(&[tried(4.0, false, None)]), []);
+        // What an unreliable robot keeps says nothing.
+        let both = [(4.0, false), (0.2, true)];
+        let both = both.map(|(far, unreliable)| tried(far, unreliable, Some(&transfer)));
+        let rows = OnFriction::rows(&both);
+        assert_eq!((rows[0].keeps.best, rows[0].kept), (Some(0.5), 0));
     }
 }

@@ -1,5 +1,6 @@
 //! Programs of Python that use MuJoCo.
 
+use crate::child::Printing;
 use cosmic::error::{Error, Result, in_shell};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -23,8 +24,8 @@ pub(super) fn check(python: &Path) -> Result<()> {
     })
 }
 
-/// What a program writes to its standard output, which it may fill little by little: less than the 64 KiB
-/// that a pipe holds. `None` if it was ended because `is_stopped` said so.
+/// Runs a program and returns what it writes to its standard output. `None` if it was ended because
+/// `is_stopped` was true.
 ///
 /// # Errors
 /// [`Error::Usage`] where it cannot be started or fails.
@@ -46,7 +47,11 @@ pub(super) fn run(
         .spawn();
     let mut child = started.map_err(|error| failed(&error.to_string()))?;
     let ended = |child: &mut Child| child.try_wait().map_err(|error| failed(&error.to_string()));
-    while ended(&mut child)?.is_none() {
+    let printing = Printing::of(&mut child);
+    let status = loop {
+        if let Some(status) = ended(&mut child)? {
+            break status;
+        }
         if is_stopped() {
             // One that has just ended by itself is as good.
             let _ = child.kill();
@@ -54,17 +59,63 @@ pub(super) fn run(
             return Ok(None);
         }
         thread::sleep(LOOK);
-    }
-    let output = child.wait_with_output();
-    let output = output.map_err(|error| failed(&error.to_string()))?;
-    if output.status.success() {
-        return Ok(Some(output.stdout));
+    };
+    let printed = printing.end();
+    if status.success() {
+        return Ok(Some(printed.out));
     }
     // Interrupts from the keyboard reach it as well.
     if is_stopped() {
         return Ok(None);
     }
-    let told = String::from_utf8_lossy(&output.stderr);
-    let last = told.lines().rev().find(|line| !line.trim().is_empty());
-    Err(failed(last.unwrap_or("it failed and does not say why")))
+    Err(failed(&printed.reason()))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::run;
+    use std::cell::Cell;
+    use std::path::Path;
+    use std::time::{Duration, Instant};
+
+    /// A shell takes the options that a Python takes.
+    fn shell(
+        program: &str,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> cosmic::error::Result<Option<Vec<u8>>> {
+        run(Path::new("bash"), program, &[], is_stopped)
+    }
+
+    /// Stops a program that is still there after a minute, so that the test fails and does not hang.
+    fn patience() -> impl Fn() -> bool {
+        let began = Instant::now();
+        move || began.elapsed() > Duration::from_secs(60)
+    }
+
+    #[test]
+    fn a_program_may_print_more_than_pipes_hold() {
+        let much = "head -c 3000000 /dev/zero | tr '\\0' x";
+        let both = format!("{much} >&2; {much}; {much} >&2");
+        let out = shell(&both, &patience()).unwrap().expect("it ends");
+        assert_eq!(out, vec![b'x'; 3_000_000]);
+        let fails = format!("{much}; {much} >&2; echo; echo reason >&2; exit 1");
+        let error = shell(&fails, &patience()).unwrap_err();
+        assert!(error.to_string().ends_with("reason"), "a long message");
+    }
+
+    #[test]
+    fn a_program_is_stopped_while_it_prints() {
+        let looks = Cell::new(0);
+        let is_stopped = || {
+            looks.set(looks.get() + 1);
+            looks.get() > 3
+        };
+        assert_eq!(
+            shell("while true; do echo x; done", &is_stopped).unwrap(),
+            None
+        );
+        // A process that it has started itself may keep the pipes open.
+        looks.set(0);
+        assert_eq!(shell("sleep 5 & wait", &is_stopped).unwrap(), None);
+    }
 }

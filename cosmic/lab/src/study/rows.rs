@@ -1,7 +1,7 @@
 //! The records of a study's runs, trial by trial.
 
 use super::check::Check;
-use super::in_mujoco::{OnFriction, Transfer};
+use super::in_mujoco::{OnFriction, Transfer, Tried};
 use super::statistics::Statistics;
 use super::trials::Trial;
 use crate::sweep::{RunState, SweepPlan};
@@ -34,6 +34,11 @@ impl RunRow {
     /// The median over perturbed starts: the figure to quote.
     pub(super) fn displacement(&self) -> Option<f64> {
         self.summary.as_ref()?.displacement_p50
+    }
+
+    /// True if the robot is known to be unreliable: no share of its displacement means anything.
+    pub(super) fn is_unreliable(&self) -> bool {
+        self.summary.as_ref().is_some_and(Summary::is_unreliable)
     }
 
     /// The distance of the 10 % and the 90 % quantile over perturbed starts.
@@ -85,7 +90,8 @@ pub(super) struct TrialRow {
     pub(super) within_bounds: usize,
     /// Runs whose bars all hang together with the payload.
     pub(super) one_piece: usize,
-    /// The displacement of the clock alone, without feedback, over the displacement.
+    /// The displacement of the clock alone, without feedback, over the displacement; without
+    /// unreliable robots.
     pub(super) clock_alone: Statistics,
     /// The largest strain of an actuator.
     pub(super) strain_peak: Statistics,
@@ -120,10 +126,14 @@ impl TrialRow {
             checks.filter(|check| is(check)).count()
         };
         let displacement = statistics(&RunRow::displacement);
-        let tried = runs
-            .iter()
-            .map(|run| (run.displacement(), run.transfer.as_ref()));
+        let tried = runs.iter().map(|run| Tried {
+            far: run.displacement(),
+            unreliable: run.is_unreliable(),
+            transfer: run.transfer.as_ref(),
+        });
         let on_frictions = OnFriction::rows(&tried.collect::<Vec<_>>());
+        let clock_keeps = |run: &RunRow| run.summary.as_ref()?.clock_keeps();
+        let reliable = runs.iter().filter(|run| !run.is_unreliable());
         let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
         Self {
             trial: trial.clone(),
@@ -144,7 +154,7 @@ impl TrialRow {
                 .clone()
                 .filter(|s| s.structure.is_some_and(|s| s.pieces == 1))
                 .count(),
-            clock_alone: statistics(&|run| run.summary.as_ref()?.clock_keeps()),
+            clock_alone: Statistics::of(&reliable.map(clock_keeps).collect::<Vec<_>>()),
             strain_peak: statistics(&|run| Some(run.summary.as_ref()?.loads.as_ref()?.strain.peak)),
             skipped_gradients: summaries.map(|summary| summary.skipped_gradients).sum(),
             on_frictions,

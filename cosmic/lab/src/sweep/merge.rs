@@ -213,8 +213,14 @@ impl Progress {
 
 /// A row per run; a number that a run lacks is left empty.
 fn table(runs: &[MergedRun]) -> Table {
-    let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
-    let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
+    let more: [(_, SummaryNumber); 2] = [
+        ("loss_p50", |summary| summary.loss_p50),
+        ("displacement_behind_p50", |summary| {
+            summary.displacement_behind_p50
+        }),
+    ];
+    let numbers: Vec<_> = NUMBERS.into_iter().chain(more).collect();
+    let verdict = |run: &MergedRun| run.summary.as_ref().and_then(Summary::verdict);
     let names = numbers.iter().map(|(name, _)| *name);
     let number = |run: &MergedRun, k: usize| run.summary.as_ref().and_then(numbers[k].1);
     Table::of("", "", runs)
@@ -224,6 +230,7 @@ fn table(runs: &[MergedRun]) -> Table {
         .column("state", "", |merged| merged.run.state.name())
         .column("iterations", "", |merged| merged.run.iterations)
         .columns(names, "", number)
+        .column("reliability", "", verdict)
         .decimals(3, "-")
         .done()
 }

@@ -74,7 +74,7 @@ impl<S: HasScene> Sweep<'_, S> {
     /// process still works; `is_stopped` may end the wait.
     ///
     /// # Errors
-    /// The errors of [`record::optimise`] and [`record::resume`], except a result's divergence; those
+    /// The errors of [`record::optimise`] and [`record::resume_of`], except a result's divergence; those
     /// of measuring; [`Error::Stopped`].
     ///
     /// # Panics
@@ -127,10 +127,11 @@ impl<S: HasScene> Sweep<'_, S> {
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
         }
+        let plan = self.plan.run(index)?;
         let done = if folder.join(SNAPSHOT).exists() {
-            record::resume(&folder, observer)
+            record::resume_of(&folder, &plan, observer)
         } else {
-            record::optimise(&folder, &self.plan.run(index)?, observer)
+            record::optimise(&folder, &plan, observer)
         };
         Ok(Some(match done {
             Ok(summary) => {
@@ -322,6 +323,10 @@ impl Observer for Holding<'_> {
         self.observer.warning(run, text);
     }
 
+    fn is_stopped(&self) -> bool {
+        self.observer.is_stopped()
+    }
+
     fn holds(&self) -> bool {
         !self.claim.is_lost()
     }
@@ -346,5 +351,9 @@ impl Observer for Quiet<'_> {
 
     fn warning(&mut self, _: &Run, text: &str) {
         self.overseer.warning(self.name, text);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.overseer.is_stopped()
     }
 }

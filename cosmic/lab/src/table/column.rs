@@ -54,6 +54,12 @@ impl From<&str> for Cell {
     }
 }
 
+impl From<Option<&str>> for Cell {
+    fn from(text: Option<&str>) -> Self {
+        text.map_or(Cell::Missing, Cell::from)
+    }
+}
+
 /// The head of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {

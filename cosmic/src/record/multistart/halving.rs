@@ -6,14 +6,14 @@
 //! starts alone, with the same ranks.
 
 use super::starts::{folder_of, run_of, seeds, side_by_side};
-use crate::codesign::Record;
+use crate::codesign::{Record, is_ranked_by_distance};
 use crate::error::{Result, fits};
+use crate::objective::of_scene;
 use crate::record::files::write_json;
 use crate::record::format::Format;
 use crate::record::history;
 use crate::record::run::Observer;
 use crate::record::snapshot::RunPlan;
-use crate::scene::TaskKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -50,7 +50,7 @@ pub struct Standing {
     /// most of them diverged.
     pub displacement: Option<f64>,
     /// The number that starts are ranked by: that median, or for a task other than distance the
-    /// median of minus the loss.
+    /// median of minus the loss, or with two goals the median of the worse one's merit.
     pub merit: Option<f64>,
 }
 
@@ -65,6 +65,7 @@ impl Halving {
 /// Takes the starts of a plan up to the last rung and drops the weak ones.
 pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
+    let by_distance = is_ranked_by_distance(&plan.scene, &*of_scene(&plan.scene));
     let mut left: Vec<u64> = seeds(plan).collect();
     let mut search = Halving::default();
     for (&iteration, &keep) in settings.rungs.iter().zip(&settings.keep) {
@@ -73,13 +74,18 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
         }
         let standings = side_by_side(folder, &left, observer, |seed, observer| {
             if let Some(mut run) = run_of(folder, seed, plan, iteration)? {
-                run.advance(iteration, observer)?;
+                match run.advance(iteration, observer) {
+                    // A start that ended before the rung is the last one. It does not stop the others.
+                    Err(error) if error.is_of_rollouts() => return Ok(Standing::last(seed)),
+                    done => done?,
+                }
             }
             let rows = rows(&folder_of(folder, seed), iteration)?;
             let displacement = median(&rows, settings.window, |row| row.displacement_horizon);
-            let merit = match plan.scene.objective.task {
-                TaskKind::Far => displacement,
-                _ => median(&rows, settings.window, |row| row.merit_horizon),
+            let merit = if by_distance {
+                displacement
+            } else {
+                median(&rows, settings.window, |row| row.merit_horizon)
             };
             Ok(Standing {
                 seed,
@@ -93,6 +99,17 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
         write_json(&folder.join(SEARCH), FORMAT, &search)?;
     }
     Ok(search)
+}
+
+impl Standing {
+    /// The standing of a start without any number to rank it by.
+    fn last(seed: u64) -> Self {
+        Self {
+            seed,
+            displacement: None,
+            merit: None,
+        }
+    }
 }
 
 impl Rung {
@@ -136,9 +153,14 @@ fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> O
 
 #[cfg(test)]
 mod tests {
-    use super::{Halving, Rung, Standing, median};
+    use super::{FORMAT, Halving, Rung, SEARCH, Standing, folder_of, median};
     use crate::codesign::Record;
-    use crate::codesign::tests::{records, tiny};
+    use crate::codesign::tests::{Up, records, tiny};
+    use crate::objective;
+    use crate::record::files::read_json;
+    use crate::record::{RunPlan, Search, history, optimise};
+    use crate::scene::Scene;
+    use std::num::NonZeroUsize;
 
     /// A rung for starts of these merits, whose seeds are counted from 3.
     fn rung(merits: &[Option<f64>], keep: f64) -> Rung {
@@ -176,5 +198,42 @@ mod tests {
         assert_eq!(median(&rows, 1, reached), rows[2].displacement_horizon);
         assert_eq!(median(&rows, 8, reached), median(&rows[..3], 8, reached));
         assert_eq!(median(&rows[3..], 8, reached), None);
+    }
+
+    /// The worse halves of the starts by a loss that the scene names, not by how far they get.
+    #[test]
+    fn starts_are_ranked_by_an_own_loss_and_by_the_worse_of_two_goals() {
+        objective::add("up_for_halving", Up);
+        let mut scene = tiny();
+        scene.search.rungs = [4, 20, 20];
+        (scene.search.keep, scene.search.window) = ([0.5; 3], 3);
+        let check = |scene: &Scene| {
+            let folder = tempfile::tempdir().unwrap();
+            let plan = RunPlan {
+                starts: NonZeroUsize::new(6).unwrap(),
+                search: Search::Halving,
+                ..RunPlan::new("tiny", scene.clone(), 0)
+            };
+            optimise(folder.path(), &plan, &mut ()).unwrap();
+            let search: Halving = read_json(&folder.path().join(SEARCH), FORMAT).unwrap();
+            let standings = &search.rungs[0].standings;
+            let merit = |s: &Standing| s.merit.unwrap();
+            assert!(standings.is_sorted_by(|a, b| merit(a) >= merit(b)));
+            for s in standings {
+                let rows = history::read(&folder_of(folder.path(), s.seed), 4).unwrap();
+                assert_eq!(s.merit, median(&rows, 3, |row| row.merit_horizon));
+            }
+            let far = |s: &Standing| s.displacement.unwrap();
+            assert!(
+                !standings.is_sorted_by(|a, b| far(a) >= far(b)),
+                "{standings:?}"
+            );
+        };
+        let mut two = scene.clone();
+        (two.controller.two_goals, two.controller.goal_scale) = (true, 3.0);
+        check(&two);
+        let own = "[objective]\nown_loss = \"up_for_halving\"";
+        scene.objective = Scene::parse("own", own).unwrap().objective;
+        check(&scene);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::halving::{Halving, climb};
 use super::starts::{folder_of, run_of, seeds, side_by_side};
-use crate::codesign::CoDesign;
+use crate::codesign::{CoDesign, first_best};
 use crate::error::{Error, Result};
 use crate::record::design_file::DESIGN;
 use crate::record::files::{copy_files, sweep, write_json};
@@ -72,7 +72,9 @@ pub(in crate::record) fn search(
         starts.push(Start {
             seed,
             displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
+            displacement_selection_score: summary.as_ref().and_then(Summary::score),
             displacement_p50: summary.as_ref().and_then(|s| s.displacement_p50),
+            reliability: summary.as_ref().and_then(|s| s.reliability.clone()),
             dropped_at,
         });
         seconds += match &summary {
@@ -81,21 +83,17 @@ pub(in crate::record) fn search(
         };
         delivered.extend(summary);
     }
+    if delivered.is_empty() {
+        let (seed, error) = diverged.expect("a start that was not delivered has an error");
+        let start = folder_of(folder, seed);
+        if start.join(DIVERGED).exists() {
+            copy_files(&start, folder, &[DIVERGED])?;
+        }
+        return Err(error);
+    }
     // The first of equals. Its figure to quote is from other perturbed starts, because the best of many
     // flatters its own.
-    let rank = |s: &Summary| s.displacement_selection_p50.unwrap_or(f64::NEG_INFINITY);
-    let better = |best, other| {
-        if rank(&other) > rank(&best) {
-            other
-        } else {
-            best
-        }
-    };
-    let Some(best) = delivered.into_iter().reduce(better) else {
-        let (seed, error) = diverged.expect("a start that was not delivered diverged");
-        copy_files(&folder_of(folder, seed), folder, &[DIVERGED])?;
-        return Err(error);
-    };
+    let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
     let summary = Summary {
@@ -106,6 +104,12 @@ pub(in crate::record) fn search(
     write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
     lock.finish();
     Ok(summary)
+}
+
+/// The numbers that the best start is chosen by: its score, then its median.
+fn rank(summary: &Summary) -> [f64; 2] {
+    let numbers = [summary.score(), summary.displacement_selection_p50];
+    numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
 }
 
 /// Finishes the starts that were not dropped. The results are in the order of the seeds.
@@ -124,18 +128,20 @@ fn finish_left(
         };
         match ended {
             // A start that diverges does not stop the others.
-            Ok(_) | Err(Error::Diverged { .. }) => Ok(ended),
-            Err(error) => Err(error),
+            Err(error) if !error.is_of_rollouts() => Err(error),
+            ended => Ok(ended),
         }
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{create, search};
+    use super::{create, rank, search};
     use crate::codesign::tests::tiny;
+    use crate::codesign::{CoDesign, Reliability};
     use crate::record::multistart::starts::folder_of;
-    use crate::record::{RunPlan, optimise, resume};
+    use crate::record::snapshot::SNAPSHOT;
+    use crate::record::{Observer, Run, RunPlan, optimise, resume};
     use rayon::ThreadPoolBuilder;
     use std::fs;
     use std::num::NonZeroUsize;
@@ -160,6 +166,35 @@ mod tests {
             .collect()
     }
 
+    /// Stops runs whose iterations are done.
+    struct StopsDelivery;
+
+    impl Observer for StopsDelivery {
+        fn is_stopped(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn a_delivery_can_be_interrupted_and_resumed() {
+        let folder = tempfile::tempdir().unwrap();
+        for starts in [1, 3].map(|starts| NonZeroUsize::new(starts).unwrap()) {
+            let plan = RunPlan { starts, ..plan() };
+            let [whole, run] =
+                ["whole", "run"].map(|name| folder.path().join(format!("{name}-{starts}")));
+            optimise(&whole, &plan, &mut ()).unwrap();
+            let stopped = optimise(&run, &plan, &mut StopsDelivery).unwrap_err();
+            assert_eq!(stopped.exit_code(), 75, "{stopped}");
+            assert!(!run.join("summary.json").exists());
+            resume(&run, &mut ()).unwrap();
+            for file in ["design.json", "trajectory.json"] {
+                let [resumed, whole] =
+                    [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
+                assert!(resumed == whole, "{file} of {starts} starts");
+            }
+        }
+    }
+
     /// The error names the start that failed, not those that were stopped because of it.
     #[test]
     fn a_start_that_fails_is_named_and_the_others_are_saved() {
@@ -181,5 +216,47 @@ mod tests {
         fs::remove_file(stray).unwrap();
         three.install(|| resume(&run, &mut ())).unwrap();
         assert_eq!(designs(&run), designs(&whole));
+    }
+
+    /// Another run in the place of a start is neither gone on with nor copied.
+    #[test]
+    fn another_run_in_the_place_of_a_start_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = create(folder.path(), &plan()).unwrap();
+        let start = folder_of(folder.path(), 4);
+        let mut other = RunPlan::new("test", plan().scene, 4);
+        other.scene.physics.gravity = 1.0;
+        let codesign = CoDesign::new(&other.scene).unwrap();
+        let progress = codesign.begin(4).unwrap();
+        drop(Run::begin(&start, &other, codesign, progress).unwrap());
+        let before = fs::read(start.join(SNAPSHOT)).unwrap();
+        let error = search(lock, &plan(), &mut ()).unwrap_err();
+        let says = error.to_string();
+        assert!(
+            says.contains("holds another run") && error.exit_code() == 2,
+            "{says}"
+        );
+        assert_eq!(fs::read(start.join(SNAPSHOT)).unwrap(), before);
+    }
+
+    /// An unreliable start counts as its 10 % quantile, and one of an older version as its median.
+    #[test]
+    fn the_best_start_is_chosen_by_its_score() {
+        let folder = tempfile::tempdir().unwrap();
+        let summary = optimise(
+            &folder.path().join("a"),
+            &RunPlan::new("test", tiny(), 3),
+            &mut (),
+        );
+        let mut summary = summary.unwrap();
+        let score = summary.displacement_selection_score;
+        assert_eq!(summary.reliability, Some(Reliability::Reliable));
+        assert_eq!(score, summary.displacement_selection_p50);
+        summary.displacement_selection_score = Some(-1.0);
+        assert_eq!(rank(&summary), [-1.0, score.unwrap()]);
+        summary.reliability = None;
+        assert_eq!(rank(&summary), [score.unwrap(); 2]);
+        summary.displacement_selection_p50 = None;
+        assert_eq!(rank(&summary), [f64::NEG_INFINITY; 2]);
     }
 }

@@ -72,6 +72,10 @@ impl Observer for OfOne<'_, '_> {
         let seed = run.plan().seed;
         (self.observer()).warning(run, &format!("seed {seed}: {text}"));
     }
+
+    fn is_stopped(&self) -> bool {
+        self.failed.load(Ordering::Acquire) || self.observer().is_stopped()
+    }
 }
 
 /// The run of one seed, taken up or begun; `None` if it is finished or has come as far as `until`.
@@ -82,15 +86,19 @@ pub(super) fn run_of(
     until: usize,
 ) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
+    let of_one = RunPlan {
+        iterations: plan.iterations,
+        ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
+    };
     if !own.join(SNAPSHOT).exists() {
-        let of_one = RunPlan {
-            iterations: plan.iterations,
-            ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
-        };
         return Run::create(&own, &of_one).map(Some);
     }
     let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
-    take_up(&own)?
+    let taken = take_up(&own)?;
+    if let Some((_, snapshot)) = &taken {
+        snapshot.plan.check_same(&of_one, &own)?;
+    }
+    taken
         .filter(|(_, snapshot)| done(snapshot) < until)
         .map(|(lock, snapshot)| Run::open(lock, snapshot))
         .transpose()

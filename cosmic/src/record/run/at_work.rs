@@ -41,6 +41,12 @@ pub trait Observer: Send {
     /// A warning, given once. The run goes on.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
+    /// True if the run should stop although no iteration is left: it is asked between the parts of the
+    /// delivery. The run is saved and can be resumed.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
     /// False once another process has taken the run over. Then it ends with [`Error::Taken`] and writes
     /// nothing any more.
     fn holds(&self) -> bool {
@@ -62,6 +68,8 @@ pub struct Run {
     warned: Grade,
     /// Number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
+    /// True after the warning about a loss that is not a number.
+    lost: bool,
     /// Wall time spent by earlier processes, s.
     before: f64,
     since: Instant,
@@ -129,6 +137,7 @@ impl Run {
             lock,
             warned: Grade::Safe,
             flat: 0,
+            lost: false,
             before,
             since: Instant::now(),
         })
@@ -157,8 +166,10 @@ impl Run {
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
-        let delivery = self.codesign.deliver(&self.progress);
+        let is_stopped = || observer.is_stopped();
+        let delivery = self.codesign.deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
+        let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
         Ok(summary)
@@ -187,23 +198,28 @@ impl Run {
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             self.judge_slopes(&record, observer);
-            let judged = self.judge_step(observer);
+            self.judge_loss(&record, observer);
+            let judged = (self.judge_step(observer)).and(self.progress.check_loss(&record));
             if interrupted || judged.is_err() || due || next_ends > SNAPSHOT_WITHIN {
                 self.save()?;
                 saved = Instant::now();
             }
-            judged?;
+            judged.map_err(|error| self.or_divergence(error, observer))?;
             if interrupted {
-                return Err(Error::Interrupted {
-                    run: self.lock.folder().to_owned(),
-                    iteration: record.iteration,
-                    own_loss: self.progress.own_loss,
-                });
+                return Err(self.interrupted());
             }
         }
         self.save()?;
         observer.end(self);
         Ok(())
+    }
+
+    fn interrupted(&self) -> Error {
+        Error::Interrupted {
+            run: self.lock.folder().to_owned(),
+            iteration: self.progress.iteration,
+            own_loss: self.progress.own_loss,
+        }
     }
 
     /// How the present robot walks; `None` if it diverges.
@@ -236,6 +252,35 @@ impl Run {
             self.warned = check.grade();
         }
         Ok(())
+    }
+
+    /// Warns once of a loss that is not a number.
+    fn judge_loss(&mut self, record: &Record, observer: &mut dyn Observer) {
+        let lost = record.loss_horizon.filter(|loss| !loss.is_finite());
+        let Some(loss) = lost.filter(|_| !self.lost) else {
+            return;
+        };
+        self.lost = true;
+        let text = format!(
+            "after iteration {}: the loss is {loss}; its gradient is skipped, and so are all others \
+             without a finite loss",
+            record.iteration
+        );
+        observer.warning(self, &text);
+    }
+
+    /// The error of a run without a loss, or the divergence of its robot, if that is the cause. Then the
+    /// last states are written.
+    fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
+        if !error.is_of_rollouts() {
+            return error;
+        }
+        let delivery = self.codesign.deliver(&self.progress);
+        if delivery.divergence.is_none() {
+            return error;
+        }
+        observer.warning(self, &error.to_string());
+        self.write_design(&delivery).err().unwrap_or(error)
     }
 
     /// Warns of a task that design and controller do not influence.
@@ -278,14 +323,7 @@ impl Run {
 
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
         let folder = self.lock.folder();
-        let design = DesignFile::new(
-            &self.codesign.task().lattice,
-            &delivery.z,
-            &delivery.materials,
-            &delivery.controller,
-        );
-        design.write(&folder.join(DESIGN))?;
-        self.refuse_divergence(&design, delivery)?;
+        self.write_design(delivery)?;
         let Trajectory { steps, states } = delivery.trajectory.clone();
         let dt = self.plan.scene.physics.dt;
         let moves = TrajectoryFile { dt, steps, states };
@@ -293,6 +331,18 @@ impl Run {
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
         Ok(summary)
+    }
+
+    /// Writes the delivered design.
+    fn write_design(&self, delivery: &Delivery) -> Result<()> {
+        let design = DesignFile::new(
+            &self.codesign.task().lattice,
+            &delivery.z,
+            &delivery.materials,
+            &delivery.controller,
+        );
+        design.write(&self.lock.folder().join(DESIGN))?;
+        self.refuse_divergence(&design, delivery)
     }
 
     /// Refuses a delivered design that diverges, and writes its last states.

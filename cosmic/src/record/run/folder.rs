@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::SUMMARY;
-use crate::scene::{Scene, TrussFile};
+use crate::scene::{Lacks, Scene, ShownScene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ impl Lock {
     ///
     /// # Errors
     /// [`Error::Taken`]; [`Error::Write`].
-    fn take(folder: &Path) -> Result<Self> {
+    pub(in crate::record) fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
         let options = options.write(true).create(true).truncate(false);
@@ -139,6 +139,27 @@ pub fn read_scene(folder: &Path) -> Result<Scene> {
         Some(begun_with) => read_kept(&path, Some(&begun_with)),
         None => Ok(scene),
     }
+}
+
+/// As [`read_scene`], for a reader that simulates nothing: the scene may name laws or a loss that this program does
+/// not have. Such a scene cannot be compared with the snapshot.
+///
+/// # Errors
+/// As [`read_scene`].
+pub fn read_scene_to_show(folder: &Path) -> Result<ShownScene> {
+    let path = folder.join(SCENE);
+    if path.exists() {
+        let shown = Scene::read_to_show(&path)?;
+        if !shown.lacks.is_empty() {
+            return Ok(shown);
+        }
+    }
+    let scene = read_scene(folder)?;
+    Ok(ShownScene {
+        text: scene.to_run_toml(),
+        scene,
+        lacks: Lacks::default(),
+    })
 }
 
 /// The scene in a run's file, which must be the one that the run began with.

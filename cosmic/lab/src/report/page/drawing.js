@@ -125,14 +125,19 @@ function levelAround(ground, x, width) {
   return levels.reduce((sum, level) => sum + level, 0) / levels.length;
 }
 
-// The nodes that bars [i, j, …] join to some nodes, and these.
-function joinedTo(nodes, bars) {
-  const joined = new Set(nodes);
-  for (let before = -1; before !== joined.size;) {
-    before = joined.size;
-    for (const [i, j] of bars) if (joined.has(i) || joined.has(j)) joined.add(i).add(j);
+// A bar with less of a solid material than this holds nothing.
+const HOLDS = 0.3;
+
+// The nodes that edges [i, j, …] join to the payloads, these included. `solid(e)` is the share of solid material of
+// edge e, so that a robot whose bars are undecided has a body too.
+function bodyOf(payloads, edges, solid) {
+  const body = new Set(payloads);
+  const bars = edges.filter((_, e) => solid(e) > HOLDS);
+  for (let before = -1; before !== body.size;) {
+    before = body.size;
+    for (const [i, j] of bars) if (body.has(i) || body.has(j)) body.add(i).add(j);
   }
-  return joined;
+  return body;
 }
 
 // Calls `tick(seconds)` for every frame of the screen, with the time since the one before.

@@ -41,8 +41,7 @@ class Walker {
 
   // The middle of the payload's body over a second, so that the camera does not shake, and the ground around it.
   #follow(places) {
-    // Bars that are mostly void hold nothing.
-    const body = [...joinedTo(this.robot.payloads, this.bars.filter(bar => bar[5] > 0.3))];
+    const body = [...bodyOf(this.robot.payloads, this.bars, e => this.bars[e][5])];
     const middles = places.map(frame => {
       const along = body.map(node => frame[2 * node]);
       return (Math.min(...along) + Math.max(...along)) / 2;

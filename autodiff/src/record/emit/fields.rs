@@ -1,0 +1,124 @@
+//! Refuses kernels in which a field decides more than the values of literals.
+//!
+//! The printed code is recorded once, for stand-ins of the fields, and used for all their values. A field
+//! must therefore not decide a branch, a loop or an exponent. The kernel is recorded again for other
+//! values of its fields, and has to do the same operations with the fields at the same places.
+
+use std::array::from_fn;
+use std::f64::consts::E;
+
+use crate::arrays::Kernel;
+use crate::record::operation::{Op, Place};
+use crate::record::recording::{Recording, record};
+use crate::record::symbol::Symbol;
+
+/// The values that each field takes: numbers that code treats as special, several exponents and lengths, and
+/// magnitudes on both sides of any bound. Moderate ones come first: they end the check before an enormous
+/// one becomes the length of a loop.
+const VALUES: [f64; 19] = [
+    2.0,
+    1.0,
+    3.0,
+    0.0,
+    -1.0,
+    -2.5,
+    0.5,
+    7.3,
+    -40.0,
+    1e3,
+    -1e3,
+    1e-9,
+    -1e-9,
+    1e9,
+    -1e9,
+    1e300,
+    -1e300,
+    f64::INFINITY,
+    f64::NAN,
+];
+
+/// How often all fields change at once, so that conditions on several fields are met too.
+const MIXTURES: usize = 200;
+
+/// What a kernel does for some values of its fields.
+struct Course {
+    ops: Vec<Op>,
+    results: Vec<Place>,
+}
+
+impl Course {
+    fn of<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Self {
+        let (results, recording) = record(Recording::verbatim(), || {
+            kernel.eval(from_fn(Symbol::input)).map(|y| y.0).to_vec()
+        });
+        let ops = recording.ops;
+        Self { ops, results }
+    }
+}
+
+/// Checks that a kernel does the same operations for all values of its fields, and that its literals are fields or
+/// independent of them.
+///
+/// # Panics
+/// If not.
+pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: &impl Fn(&[f64]) -> K,
+) {
+    let usual: Vec<f64> = super::stand_ins(E, fields.len()).collect();
+    let expected = Course::of(&build(&usual));
+    let compare = |values: &[f64], of: &str| {
+        let course = Course::of(&build(values));
+        let kind = |op: &Op| match op {
+            Op::Constant(_) => Op::Constant(0),
+            _ => *op,
+        };
+        let same = expected.results == course.results
+            && (expected.ops.iter().map(kind)).eq(course.ops.iter().map(kind));
+        assert!(
+            same,
+            "{of} the operations of the kernel {name}: they differ between the fields {usual:?} and \
+             {values:?}. The printed code is the same for all values, so a field must not decide a branch, \
+             a loop or an exponent. Choose with `Real::select`, take `powf` for an exponent, or write a \
+             kernel for each case"
+        );
+        let pairs = expected.ops.iter().zip(&course.ops);
+        let follows = |(op, got): (&Op, &Op)| follows(*op, *got, &usual, values);
+        assert!(
+            pairs.map(follows).all(|follows| follows),
+            "{of} a literal of the kernel {name} that is neither the field itself nor minus the field: \
+             the printed code cannot compute it. Give this number a separate field"
+        );
+    };
+    for (k, field) in fields.iter().enumerate() {
+        for value in VALUES {
+            let mut values = usual.clone();
+            values[k] = value;
+            compare(&values, &format!("`{field}` decides"));
+        }
+    }
+    for mixture in 1..=MIXTURES * usize::from(fields.len() > 1) {
+        // Multiples of different irrational numbers: all combinations come up.
+        let share = |step: f64| (mixture as f64 * step).fract();
+        let values = super::stand_ins(E, fields.len()).map(share);
+        let values = values.map(|share| VALUES[(share * VALUES.len() as f64) as usize]);
+        compare(&values.collect::<Vec<_>>(), "the fields together decide");
+    }
+}
+
+/// Whether an operation is what `op` becomes if the fields change from `usual` to `values`.
+fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
+    let (Op::Constant(before), Op::Constant(after)) = (op, got) else {
+        return op == got;
+    };
+    let [before, after] = [before, after].map(f64::from_bits);
+    let mut fields = usual.iter().zip(values);
+    let expected = fields.find_map(|(&field, &value)| match before {
+        _ if before == field => Some(value),
+        _ if before == -field => Some(-value),
+        _ => None,
+    });
+    let expected = expected.unwrap_or(before);
+    after == expected || after.is_nan() && expected.is_nan()
+}

@@ -1,0 +1,111 @@
+//! Sums whose term is a number that no operation of the record makes last.
+
+use crate::common::{assert_close, forward_gradient};
+use autodiff::batch::{Recorded, Sum, Summand};
+use autodiff::{Function, Real, value_and_gradient};
+
+/// What a term is, beside a layer of a network that the record holds too.
+#[derive(Clone, Copy, Debug)]
+enum Term {
+    /// A parameter by itself.
+    Shared(usize),
+    /// A parameter by itself, where other parameters are read one by one.
+    SharedAmongRead(usize),
+    /// A number of the datum by itself.
+    Datum(usize),
+    Constant,
+    /// A number that the layer reads.
+    LayerInput(usize),
+    /// A number that the layer makes.
+    LayerRow(usize),
+}
+
+const WIDTH: usize = 8;
+/// A layer of eight rows, and a few numbers more.
+const SHARED: usize = WIDTH * WIDTH + 7;
+
+impl Summand for Term {
+    fn scratch(&self) -> usize {
+        2 * WIDTH
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        let (own, rows) = scratch.split_at_mut(WIDTH);
+        for (own, &number) in own.iter_mut().zip(datum) {
+            *own = match self {
+                // Of these, single operations read no parameter.
+                Term::Shared(_) | Term::Datum(_) | Term::Constant => number.sin(),
+                _ => (number * shared[SHARED - 2]).sin(),
+            };
+        }
+        for (row, weights) in rows.iter_mut().zip(shared.chunks(WIDTH)) {
+            *row = R::dot(weights, own);
+        }
+        match *self {
+            Term::Shared(at) | Term::SharedAmongRead(at) => shared[at],
+            Term::Datum(at) => datum[at],
+            Term::Constant => R::lit(2.5),
+            Term::LayerInput(at) => own[at],
+            Term::LayerRow(at) => rows[at],
+        }
+    }
+}
+
+struct Total(Sum<Term>);
+
+impl Function for Total {
+    fn eval<R: Real>(&self, shared: &[R]) -> R {
+        self.0.run(shared)
+    }
+}
+
+#[test]
+fn a_term_may_be_any_number_of_its_record() {
+    let number = |k: usize| (0.618_033_988 * (k as f64 + 1.0)).fract() * 2.0 - 1.0;
+    let at: Vec<f64> = (0..SHARED).map(number).collect();
+    let weight = 3 * WIDTH + 1;
+    let terms = [
+        Term::Shared(weight),
+        Term::Shared(SHARED - 1),
+        Term::SharedAmongRead(weight),
+        Term::SharedAmongRead(SHARED - 2),
+        Term::SharedAmongRead(SHARED - 1),
+        Term::Datum(0),
+        Term::Datum(WIDTH - 1),
+        Term::Constant,
+        Term::LayerInput(2),
+        Term::LayerRow(0),
+        Term::LayerRow(WIDTH - 1),
+    ];
+    for term in terms {
+        for count in [1, 50] {
+            let datum =
+                |i: usize| -> Vec<f64> { (0..WIDTH).map(|k| number(i * WIDTH + k)).collect() };
+            let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
+            let total = Total(Sum::new(term, &data));
+            let (value, gradient) = value_and_gradient(&total, &at);
+            // Some hundred terms of order one, in another order.
+            let tolerance = 1e-13;
+            println!("{term:?}, {count} data");
+            assert_close(&[value], &[Function::eval(&total, &at)], tolerance);
+            assert_close(&gradient, &forward_gradient(&total, &at), tolerance);
+        }
+    }
+}
+
+/// No operation at all.
+struct Constant;
+
+impl Function for Constant {
+    fn eval<R: Real>(&self, _: &[R]) -> R {
+        R::lit(2.5)
+    }
+}
+
+#[test]
+fn a_recorded_function_may_be_constant() {
+    let recorded = Recorded::new(&Constant, 2).expect("no values");
+    let many = recorded.values_and_gradients(&[[1.0, 2.0], [3.0, 4.0]]);
+    assert_eq!(many, [(2.5, vec![0.0; 2]), (2.5, vec![0.0; 2])]);
+}

@@ -1,0 +1,55 @@
+//! Unreliable robots are called so by all commands that show a displacement.
+
+use crate::common::Bench;
+use serde_json::Value;
+
+/// What a summary says about its robot is said wherever its displacement is shown. A summary of an
+/// earlier version says nothing.
+#[test]
+fn an_unreliable_robot_is_called_so_and_none_of_its_shares_is_shown() {
+    let bench = Bench::default();
+    bench.run("a", "");
+    let text = bench.read("a/summary.json");
+    let mut summary: Value = serde_json::from_str(&text).unwrap();
+    let verdict = summary["reliability"]["verdict"].as_str().unwrap();
+    assert!(["reliable", "unreliable"].contains(&verdict), "{summary}");
+    let mut shown = |verdict: Option<&str>, clock: f64| {
+        let object = summary.as_object_mut().unwrap();
+        object.remove("reliability");
+        if let Some(verdict) = verdict {
+            let found = serde_json::json!({ "verdict": verdict, "reason": "it falls < 3 times" });
+            object.insert("reliability".to_owned(), found);
+        }
+        object.insert("displacement_p50".to_owned(), 2.0.into());
+        object.insert("displacement_clock_p50".to_owned(), clock.into());
+        bench.write("a/summary.json", summary.to_string());
+        let told = bench.cosmic("resume a").ok().out;
+        bench.cosmic("report a").ok();
+        let table = bench.cosmic("compare a").ok().out;
+        (told, bench.read("a/report.html"), table)
+    };
+    let (told, page, table) = shown(Some("unreliable"), 1.0);
+    assert!(
+        told.contains("\nunreliable: it falls < 3 times\n"),
+        "{told}"
+    );
+    let last = told.lines().last().unwrap();
+    assert!(last.contains("), unreliable, V "), "{last}");
+    assert!(!told.contains("keeps") && !page.contains("50 %"), "{told}");
+    for words in ["displacement, median: unreliable", "it falls &lt; 3 times"] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(table.contains("unreliable"), "{table}");
+    for verdict in [Some("reliable"), None] {
+        let (told, page, table) = shown(verdict, 1.0);
+        assert!(told.contains("1.000 m, which keeps 50 %"), "{told}");
+        assert!(page.contains("<b>50 %</b>"));
+        for text in [&told, &page, &table] {
+            assert!(!text.contains("unreliable"), "{text}");
+        }
+        // Without feedback it walks backwards: that is no share.
+        let (told, page, _) = shown(verdict, -2.74);
+        assert!(told.contains("by the clock alone: -2.740 m\n"), "{told}");
+        assert!(!page.contains("137 %"));
+    }
+}

@@ -1,0 +1,219 @@
+//! Whether a robot does what its median says, and the score that robots are chosen by.
+
+use serde::{Deserialize, Serialize};
+
+use super::quantiles::Quantiles;
+
+/// Whether the median over perturbed starts says what a robot does.
+///
+/// A robot is unreliable in three cases. Its 10 % quantile is below the median by more than half of
+/// the median's size. Its unperturbed rollout differs from the median by more than that. Or one of
+/// these numbers has no value, because rollouts diverged. Distances have a size of at least 1 cm here:
+/// two robots that hardly move do not differ. The size of a loss is its own, however small.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "verdict", rename_all = "snake_case")]
+pub enum Reliability {
+    /// The median is the figure to quote.
+    Reliable,
+    /// The median misleads.
+    Unreliable {
+        /// The number that differs from the median, and by how much.
+        reason: String,
+    },
+}
+
+/// The least size of a distance, m.
+const LEAST_DISTANCE: f64 = 0.01;
+
+/// What the merit of a rollout is: the number that robots are ranked by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Merit {
+    /// The displacement along the ground, m.
+    Distance,
+    /// With two goals: the shorter of the ways towards them, m.
+    ShorterWay,
+    /// Minus the loss.
+    MinusLoss,
+}
+
+/// Why a robot is unreliable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fault {
+    Diverges,
+    LowQuantile,
+    OtherRollout,
+}
+
+impl Merit {
+    /// The largest difference from a median that a reliable robot has.
+    fn tolerance(self, median: f64) -> f64 {
+        let least = match self {
+            Self::Distance | Self::ShorterWay => LEAST_DISTANCE,
+            Self::MinusLoss => 0.0,
+        };
+        0.5 * median.abs().max(least)
+    }
+
+    fn fault(self, spread: &Quantiles, unperturbed: f64) -> Option<Fault> {
+        let Quantiles { p10, p50, .. } = *spread;
+        if ![p10, p50, unperturbed].iter().all(|x| x.is_finite()) {
+            return Some(Fault::Diverges);
+        }
+        let tolerance = self.tolerance(p50);
+        if p50 - p10 > tolerance {
+            Some(Fault::LowQuantile)
+        } else if (unperturbed - p50).abs() > tolerance {
+            Some(Fault::OtherRollout)
+        } else {
+            None
+        }
+    }
+
+    /// The score that controllers and starts are chosen by: a reliable robot counts as its median, an
+    /// unreliable one as its 10 % quantile. Every robot has one number, so no choice depends on the
+    /// order of the robots. A reliable robot is always preferred to an unreliable one with a lower
+    /// 10 % quantile.
+    pub(super) fn score(self, spread: &Quantiles, unperturbed: f64) -> f64 {
+        match self.fault(spread, unperturbed) {
+            None => spread.p50,
+            Some(_) => spread.p10,
+        }
+    }
+
+    /// Judges a robot by its quantiles over perturbed starts and by its unperturbed rollout.
+    pub(super) fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
+        let Some(fault) = self.fault(spread, unperturbed) else {
+            return Reliability::Reliable;
+        };
+        let Quantiles { p10, p50, .. } = *spread;
+        let tolerance = self.tolerance(p50);
+        let reason = match (fault, self) {
+            (Fault::Diverges, _) => "rollouts diverge".to_owned(),
+            (Fault::LowQuantile, Self::MinusLoss) => format!(
+                "the 90 % quantile of the loss over perturbed starts is {:.4}, more than {tolerance:.4} \
+                 above the median of {:.4}",
+                -p10, -p50
+            ),
+            (Fault::OtherRollout, Self::MinusLoss) => format!(
+                "the loss of the unperturbed rollout is {:.4}, more than {tolerance:.4} away from the \
+                 median of {:.4} over perturbed starts",
+                -unperturbed, -p50
+            ),
+            (Fault::LowQuantile, _) => format!(
+                "the 10 % quantile{} over perturbed starts is {p10:.3} m, more than {tolerance:.3} m \
+                 below the median of {p50:.3} m",
+                self.of_which()
+            ),
+            (Fault::OtherRollout, _) => format!(
+                "the unperturbed rollout reaches {unperturbed:.3} m{}, more than {tolerance:.3} m away \
+                 from the median of {p50:.3} m over perturbed starts",
+                self.of_which()
+            ),
+        };
+        Reliability::Unreliable { reason }
+    }
+
+    /// The way that a distance is measured along, if a robot has two.
+    fn of_which(self) -> &'static str {
+        match self {
+            Self::ShorterWay => " of the shorter of the two ways",
+            Self::Distance | Self::MinusLoss => "",
+        }
+    }
+}
+
+impl Reliability {
+    /// Why the robot is unreliable, or `None`.
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Self::Reliable => None,
+            Self::Unreliable { reason } => Some(reason),
+        }
+    }
+
+    /// The verdict in one word.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Reliable => "reliable",
+            Self::Unreliable { .. } => "unreliable",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Merit, Reliability};
+    use crate::codesign::Quantiles;
+
+    fn spread(p10: f64, p50: f64) -> Quantiles {
+        let p90 = p50 + 1.0;
+        Quantiles { p10, p50, p90 }
+    }
+
+    /// The reason for a robot of these quantiles, or nothing.
+    fn reason(merit: Merit, [p10, p50, unperturbed]: [f64; 3]) -> String {
+        let found = merit.reliability(&spread(p10, p50), unperturbed);
+        found.reason().unwrap_or_default().to_owned()
+    }
+
+    #[test]
+    fn a_median_that_misleads_is_unreliable_with_its_reason() {
+        let far = |numbers| reason(Merit::Distance, numbers);
+        assert_eq!(far([1.6, 3.0, 4.4]), "");
+        assert_eq!(
+            far([-1.537, 3.093, 3.0]),
+            "the 10 % quantile over perturbed starts is -1.537 m, more than 1.546 m below the median \
+             of 3.093 m"
+        );
+        assert!(far([3.0, 3.093, -4.2]).starts_with("the unperturbed rollout reaches -4.200 m, "));
+        assert!(far([3.0, 3.0, 4.6]).contains("1.500 m away"));
+        let diverged = [f64::NEG_INFINITY, 3.0, 3.0];
+        assert_eq!(far(diverged), "rollouts diverge");
+        assert_eq!(far([3.0, 3.0, f64::NAN]), "rollouts diverge");
+    }
+
+    /// A robot that walks backwards is as reliable as one that walks forwards.
+    #[test]
+    fn medians_below_zero_have_a_size_too() {
+        let far = |numbers| reason(Merit::Distance, numbers);
+        assert_eq!(far([-2.9, -2.0, -1.1]), "");
+        assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
+        // Robots that do not move: 5 mm apart at most.
+        assert_eq!(far([-0.004, 0.0, 0.004]), "");
+        assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
+        // Minus a loss of 0.4: a worse one is larger.
+        let loss = |numbers| reason(Merit::MinusLoss, numbers);
+        assert_eq!(loss([-0.5, -0.4, -0.3]), "");
+        let worse = loss([-0.9, -0.4, -0.4]);
+        for words in ["loss over perturbed starts is 0.9000", "median of 0.4000"] {
+            assert!(worse.contains(words), "{worse}");
+        }
+        assert_eq!(loss([0.0, 0.0, 0.0]), "");
+    }
+
+    #[test]
+    fn an_unreliable_robot_counts_as_its_lower_quantile() {
+        let score =
+            |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
+        let reliable = score([1.9, 2.0, 2.0]);
+        assert_eq!(reliable, 2.0);
+        // By its quantile, and by its unperturbed rollout.
+        assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
+        assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
+        // It may still be the better one.
+        assert!(score([2.4, 5.0, 5.0]) > reliable);
+    }
+
+    #[test]
+    fn files_hold_the_verdict_and_the_reason() {
+        let json = |found: &Reliability| serde_json::to_string(found).unwrap();
+        assert_eq!(json(&Reliability::Reliable), r#"{"verdict":"reliable"}"#);
+        let found = Merit::Distance.reliability(&spread(0.0, 3.0), 3.0);
+        let text = json(&found);
+        assert!(
+            text.starts_with(r#"{"verdict":"unreliable","reason":"the 10 %"#),
+            "{text}"
+        );
+        assert_eq!(serde_json::from_str::<Reliability>(&text).unwrap(), found);
+    }
+}

@@ -1,0 +1,271 @@
+//! A law in JSON, as cases have it.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{self, Error as _, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use crate::settings::{Settings, Values, json, read_json};
+
+/// A law in JSON: its name, or an object of its name and its settings.
+pub(super) struct LawFile {
+    pub(super) name: String,
+    settings: Entries<serde_json::Value>,
+}
+
+/// The entries of an object, in the order of the file.
+struct Entries<T>(Vec<(String, T)>);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(EntriesVisitor(PhantomData))
+    }
+}
+
+struct EntriesVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for EntriesVisitor<T> {
+    type Value = Entries<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut entries: Vec<(String, T)> = Vec::new();
+        while let Some((key, value)) = map.next_entry::<String, T>()? {
+            if entries.iter().any(|(other, _)| *other == key) {
+                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+            }
+            entries.push((key, value));
+        }
+        Ok(Entries(entries))
+    }
+}
+
+struct LawVisitor;
+
+impl<'de> Visitor<'de> for LawVisitor {
+    type Value = LawFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("the name of a law, or an object {\"name\": {settings}}")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<LawFile, E> {
+        Ok(LawFile {
+            name: name.to_owned(),
+            settings: Entries(Vec::new()),
+        })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<LawFile, A::Error> {
+        let Entries(laws) =
+            EntriesVisitor::<Entries<serde_json::Value>>(PhantomData).visit_map(map)?;
+        let names: Vec<String> = laws.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let [(name, settings)] = <[_; 1]>::try_from(laws).map_err(|laws| {
+            let found = if laws.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(" and ")
+            };
+            let write =
+                "write each law as its name, or as an object of its own {\"name\": {settings}}";
+            A::Error::custom(format!(
+                "expected one law in an object, found {found}; {write}"
+            ))
+        })?;
+        Ok(LawFile { name, settings })
+    }
+}
+
+impl<'de> Deserialize<'de> for LawFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(LawVisitor)
+    }
+}
+
+impl LawFile {
+    /// Takes the settings over into those of the law.
+    pub(super) fn fill<E: de::Error>(self, law: &mut dyn Settings) -> Result<(), E> {
+        for (key, value) in self.settings.0 {
+            let field = law.fields().into_iter().find(|field| field.key == key);
+            let field = field.ok_or_else(|| {
+                E::custom(format!("the law `{}` has no setting `{key}`", self.name))
+            })?;
+            read_json(field, &value).map_err(E::custom)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a law as [`LawFile`] reads it.
+pub(super) fn law_json(name: &'static str, settings: &mut dyn Settings) -> serde_json::Value {
+    if settings.fields().is_empty() {
+        return name.into();
+    }
+    serde_json::Map::from_iter([(name.to_owned(), json(&Values::of(settings)))]).into()
+}
+
+#[cfg(test)]
+#[allow(unreachable_pub)] // `settings!` makes public structs.
+mod tests {
+    use autodiff::Real;
+    use serde_json::{Value, json};
+
+    use super::{LawFile, law_json};
+    use crate::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, add, on_bars};
+    use crate::settings::{Field, Settings, within};
+
+    crate::settings! {
+        /// Which way a bar is pulled.
+        enum Way {
+            /// Together.
+            Together = "together",
+            /// Apart.
+            Apart = "apart",
+        }
+    }
+
+    crate::settings! {
+        /// A law that has a setting of every type.
+        struct Everything {
+            /// A number.
+            number: f64 = 0.1, allowed within(-1e300, 1e300), source "a test";
+            /// A whole number.
+            count: usize = 3, allowed within(0.0, 1e6), source "a test";
+            /// Two numbers.
+            pair: [f64; 2] = [0.25, -1.5], allowed within(-1e6, 1e6), source "a test";
+            /// A bound that is off.
+            off: Option<f64> = None, allowed within(0.0, 1e6), source "a test";
+            /// A bound that is on.
+            on: Option<f64> = Some(2.5), allowed within(0.0, 1e6), source "a test";
+            /// A truth value.
+            truth: bool = false, source "a test";
+            /// A name.
+            way: Way = Way::Together, source "a test";
+        }
+    }
+
+    impl Law for Everything {
+        const NAME: &'static str = "everything_of_law_file";
+    }
+
+    impl BarForce for Everything {
+        fn tension<R: Real>(&self, _: Bar<R>) -> R {
+            R::zero()
+        }
+    }
+
+    /// Other values for a setting: off and on, both truth values, every name, other numbers.
+    fn others(field: &Field) -> Vec<Value> {
+        let values = [
+            json!(null),
+            json!(true),
+            json!(1),
+            json!(0.5),
+            json!([0.5, 1e-7]),
+        ];
+        let names = field.allowed();
+        let names = names.split('"').skip(1).step_by(2).map(Value::from);
+        values.into_iter().chain(names).collect()
+    }
+
+    /// Writes and reads a law with each of its settings at other values.
+    fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
+        let (keys, mut tried) = (law.fields().len(), 0);
+        for k in 0..keys {
+            let values = others(&law.fields()[k]);
+            let before = law_json(name, law);
+            let mut changed = false;
+            for value in values {
+                let field = law.fields().swap_remove(k);
+                // A value that this setting cannot have changes nothing.
+                let _ = super::read_json(field, &value);
+                let written = law_json(name, law);
+                assert_eq!(read(&written), written);
+                changed |= written != before;
+            }
+            tried += usize::from(changed);
+        }
+        assert_eq!(tried, keys, "{name}: a setting did not change");
+    }
+
+    #[test]
+    fn laws_are_read_as_they_are_written() {
+        add(on_bars::<Everything>());
+        let names = crate::laws::force_names().chain([Everything::NAME]);
+        for name in names {
+            let mut laws = ForceLaws::named(&[name]).unwrap();
+            let read = |written: &Value| {
+                let laws: ForceLaws = serde_json::from_value(json!([written])).unwrap();
+                serde_json::to_value(laws).unwrap()[0].clone()
+            };
+            let (name, law) = laws.settings().next().unwrap();
+            round_trip(name, law, &read);
+        }
+        for name in ["none", "infinite", "coulomb"] {
+            let mut contact = ContactLaw::named(name).unwrap();
+            let read = |written: &Value| {
+                let contact: ContactLaw = serde_json::from_value(written.clone()).unwrap();
+                serde_json::to_value(contact).unwrap()
+            };
+            round_trip(name, contact.settings(), &read);
+        }
+        // A law with a setting that is off is also found by its type.
+        let all = ForceLaws::named(&[Everything::NAME]).unwrap();
+        assert_eq!(all.along_bars::<Everything>(), Some(Everything::default()));
+    }
+
+    #[track_caller]
+    fn refused(text: &str, says: &str) {
+        let error = serde_json::from_str::<ForceLaws>(text)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(says), "{text}: {error}");
+    }
+
+    #[test]
+    fn what_would_be_lost_is_refused() {
+        refused(
+            r#"[{"stops": {"at": 0.2}, "damper": {}}]"#,
+            "expected one law in an object, found `stops` and `damper`",
+        );
+        refused("[{}]", "expected one law in an object, found none");
+        refused(
+            r#"[{"stops": {"at": 0.2, "at": 0.3}}]"#,
+            "the key `at` is there twice",
+        );
+        refused(
+            r#"[{"stops": {}, "stops": {}}]"#,
+            "the key `stops` is there twice",
+        );
+        refused(
+            r#"["stops", {"stops": {"at": 0.2}}]"#,
+            "the force `stops` is there twice",
+        );
+        refused(
+            r#"[{"stops": {"at": null}}]"#,
+            "`at` cannot be null; allowed: a number",
+        );
+        refused(
+            r#"[{"stops": {"at": {"a": 1}}}]"#,
+            "`at` cannot be {\"a\":1}; allowed",
+        );
+        refused(r#"[{"stops": null}]"#, "expected an object");
+        refused(
+            r#"[{"stops": {"height": 1}}]"#,
+            "the law `stops` has no setting `height`",
+        );
+        refused("[3]", "expected the name of a law, or an object");
+        refused(r#"["wool"]"#, "this program has no force `wool`");
+        // Two laws in two objects keep their order.
+        let both = r#"[{"stops": {"at": 0.2}}, "damper"]"#;
+        let both: ForceLaws = serde_json::from_str(both).unwrap();
+        let names: Vec<_> = both.laws().map(|law| law.name()).collect();
+        assert_eq!(names, ["stops", "damper"]);
+        let contact = serde_json::from_str::<LawFile>(r#"{"coulomb": {}, "none": {}}"#);
+        assert!(contact.is_err());
+    }
+}

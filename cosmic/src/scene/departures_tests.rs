@@ -1,0 +1,279 @@
+//! Every key of a scene is the paper's, a plain number, or a departure.
+#![allow(unreachable_pub)] // `settings!` makes public structs.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use super::Scene;
+use crate::lattice::Lattice;
+use crate::laws::{self, Contact, Impact, Law};
+use crate::scene::{OwnLoss, Setting, TrussFile};
+use autodiff::Real;
+
+/// Switches off every departure that is on in the paper's scenes.
+const WITHOUT: &str = "
+gradient = { design_memory = 0.0, cotangent_bound = 'off' }
+schedule = { settle = 0.0, snap_trials = 0, polish_trials = 0 }
+loss.kind = 'final'
+selection.kind = 'last'
+design.one_piece = false
+";
+
+/// The values that are the paper's, that the paper leaves open, or that do not change the method. A new key
+/// with other values than numbers, or a new name, must be added here or be a departure.
+const PAPERS: &[(&str, &[&str])] = &[
+    ("lattice.kind", &["\"rectangular\""]),
+    ("lattice.file", &["\"off\""]),
+    ("physics.integrator", &["\"symplectic_euler\""]),
+    ("physics.contact", &["\"infinite\"", "\"coulomb\""]),
+    ("physics.void_edges", &["\"keep\""]),
+    // It decides which runs are refused, not what a run does.
+    ("physics.unstable_step", &["\"error\"", "\"warn\""]),
+    ("ground.profile", &["\"flat\""]),
+    // Nothing reads them unless the profile is "points", which is a departure.
+    ("ground.points", &["[[1.0, 0.1]]"]),
+    ("controller.goal_relative", &["false"]),
+    ("controller.two_goals", &["false"]),
+    // Designs d, b, c, the ablation's, and a.
+    (
+        "start.kind",
+        &[
+            "\"uniform\"",
+            "\"stability\"",
+            "\"three_legged\"",
+            "\"filled\"",
+            "\"layout\"",
+        ],
+    ),
+    ("start.layout", &["\"tall\""]),
+    ("design.one_piece", &["false"]),
+    ("design.free_ends", &["true"]),
+    ("design.crossings", &["true"]),
+    ("binarisation.method", &["\"augmented\""]),
+    // The paper does not say which steps carry the gradient (D11).
+    ("schedule.horizon_mode", &["\"head\"", "\"tail\""]),
+    ("schedule.cycle", &["\"dc\"", "\"cddcd\""]),
+    // The paper does not say whether these gradients are bounded.
+    ("adam.gradient_norm", &["\"off\"", "1.0"]),
+    ("gradient.design_norm", &["\"off\"", "1.0"]),
+    ("gradient.cotangent_bound", &["\"off\""]),
+    // The gradient does not depend on it.
+    ("gradient.memory", &["\"off\"", "1.0"]),
+    ("gradient.precision", &["\"f64\""]),
+    ("loss.kind", &["\"final\""]),
+    ("selection.kind", &["\"last\""]),
+    ("objective.task", &["\"far\""]),
+    ("objective.own_loss", &["\"off\""]),
+];
+
+/// Values of keys whose description does not name them all.
+const MORE_VALUES: &[(&str, &[&str])] = &[
+    ("schedule.cycle", &["\"dc\"", "\"cddcd\"", "\"d\"", "\"c\""]),
+    ("ground.points", &["[[1.0, 0.1]]"]),
+];
+
+/// Settings without which nothing reads a key.
+const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legged'")];
+
+/// Numbers that are 0 in the paper's scenes and that are not switches.
+const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
+
+crate::settings! {
+    /// Ground without any effect on velocities along it.
+    struct Ice {}
+}
+
+impl Law for Ice {
+    const NAME: &'static str = "ice_of_departures";
+}
+
+impl Contact for Ice {
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+        [impact.velocity[0], R::zero()]
+    }
+}
+
+/// The paper's scene of a name, without departures.
+fn paper(name: &str) -> Scene {
+    let scene = Scene::load(name).unwrap();
+    scene.with("without departures", WITHOUT).unwrap()
+}
+
+fn options(scene: &Scene) -> HashSet<String> {
+    let departures = scene.departures().into_iter();
+    departures.map(|departure| departure.option).collect()
+}
+
+/// A scene with a value at a key, whether or not it fits the other settings; `None` if the key cannot have it.
+fn with(scene: &Scene, key: &str, value: &str) -> Option<Scene> {
+    let mut scene = scene.clone();
+    let field = scene.field(key)?;
+    let text = format!("key = {value}");
+    let table = toml::de::DeTable::parse(&text).ok()?;
+    let value = table.get_ref().get("key")?;
+    field.value.read(value, &field.limits).ok()?;
+    Some(scene)
+}
+
+/// The entries of a table for a key.
+fn listed(table: &[(&str, &'static [&'static str])], key: &str) -> &'static [&'static str] {
+    let entry = table.iter().find(|(other, _)| *other == key);
+    entry.map_or(&[], |(_, values)| *values)
+}
+
+/// True for a number or an array of numbers as TOML.
+fn is_numeric(value: &str) -> bool {
+    let mut parts = value
+        .split(['[', ']', ',', ' '])
+        .filter(|part| !part.is_empty())
+        .peekable();
+    parts.peek().is_some() && parts.all(|part| part.parse::<f64>().is_ok())
+}
+
+/// The values that a key can have, if it is not a plain number: names in its description, both truth
+/// values, a number beside "off", and those listed above.
+fn values(scene: &mut Scene, key: &str) -> Vec<String> {
+    let field = scene.field(key).unwrap();
+    let (allowed, value) = (field.allowed(), field.value.toml());
+    if allowed == "true or false" {
+        return vec!["true".to_owned(), "false".to_owned()];
+    }
+    let names = allowed.split('"').skip(1).step_by(2);
+    let mut values: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+    if allowed.starts_with("a number") && !values.is_empty() {
+        values.push("1.0".to_owned());
+    }
+    values.extend(listed(MORE_VALUES, key).iter().map(ToString::to_string));
+    assert!(
+        !values.is_empty() || is_numeric(&value),
+        "{key}: list its values in MORE_VALUES"
+    );
+    values
+}
+
+#[test]
+fn every_value_that_is_not_a_number_is_the_paper_s_or_a_departure() {
+    OwnLoss::add("loss_of_departures");
+    laws::add(laws::contact::<Ice>());
+    let scene = paper("stability");
+    let mut papers: HashSet<(String, String)> = HashSet::new();
+    for setting in scene.settings() {
+        let key = &setting.key[..];
+        let mut base = scene.clone();
+        for (_, settings) in READ_WITH.iter().filter(|(other, _)| *other == key) {
+            base = base.with("read with", settings).unwrap();
+        }
+        for value in values(&mut base, key) {
+            // Laws are named in an array.
+            let changed = [value.clone(), format!("[{value}]")];
+            let changed = changed.iter().find_map(|value| with(&base, key, value));
+            let changed = changed.unwrap_or_else(|| panic!("{key} cannot be {value}"));
+            let is_paper_s = listed(PAPERS, key).contains(&&value[..]);
+            assert_ne!(
+                options(&changed).contains(key),
+                is_paper_s,
+                "{key} = {value} must be a departure or in PAPERS, and not both"
+            );
+            if is_paper_s {
+                papers.insert((key.to_owned(), value));
+            }
+        }
+    }
+    for (key, values) in PAPERS {
+        for value in *values {
+            let entry = ((*key).to_owned(), (*value).to_owned());
+            assert!(papers.contains(&entry), "{key} = {value}: no scene has it");
+        }
+    }
+}
+
+/// A number that is 0 in the paper's scenes switches something on, or is plain.
+#[test]
+fn every_number_that_switches_something_on_is_a_departure() {
+    let scene = paper("stability");
+    for Setting { key, value } in scene.settings() {
+        if value.parse() != Ok(0.0) {
+            continue;
+        }
+        let more = ["1", "0.5", "0.01"];
+        let more = more
+            .iter()
+            .find_map(|more| with(&scene, &key, more))
+            .unwrap();
+        let is_plain = PLAIN.contains(&&key[..]);
+        assert_ne!(
+            options(&more).contains(&key),
+            is_plain,
+            "{key} must be a departure or in PLAIN, and not both"
+        );
+    }
+}
+
+#[test]
+fn a_truss_is_a_departure() {
+    let mut scene = paper("stability");
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    scene.lattice.file = TrussFile::new("of this test", Arc::new(lattice.truss()));
+    assert_eq!(options(&scene), HashSet::from(["lattice.file".to_owned()]));
+}
+
+#[test]
+fn the_paper_s_scenes_have_no_departure_but_those_that_can_be_switched_off() {
+    for name in [
+        "stability",
+        "uniform",
+        "incline",
+        "five_by_five",
+        "coulomb",
+        "baseline_tall",
+        "baseline_short",
+    ] {
+        assert_eq!(options(&paper(name)), HashSet::new(), "{name}");
+    }
+    // The paper has one layout for its baseline and for this start.
+    let legs = paper("three_legged");
+    assert_eq!(options(&legs), HashSet::from(["start.layout".to_owned()]));
+}
+
+/// What nothing reads is not in force.
+#[test]
+fn a_layout_departs_in_nothing_that_concerns_designs_alone() {
+    let text = "
+        [design]
+        free_ends = false
+        crossings = false
+        feet = 2
+        [projection]
+        hold_materials = 1.0
+        [materials]
+        penalisation = 3
+        [binarisation]
+        method = 'constraints'
+        [schedule]
+        cycle = 'c'
+        stability_share = 0.0
+    ";
+    let of = |name| options(&paper(name).with("designs", text).unwrap());
+    assert_eq!(of("baseline_tall"), HashSet::new());
+    assert_eq!(of("uniform").len(), 8);
+}
+
+/// The task and its loss are not read where a loss of the program takes their place.
+#[test]
+fn an_own_loss_replaces_the_task_s() {
+    let mut scene = Scene::load("stability").unwrap();
+    let name = "other_loss_of_departures";
+    OwnLoss::add(name);
+    scene = scene
+        .set(&[
+            format!("objective.own_loss={name}"),
+            "objective.task=climb".to_owned(),
+        ])
+        .unwrap();
+    let options = options(&scene);
+    assert!(options.contains("objective.own_loss"), "{options:?}");
+    assert!(
+        !options.contains("loss.kind") && !options.contains("objective.task"),
+        "{options:?}"
+    );
+}
