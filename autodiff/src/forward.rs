@@ -140,6 +140,24 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         Dual { value, tangent }
     }
     #[inline(always)]
+    fn abs(self) -> Self {
+        self.apply(rule::abs(self.value))
+    }
+    #[inline(always)]
+    fn max(self, bound: Self) -> Self {
+        if rule::is_nan(self.value) {
+            return self.apply((self.value.max(bound.value), self.value));
+        }
+        Self::select(self.le(bound), bound, self)
+    }
+    #[inline(always)]
+    fn min(self, bound: Self) -> Self {
+        if rule::is_nan(self.value) {
+            return self.apply((self.value.min(bound.value), self.value));
+        }
+        Self::select(bound.le(self), bound, self)
+    }
+    #[inline(always)]
     fn signum(self) -> Self {
         Self::constant(self.value.signum().detach())
     }

@@ -199,7 +199,9 @@
 //!   0 at 0, where 1/2 is right: take [`softplus`](Real::softplus). Where there is no such method, choose
 //!   by `select` between two smooth forms that agree at the switch.
 //! - **Overflow on the way.** `1 / (1 + exp(-x))` is 0 at -800, but its parts are infinite, and their
-//!   derivatives NaN: take [`sigmoid`](Real::sigmoid).
+//!   derivatives NaN: take [`sigmoid`](Real::sigmoid). `1 / (1 / a + 1 / b)` has the slope 1 by `a` at
+//!   `a = 0`, but NaN comes out: write `a * b / (a + b)`. In lanes and kernels such a slope may be 0 instead;
+//!   [`check`] finds it, see [zero times infinity](real#zero-times-infinity).
 //!
 //!   ```
 //!   use autodiff::{Real, gradient_of, hessian_of};
@@ -238,7 +240,8 @@
 //!   assert_eq!(value_and_gradient(&Sinc, &[0.0]), (1.0, vec![0.0]));
 //!   assert_eq!(hessian(&Sinc, &[0.0]), [[-1.0 / 3.0]]);
 //!   ```
-//! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next exact zero.
+//! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next zero, unless a choice
+//!   made that: a mask from [`select`](Real::select), say.
 //!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
 //!   [`trace::first_non_finite`] finds the line.
 //! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
@@ -280,6 +283,7 @@ extern crate self as autodiff;
 
 // The order of the modules is the architecture: each uses only those above it.
 mod literal;
+mod mask;
 mod operators;
 mod elementary;
 mod dual;

@@ -21,64 +21,64 @@
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, as the value is |
 //! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
 //! | [`Elementary`] functions | outside the domain | NaN, as the value is |
-//! | any function | cotangent (reverse) or tangent (forward) exactly 0 | 0, even where the partial is infinite or NaN |
+//! | any function | forward: the tangent is exactly 0 | 0, even where the partial is infinite or NaN |
+//! | any function | reverse: the cotangent is 0 by a *choice* | 0, even where the partial is infinite or NaN |
+//! | any function | reverse on the tape: the cotangent was *computed* and is 0 | NaN where the partial is infinite or NaN, unless the operand does not move |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `hypot(x, y)` | either is infinite | NaN by an infinite one, 0 by the other |
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
 //! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |
-//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN is passed on, never hidden |
+//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN: value and derivative pass it on |
+//! | sums, differences, products with a constant, `select` | the argument is NaN | that of a linear function, a number; the value is NaN |
+//! | `x.max(bound)`, `x.min(bound)`, `x.clamp(lo, hi)`, `powi(x, 1)` in lanes, as in a kernel | `x` is NaN | 1; the value is NaN |
 //! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
 //!
 //! Second derivatives of `powf` where `x = 0` follow from these rows one by one, and depend on the order
 //! in which they are taken.
 //!
-//! The zero of the "any function" row stops an infinity only where it comes first. In
-//! `0 * sqrt(x)` at 0 it does going back, in `sqrt(x * x)` going forward; the other mode meets
-//! zero times infinity and says NaN rather than invent a number. A kernel without an emitted
-//! [`vjp`](crate::Kernel::vjp) goes back by forward mode, and meets what that meets. Nor does
-//! the row hold inside of the matrix products of a [`Program`](crate::Program): a zero cotangent times an
-//! infinite number is NaN there.
+//! # Zero times infinity
+//!
+//! A cotangent is 0 by a choice where `select`, `max`, `min`, `clamp` or an `if` took another operand, behind
+//! `abs` at 0 and `powi(x, 0)`, behind a constant factor of 0, such as a mask that `select` made, and where
+//! the caller gives 0. Any other zero was computed: a number underflowed, a partial is 0, terms cancelled.
+//! Then an infinite partial makes the derivative unknown, and the tape says NaN, as forward mode does:
+//! `1 / (1 / x)` at 0 has the slope 1, of which the partials 0 and infinity show nothing. A partial of 0
+//! further back stops the unknown part, as it stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
+//!
+//! Which zero comes first still matters. `0 * sqrt(x)` at 0 is 0 going back and NaN going forward,
+//! `sqrt(x * x)` the other way round.
+//!
+//! Sweeps over lanes do not tell the two zeros apart: in a [`Program`](crate::Program), in
+//! [`batch`](crate::batch), in [emitted](crate::emit) code and on tapes of lanes both stop an infinity, and an
+//! overflow may hide behind a slope of 0. So may it between [`Fused`] functions. There
+//! [`check_gradient`](crate::check::check_gradient) finds the gradient wrong, as forward mode disagrees, and
+//! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted
+//! [`vjp`](crate::Kernel::vjp) goes back by forward mode, and meets what that meets. Inside of the matrix
+//! products of a program a zero cotangent times an infinite number is NaN.
+//!
+//! # Second derivatives at kinks
+//!
+//! A row of the table is taken as it stands where it is differentiated again, in all four nestings of modes:
+//! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative;
+//! write the smooth function itself, `x * x + y * y`. `tests/second_kinks.rs` has a test per row.
+//!
+//! | function | where | second derivative |
+//! | --- | --- | --- |
+//! | `abs(x)^2`, `hypot(x, y)^2` | at 0 | 0, where 2 is right |
+//! | `x.max(0)^2`, `x.min(0)^2` | at 0 | 0, that of the bound |
+//! | `sqrt(x * x)^2`, `sqrt(x * x + y * y)^2` | at 0 | NaN, where 2 is right |
 
 use std::fmt::Debug;
 use std::iter::{Product, Sum};
-use std::ops::{
-    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
-};
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
 use crate::elementary::Elementary;
 pub use crate::literal::Literal;
-
-/// The result of a comparison: `bool`, or one truth value per lane.
-///
-/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. A lane's
-/// result must not depend on them, because the other lanes influence the answer.
-pub trait Mask:
-    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
-{
-    /// The same truth value in every lane.
-    fn splat(value: bool) -> Self;
-    /// Whether any lane is true.
-    fn any(self) -> bool;
-    /// Whether all lanes are true.
-    fn all(self) -> bool {
-        !(!self).any()
-    }
-}
-
-impl Mask for bool {
-    #[inline(always)]
-    fn splat(value: bool) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn any(self) -> bool {
-        self
-    }
-}
+pub use crate::mask::Mask;
 
 /// A method for each [`Elementary`] function.
 macro_rules! elementary_methods {
@@ -206,6 +206,13 @@ pub trait Real:
     }
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
+    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh): that of
+    /// [`tanh`](Real::tanh), with the slope `1 - y^2` of its result `y`. A reverse sweep over a layer has
+    /// `y` alone. Beyond 10 the slope loses digits, and beyond 19 it is 0.
+    #[inline(always)]
+    fn layer_tanh(self) -> Self {
+        self.tanh()
+    }
     /// Inverse tangent of `self / x`, in the quadrant of the point `(x, self)`.
     fn atan2(self, x: Self) -> Self;
     /// Integer power.
@@ -419,11 +426,12 @@ pub trait Lane<S>: Real {
     /// The lanes of both interleaved: `self[0], other[0], self[1], ...`, the first `N` and the last `N`.
     fn zip(self, other: Self) -> [Self; 2];
 
-    /// The hyperbolic tangent of each. SIMD lanes compute them abreast, as none waits for another.
+    /// The [`layer_tanh`](Real::layer_tanh) of each. SIMD lanes compute them abreast, as none waits for
+    /// another.
     #[inline(always)]
     fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
         for k in 0..K {
-            x[k] = x[k].tanh();
+            x[k] = x[k].layer_tanh();
         }
         x
     }

@@ -9,6 +9,8 @@
 //! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: one that is not
 //! inlined would be compiled without the instruction set of the lanes around it.
 
+use std::any::TypeId;
+
 use crate::real::{Mask, Real};
 
 /// `a * b`.
@@ -94,6 +96,13 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     (value, partial)
 }
 
+/// Hyperbolic tangent with the slope of a layer, which has its results alone: `1 - value^2`.
+#[inline(always)]
+pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
+    let value = x.layer_tanh();
+    (value, (-value).fma(value, R::one()))
+}
+
 /// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
 #[inline(always)]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
@@ -116,6 +125,8 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     }
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
+        // The zeroth power of NaN is 1. Lanes are spared the choice.
+        Some(0) if one_answer::<R>() => R::select(x.le(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,
     };
@@ -228,6 +239,24 @@ fn small<R: Real>() -> R {
     R::select(R::zero().lt(small), small, R::lit(2f64.powi(-120)))
 }
 
+/// Whether comparisons of these numbers have one answer: they are neither lanes nor symbols.
+#[inline(always)]
+pub(crate) fn one_answer<R: Real>() -> bool {
+    TypeId::of::<R::Mask>() == TypeId::of::<bool>()
+}
+
+/// Whether the primal is zero; false for lanes and symbols.
+#[inline(always)]
+pub(crate) fn vanishes<R: Real>(x: R) -> bool {
+    one_answer::<R>() && (x.le(R::zero()) & R::zero().le(x)).all()
+}
+
+/// Whether the primal is NaN; false for lanes and symbols.
+#[inline(always)]
+pub(crate) fn is_nan<R: Real>(x: R) -> bool {
+    one_answer::<R>() && !x.le(x).any()
+}
+
 /// The mask's value if it is the same in all lanes.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
@@ -257,10 +286,13 @@ macro_rules! by_rule {
             @methods #[$attribute]
             |$x, $name, $rule| $of_one,
             |$y, $z, $name_of_two, $rule_of_two| $of_two,
-            [recip sqrt rsqrt exp ln sin cos tan tanh abs] [atan2 powf hypot]
+            [recip sqrt rsqrt exp ln sin cos tan tanh layer_tanh] [atan2 powf hypot]
         }
         #[$attribute]
         fn powi(self, exponent: i32) -> Self {
+            if exponent == 0 && $crate::rule::one_answer::<R>() {
+                return <Self as num_traits::One>::one();
+            }
             let ($x, $name) = (self, "powi");
             let $rule = $crate::rule::powi(self.value, exponent);
             $of_one

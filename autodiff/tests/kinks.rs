@@ -4,7 +4,7 @@
 use crate::common::{assert_gradient, forward_gradient};
 use autodiff::Elementary;
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Function, Real, Tape, Var, gradient, hessian};
+use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian};
 use num_traits::Zero;
 
 const INF: f64 = f64::INFINITY;
@@ -199,11 +199,12 @@ fn an_exact_zero_stops_at_an_infinite_partial() {
         &Kink::ZeroTimesSqrt,
         &[0.0]
     )));
+    // The factor is a constant, so its zero is a choice: `computed_zeros.rs` has zeros that are not.
     // sqrt(x x): the other way round.
     assert_eq!(forward_gradient(&Kink::SqrtOfSquare, &[0.0]), [0.0]);
     assert!(zero_times_infinity(gradient(&Kink::SqrtOfSquare, &[0.0])));
     // A zero tangent as such: x does not move at all.
-    let still = autodiff::Dual::<f64, 1>::constant(0.0).sqrt();
+    let still = Dual::<f64, 1>::constant(0.0).sqrt();
     assert_eq!(still.tangent, [0.0]);
 }
 
@@ -330,7 +331,55 @@ fn nan_is_passed_on() {
             }
         }
     }
-    assert!(Kink::Clamp.eval(&[NAN, 0.0, 1.0]).is_nan());
+    assert_gradient(&Kink::Max, &[NAN, 1.0], &[NAN, 0.0]);
+    assert_gradient(&Kink::Min, &[NAN, 1.0], &[NAN, 0.0]);
+    assert_gradient(&Kink::Clamp, &[NAN, 0.0, 1.0], &[NAN, 0.0, 0.0]);
+    for exponent in [-2, -1, 1, 2, 3] {
+        assert_gradient(&Kink::Powi(exponent), &[NAN], &[NAN]);
+    }
+}
+
+/// Linear functions, whose slopes do not depend on the argument.
+struct Linear(f64);
+
+impl Function for Linear {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let sum = x[0] * R::lit(self.0) + R::one() - x[1];
+        R::select(x[1].le(R::one()), sum, R::zero())
+    }
+}
+
+#[test]
+fn linear_functions_have_a_slope_at_nan() {
+    assert!(Linear(2.0).eval(&[NAN, 0.0]).is_nan());
+    assert_gradient(&Linear(2.0), &[NAN, 0.0], &[2.0, -1.0]);
+}
+
+/// The value and the slope of `x.max(0)` at NaN, in the first lane.
+struct MaxOfNan;
+
+impl Vectorized<f64> for MaxOfNan {
+    type Output = (usize, f64, f64);
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> Self::Output {
+        let x = Dual::<L, 1>::variable(L::splat(NAN), 0);
+        let y = x.max(Dual::lit(0.0));
+        let [mut value, mut slope] = [[0.0; 16]; 2];
+        y.value.store(&mut value);
+        y.tangent[0].store(&mut slope);
+        (L::N, value[0], slope[0])
+    }
+}
+
+#[test]
+fn lanes_pass_a_nan_but_not_its_slope_through_max() {
+    let (lanes, value, slope) = f64::vectorize(MaxOfNan);
+    assert!(value.is_nan());
+    assert!(if lanes > 1 {
+        slope == 1.0
+    } else {
+        slope.is_nan()
+    });
 }
 
 #[test]

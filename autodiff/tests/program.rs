@@ -1,9 +1,11 @@
 //! Programs of shapes that neither the net of springs nor drawn programs have, against the same steps
 //! written out.
 
+use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
+use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{
-    Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
+    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
 };
 
 // Miri is slow: as few as suffice.
@@ -299,5 +301,50 @@ fn a_program_may_have_no_state() {
                 .concat()
                 .is_empty()
         );
+    }
+}
+
+/// One number through a layer with a hyperbolic tangent, whose weight is a parameter.
+#[derive(Clone)]
+struct Saturated;
+
+impl Model for Saturated {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (weight, bias) = (p.matrix(1, 1), p.parameter(1));
+        let x = p.state(1);
+        let next = p.dense_tanh(weight, &[x], bias);
+        p.advance(x, next);
+    }
+}
+
+struct ThroughLayer(Rollout<Saturated>);
+
+impl Function for ThroughLayer {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        self.0.run(&x[..1], &[&x[1..2], &x[2..]])[0]
+    }
+}
+
+/// The layer's reverse sweep has its results alone, so its slope is theirs in every mode.
+#[test]
+fn a_saturated_layer_has_one_slope_in_all_modes() {
+    let layer = ThroughLayer(Rollout::new(Saturated, 1));
+    for bias in [0.0, 0.7, -3.0, 9.0, 15.0, 20.0] {
+        let x = [0.25, 2.0, bias];
+        let by_modes = gradients(&layer, &x).into_iter();
+        let slopes: Vec<f64> = by_modes.map(|(_, gradient)| gradient[2]).collect();
+        let y = layer.eval(&x);
+        let expected = 1.0 - y * y;
+        // Lanes fuse the square and the difference, others round both: an ulp of 1 each. Near 1 the
+        // difference is exact, and the square's rounding is the square of 1 - y, below 1e-12 of it.
+        let error = if bias < 10.0 {
+            2.0 * f64::EPSILON
+        } else {
+            1e-12 * expected
+        };
+        let close = |slope: &f64| (slope - expected).abs() <= error;
+        assert!(slopes.iter().all(close), "{bias}: {slopes:?}, {expected}");
+        let report = check_gradient(&layer, &x, &Options::default());
+        assert_ne!(report.verdict, Verdict::Wrong, "{bias}: {report}");
     }
 }

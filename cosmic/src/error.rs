@@ -63,29 +63,28 @@ pub enum Error {
         source: io::Error,
     },
     /// A file or folder that cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}{}", path.display(), make_room(source))]
     Write {
         /// Which one.
         path: PathBuf,
         /// What the system said.
         source: io::Error,
     },
-    /// A simulated state stopped being finite, or got beyond 1e6 m or 1e6 m/s, where no robot gets.
+    /// A simulated state stopped being finite, got beyond 1e6 m or 1e6 m/s, or is faster than its scene allows.
     #[error(
-        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, \
-         mostly by {term}"
+        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
     )]
     Diverged {
         /// The step that produced the state, from 0.
         step: usize,
-        /// The first node that is not finite, or absurd.
+        /// The first node that is not finite, absurd or too fast.
         node: usize,
         /// Its position, m.
         position: [f64; 2],
         /// Its velocity, m/s.
         velocity: [f64; 2],
-        /// The term that caused it.
-        term: String,
+        /// What caused it, or the bound that is exceeded.
+        cause: String,
     },
     /// A time step with which the robot's own vibrations grow.
     #[error(
@@ -273,6 +272,16 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
+/// What to do where there is no space for a file.
+fn make_room(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; free some space there, then resume the run or repeat the command"
+        }
+        _ => "",
+    }
+}
+
 /// How many runs a sweep passed over besides the first.
 fn and_others(others: usize) -> String {
     match others {
@@ -321,6 +330,21 @@ fn or_go_on(run: &Path, own_loss: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_full_disk_or_quota_says_what_to_do() {
+        let told = |kind: io::ErrorKind| Error::writing("run/a.json")(kind.into()).to_string();
+        for kind in [io::ErrorKind::StorageFull, io::ErrorKind::QuotaExceeded] {
+            let told = told(kind);
+            assert!(told.starts_with("cannot write run/a.json: "), "{told}");
+            assert!(
+                told.ends_with(
+                    "; free some space there, then resume the run or repeat the command"
+                )
+            );
+        }
+        assert!(!told(io::ErrorKind::PermissionDenied).contains("space"));
+    }
 
     #[test]
     fn paths_are_one_word_of_a_command() {

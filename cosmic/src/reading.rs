@@ -60,19 +60,68 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     let json = json
         .strip_prefix(MARK.to_string().as_bytes())
         .unwrap_or(json);
-    let mut json = serde_json::Deserializer::from_slice(json);
-    // For an empty text it says column 0; columns count from 1.
-    let place = |error: &serde_json::Error| Position {
-        line: lines + error.line(),
-        column: error.column().max(1),
+    let refused = |keys: &str, error: &serde_json::Error| {
+        let (place, message) = fault(json, keys, error);
+        let line = lines + place.line;
+        malformed(file, Position { line, ..place }, &message)
     };
-    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+    let mut from = serde_json::Deserializer::from_slice(json);
+    let value = serde_path_to_error::deserialize(&mut from).map_err(|error| {
         let keys = error.path().to_string();
-        let error = error.into_inner();
-        malformed(file, place(&error), &sentence(&keys, &error))
+        refused(&keys, &error.into_inner())
     })?;
-    let end = |error| malformed(file, place(&error), &sentence(ROOT, &error));
-    json.end().map(|()| value).map_err(end)
+    let end = from.end().map_err(|error| refused(ROOT, &error));
+    end.map(|()| value)
+}
+
+/// The place of a fault in a JSON text, and the message about it.
+fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, String) {
+    // For an empty text serde_json says column 0; columns count from 1.
+    let (line, column) = (error.line(), error.column().max(1));
+    let place = Position { line, column };
+    if json.trim_ascii().is_empty() {
+        return (place, "the file is empty".to_owned());
+    }
+    if error.is_eof() {
+        let says = "the text ends in the middle: the file is truncated or damaged";
+        return (place, with_keys(keys, says));
+    }
+    match not_finite(json, place).filter(|_| error.is_syntax()) {
+        None => (place, sentence(keys, error)),
+        Some((column, word)) => {
+            let says =
+                format!("{word} is not a JSON number; write null for a number that is not finite");
+            (Position { line, column }, with_keys(keys, &says))
+        }
+    }
+}
+
+/// The word at a place, such as `-Infinity`, if it stands for a number that is not finite, and the column in
+/// which it begins.
+fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
+    let line = json
+        .split(|&byte| byte == b'\n')
+        .nth(place.line.checked_sub(1)?)?;
+    let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-".contains(byte);
+    let before = line.get(..place.column - 1)?;
+    let start = before.iter().rposition(|byte| !is_part(byte));
+    let start = start.map_or(0, |last| last + 1);
+    let rest = &line[start..];
+    let end = rest.iter().position(|byte| !is_part(byte));
+    let word = str::from_utf8(&rest[..end.unwrap_or(rest.len())]).ok()?;
+    let bare = word.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    let known = ["nan", "inf", "infinity"].contains(&bare.as_str());
+    known.then_some((start + 1, word))
+}
+
+/// The number with a decimal point that a text with a decimal comma stands for: `9.81` for `9,81`.
+pub fn with_decimal_point(text: &str) -> Option<String> {
+    let text = text.trim().trim_matches(['"', '\'']);
+    let (whole, rest) = text.split_once(',')?;
+    let number = format!("{whole}.{rest}");
+    let is_digit = |c: char| c.is_ascii_digit();
+    let is_number = whole.ends_with(is_digit) && rest.starts_with(is_digit);
+    (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
 /// An error about a JSON text, with the place of the value whose keys the message names first in
@@ -146,10 +195,15 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
         Some((found, expected)) => format!("{found}, expected {}", in_words(expected)),
         None => what.to_owned(),
     };
+    with_keys(keys, &what)
+}
+
+/// A message with the keys of the value in front.
+fn with_keys(keys: &str, what: &str) -> String {
     // The keys of a text that is cut off end with a `?`, for the one that was not read.
     let keys = keys.strip_suffix('?').unwrap_or(keys);
     match keys.strip_suffix('.').unwrap_or(keys) {
-        "" | ROOT => what,
+        "" | ROOT => what.to_owned(),
         keys => format!("`{keys}`: {what}"),
     }
 }
@@ -180,7 +234,7 @@ pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::{Error, from_json, placed};
+    use super::{Error, from_json, placed, with_decimal_point};
 
     #[test]
     fn what_is_wrong_in_json_is_named_with_its_keys() {
@@ -203,6 +257,50 @@ mod tests {
         assert!(refusal("{}").starts_with("error: missing field `rows`\n"));
         assert!(refusal("{\"rows\": []} x").starts_with("error: trailing characters\n"));
         assert!(refusal("{\"rows\": [], \"row\": 1}").contains("unknown field `row`"));
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named_with_its_place() {
+        for word in ["NaN", "nan", "-NaN", "Infinity", "-Infinity", "inf", "-inf"] {
+            let text = format!("{{\"a\":\n [1, {word}]}}");
+            let told = from_json::<serde_json::Value>("a.json", 4, text.as_bytes());
+            let says = format!(
+                "error: `a[1]`: {word} is not a JSON number; write null for a number that is not \
+                 finite\n --> a.json:6:6"
+            );
+            assert_eq!(told.unwrap_err().to_string(), says);
+        }
+        let text = b"{\"a\": nano}";
+        let told = from_json::<serde_json::Value>("a.json", 0, text).unwrap_err();
+        assert!(!told.to_string().contains("not finite"), "{told}");
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_or_empty_is_called_so() {
+        let refusal = |text: &str| {
+            let told = from_json::<serde_json::Value>("a.json", 0, text.as_bytes());
+            told.unwrap_err().to_string()
+        };
+        let whole = r#"{"a": [1, "x"]}"#;
+        for end in 1..whole.len() {
+            let told = refusal(&whole[..end]);
+            assert!(told.contains("the file is truncated or damaged"), "{told}");
+        }
+        assert_eq!(refusal(" \n"), "error: the file is empty\n --> a.json:2:1");
+    }
+
+    #[test]
+    fn a_decimal_comma_becomes_a_point() {
+        for (text, number) in [
+            ("9,81", "9.81"),
+            ("\"-1,5e-3\"", "-1.5e-3"),
+            (" 0,6 ", "0.6"),
+        ] {
+            assert_eq!(with_decimal_point(text).as_deref(), Some(number));
+        }
+        for text in ["9.81", "1,2,3", "a,b", "1,", ",5", "[1,5]", ""] {
+            assert_eq!(with_decimal_point(text), None, "{text}");
+        }
     }
 
     #[test]

@@ -82,6 +82,7 @@ proptest! {
         if substeps == 2 {
             physics.void_edges = VoidEdges::Drop;
         }
+        physics.speed_bound = layout.then_some(7.5);
         case.design.one_piece = layout;
         case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
         let read = Case::parse("case.json", &case.to_json()).unwrap();

@@ -20,7 +20,9 @@ from ._errors import (
     Error,
     FileError,
     InputError,
+    InternalError,
     InterruptedError,
+    OutOfMemoryError,
     UnstableStepError,
 )
 from ._loss import Loss
@@ -37,8 +39,10 @@ __all__ = [
     "FileError",
     "InputError",
     "Inputs",
+    "InternalError",
     "InterruptedError",
     "Loss",
+    "OutOfMemoryError",
     "Run",
     "Scene",
     "SceneLike",

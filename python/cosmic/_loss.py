@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from ._checks import whole
 from ._errors import InputError
 
 Floats = npt.NDArray[np.float64]
 #: Value, and gradients by positions and velocities, of states ``x`` and ``v``.
 ValueAndGradient = Callable[[Floats, Floats], tuple[float, Floats, Floats]]
-#: The steps that are looked at in a rollout of so many.
-Steps = Callable[[int], Sequence[int]]
+#: Steps of a rollout to look at: every so many, or a function of the number of steps that lists them.
+Steps = Union[int, Callable[[int], Sequence[int]]]
 
 
 class Loss:
@@ -24,8 +26,10 @@ class Loss:
     the loss and its gradients by both, each of that shape. :func:`cosmic.jax.loss` and
     :func:`cosmic.torch.loss` make one of a function that returns the loss alone.
 
-    ``observed(steps)`` are the steps of the states, ascending, the last of them ``steps``; by
-    default the last alone. Robots are ranked by minus the loss, or, with ``is_far``, by how far
+    ``observed`` says which states the loss sees: those of every so many steps, or a function that
+    lists the steps in ascending order for a rollout of so many, as in ``lambda steps: [steps // 2]``.
+    The last state is always there, and by default it is the only one: rollouts get longer in the
+    course of a run, and their length need not be a multiple of anything. Robots are ranked by minus the loss, or, with ``is_far``, by how far
     they get along the ground.
     """
 
@@ -37,15 +41,30 @@ class Loss:
     ) -> None:
         self.function = function
         self.is_far = is_far
+        if observed is not None and not callable(observed):
+            observed = whole("observed", observed, 1)
         self._observed = observed
 
     def observed(self, steps: int) -> list[int]:
         """The steps of the states that the loss looks at."""
         if self._observed is None:
             return [steps]
-        observed = [int(step) for step in self._observed(steps)]
-        if any(step < 0 for step in observed):
-            raise InputError(f"the loss observes {observed}: expected steps from 0 to {steps}")
+        if isinstance(self._observed, int):
+            return [*range(0, steps, self._observed), steps]
+        answer = self._observed(steps)
+        try:
+            observed = [operator.index(step) for step in answer]
+        except TypeError:
+            raise InputError(
+                f"the loss observes {answer!r}: expected a list of step numbers"
+            ) from None
+        if observed[-1:] != [steps]:
+            observed.append(steps)
+        if min(observed) < 0 or any(a >= b for a, b in zip(observed, observed[1:])):
+            raise InputError(
+                f"the loss observes {list(answer)} in a rollout of {steps} steps: expected steps "
+                f"in ascending order, from 0 to {steps}"
+            )
         return observed
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:

@@ -86,6 +86,8 @@ class Run:
 
     def __init__(self, folder: _Path, *, keep: Any = None) -> None:
         self.folder = Path(folder)
+        # Whoever unpickles the run may be in another folder.
+        self._absolute = self.folder.absolute()
         # A temporary folder lives as long as the run.
         self._keep = keep
         read = _core.load(self.folder)
@@ -133,6 +135,14 @@ class Run:
         _core.report(folder)
         return folder / "report.html"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A temporary folder goes with its run, so that its files travel along.
+        if self._keep is None:
+            return Run, (self._absolute,)
+        files = [path for path in self._absolute.rglob("*") if path.is_file()]
+        packed = {str(path.relative_to(self._absolute)): path.read_bytes() for path in files}
+        return _unpacked, (packed,)
+
     def __repr__(self) -> str:
         name, solid = self.summary["scene"], self.summary["V"]
         verdict = self.summary.get("reliability", {}).get("verdict")
@@ -141,8 +151,26 @@ class Run:
 
     def _repr_html_(self) -> str:
         page = html.escape(_core.player_page(self.folder))
-        style = "width: 100%; height: 36em; border: 0"
-        return f'<iframe srcdoc="{page}" style="{style}" title="{html.escape(repr(self))}"></iframe>'
+        title = html.escape(repr(self))
+        return f'<iframe srcdoc="{page}" style="{_STYLE}" onload="{_FIT}" title="{title}"></iframe>'
+
+
+#: The height of a page 1000 px wide. Where scripts run the frame takes the page's own, at any width.
+_STYLE = "width: 100%; height: 800px; border: 0"
+_FIT = (
+    "const page = this.contentDocument.body; "
+    "new ResizeObserver(() => this.style.height = page.scrollHeight + 'px').observe(page)"
+)
+
+
+def _unpacked(files: dict[str, bytes]) -> Run:
+    """A run from the files of its folder."""
+    keep = _Temporary()
+    for name, content in files.items():
+        path = keep.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return Run(keep.path, keep=keep)
 
 
 def _columns(table: str) -> dict[str, npt.NDArray[Any]]:
@@ -212,14 +240,16 @@ def resume(
     folder: _Path,
     *,
     loss: Any = None,
+    allow_unstable: bool = False,
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
 ) -> Run:
     """Continues the run in a folder; a finished one is only read. A run for a loss of Python is
-    continued with that loss or not at all."""
+    continued with that loss or not at all. ``allow_unstable`` sets ``physics.unstable_step`` to
+    ``"warn"`` in the run's scene, for a run whose time step has become unstable."""
     own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
-        interrupted = _core.resume(folder, own, pool, bar, _warn)
+        interrupted = _core.resume(folder, own, allow_unstable, pool, bar, _warn)
     return _result(Path(folder), None, own, interrupted)
 
 

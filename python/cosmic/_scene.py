@@ -19,7 +19,9 @@ SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Scene]
 def as_scene(source: SceneLike) -> Scene:
     """The scene that a name, a path, a text or a dictionary stands for.
 
-    A text with a line break or an equals sign is TOML. A dictionary has the settings of sections,
+    A text with a line break is TOML. Another text is a name or a path; if it has an equals sign, as
+    in ``"physics.friction = 0.6"``, it is TOML unless a file is called so or it ends with
+    ``.toml``: folders of sweeps have equals signs in their names. A dictionary has the settings of sections,
     nested or with dots, and may name another scene than the default under ``"scene"``:
     ``{"scene": "stability", "physics": {"friction": 0.6}, "schedule.iterations": 100}``.
     """
@@ -27,15 +29,24 @@ def as_scene(source: SceneLike) -> Scene:
         return source
     if isinstance(source, Mapping):
         settings = dict(source)
+        if "base" in settings:
+            raise InputError("`base` is not a key of a dictionary; name the base as `scene`")
         base = as_scene(settings.pop("scene", None) or _core.scenes()[0])
         return base.overridden(_toml(settings)) if settings else base
-    if isinstance(source, str) and ("\n" in source or "=" in source):
-        return Scene.parse(source)
+    if isinstance(source, str) and _is_toml(source):
+        return Scene.parse(_encodable(source))
     if isinstance(source, (str, os.PathLike)):
         return Scene.load(source)
     raise InputError(
         f"a scene is a name, a path, TOML text or a dictionary, not {type(source).__name__}"
     )
+
+
+def _is_toml(text: str) -> bool:
+    """Whether a text is a scene itself, not the name or the path of one."""
+    if "\n" in text:
+        return True
+    return "=" in text and not text.endswith(".toml") and not os.path.exists(text)
 
 
 def _toml(settings: Mapping[str, Any]) -> str:
@@ -58,16 +69,30 @@ def _toml(settings: Mapping[str, Any]) -> str:
 
 def _value(value: Any) -> str:
     """A value as TOML writes it."""
-    if isinstance(value, (bool, str)) or type(value).__name__ == "bool_":
-        return json.dumps(value if isinstance(value, str) else bool(value))
+    if isinstance(value, str):
+        # As JSON but for characters beyond the first 65536, which JSON writes as two, and DEL.
+        return json.dumps(_encodable(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
+        return json.dumps(bool(value))
     if isinstance(value, numbers.Integral):
         return str(int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
     if isinstance(value, os.PathLike):
-        return json.dumps(os.fspath(value))
+        return _value(os.fsdecode(value))
     if hasattr(value, "tolist"):
         return _value(value.tolist())
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_value, value)) + "]"
-    raise InputError(f"{value!r} is no value of a scene: numbers, texts, truths and lists are")
+    raise InputError(
+        f"{value!r} is not a valid scene value; use a number, string, boolean or list"
+    )
+
+
+def _encodable(text: str) -> str:
+    """The text, if it has no half of a surrogate pair, as a path that is not UTF-8 has."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError(f"{text!r} is not a valid text: a scene is written in UTF-8") from None
+    return text

@@ -22,6 +22,10 @@ Array = npt.NDArray[Any]
 Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
 
 
+#: How design vectors become mixtures of materials.
+PROJECTIONS = ("auto", "performance", "stability", "none")
+
+
 class Inputs(NamedTuple):
     """Everything that a rollout depends on and is differentiated by.
 
@@ -67,6 +71,9 @@ class Simulator:
 
     def __init__(self, scene: SceneLike, projection: str = "auto") -> None:
         self.scene: Scene = as_scene(scene)
+        if projection not in PROJECTIONS:
+            allowed = ", ".join(map(repr, PROJECTIONS))
+            raise InputError(f"projection: {projection!r}: allowed: {allowed}")
         self.projection = projection
         self._core = _core.Simulator(self.scene)
         self.dt: float = self._core.dt
@@ -105,6 +112,10 @@ class Simulator:
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
         return listed
 
+    def check_span(self, observed: Sequence[int], first: int = 0) -> None:
+        """Raises :class:`InputError` for steps that a rollout of the scene does not have."""
+        self._core.check_span(list(observed), first)
+
     def rollout(
         self,
         inputs: Inputs,
@@ -118,11 +129,22 @@ class Simulator:
 
         ``first`` is the number of steps that were done before, for a rollout that goes on from
         another's last state. A rollout that diverges raises :class:`DivergedError` with where and
-        why, or with ``check=False`` returns what numbers there are.
+        why. With ``check=False`` its states are NaN from the first one on that is not finite, or
+        beyond 1e6 m or 1e6 m/s; and a robot with inputs that are not finite has states of NaN.
+
+        Ctrl-C stops a batch after the robots at hand. The states of those that are finished are the
+        attribute ``trajectory`` of the ``KeyboardInterrupt``, with NaN for the others.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
-        return Trajectory(*self._core.rollout(arrays, seen, first, self.projection, check))
+        arrays, lost = (arrays, None) if check else self._finite(arrays)
+        try:
+            states = self._core.rollout(arrays, seen, first, self.projection, check)
+        except KeyboardInterrupt as stopped:
+            if hasattr(stopped, "trajectory"):
+                stopped.trajectory = Trajectory(*stopped.trajectory)
+            raise
+        return Trajectory(*_without(lost, states))
 
     def vjp(
         self,
@@ -133,22 +155,26 @@ class Simulator:
         *,
         first: int = 0,
         bounded: bool = False,
+        check: bool = True,
     ) -> Inputs:
         """The vector-Jacobian product of :meth:`rollout`: the gradient, by every input, of the sum
         of states times cotangents. Of several robots each has its own, also by what they share.
 
         With ``bounded`` cotangents are held back on their way as the scene's
         ``gradient.cotangent_bound`` says, which long rollouts of robots with contacts need to be
-        of use; without it the gradient is exact.
+        of use; without it the gradient is exact. For ``check`` see :meth:`rollout`: without it the
+        gradient of a robot that diverges is NaN.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
         if len(cotangents) != 2:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
         x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
-        return Inputs(
-            *self._core.vjp(arrays, x_bar, v_bar, seen, first, self.projection, bounded)
+        arrays, lost = (arrays, None) if check else self._finite(arrays)
+        gradient = self._core.vjp(
+            arrays, x_bar, v_bar, seen, first, self.projection, bounded, check
         )
+        return Inputs(*_without(lost, gradient))
 
     def jvp(
         self,
@@ -158,14 +184,33 @@ class Simulator:
         observed: Observed = 16,
         *,
         first: int = 0,
+        check: bool = True,
     ) -> tuple[Trajectory, Trajectory]:
         """The states of :meth:`rollout`, but for last bits, and their derivatives along
-        ``tangents``."""
+        ``tangents``. Without ``check`` all of them are NaN for a robot that diverges."""
         arrays = _prepared(inputs)
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
-        x, v, dx, dv = self._core.jvp(arrays, along, seen, first, self.projection)
+        arrays, lost = (arrays, None) if check else self._finite(arrays)
+        numbers = self._core.jvp(arrays, along, seen, first, self.projection, check)
+        x, v, dx, dv = _without(lost, numbers)
         return Trajectory(x, v), Trajectory(dx, dv)
+
+    def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
+        """Arrays with 0 in place of what is not finite, and which robots had that, if any."""
+        lost: Any = np.zeros((), np.bool_)
+        kept = []
+        for array, shape in zip(arrays, self.shapes.values()):
+            finite = np.isfinite(array)
+            batch = array.ndim - len(shape)
+            # The library refuses other shapes, and batches of different sizes.
+            if batch in (0, 1) and not finite.all():
+                here = ~finite.all(axis=tuple(range(batch, array.ndim)))
+                if not lost.ndim or not here.ndim or lost.shape == here.shape:
+                    lost = lost | here
+                array = np.where(finite, array, array.dtype.type(0))
+            kept.append(array)
+        return kept, (lost if lost.any() else None)
 
     def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str]]:
         return Simulator, (self.scene, self.projection)
@@ -174,8 +219,16 @@ class Simulator:
         return f"Simulator({self.scene!r}, projection={self.projection!r})"
 
 
+def _without(lost: Optional[npt.NDArray[np.bool_]], arrays: Sequence[Array]) -> Sequence[Array]:
+    """The arrays with NaN for these robots."""
+    if lost is not None:
+        for array in arrays:
+            array[lost if lost.ndim else ...] = np.nan
+    return arrays
+
+
 def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
-    """The arrays in C order and of one type; copied only where they are not."""
+    """The arrays in C order, aligned and of one type; copied only where they are not."""
     count = len(Inputs._fields)
     is_list = isinstance(inputs, (tuple, list))
     if not is_list or len(inputs) != count:
@@ -199,4 +252,11 @@ def _floats(
     if dtype is None:
         single = all(array.dtype == np.float32 for array in arrays)
         dtype = np.dtype(np.float32 if single else np.float64)
-    return [np.ascontiguousarray(array, dtype) for array in arrays]
+    return [ordered(array, dtype) for array in arrays]
+
+
+def ordered(array: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> Array:
+    """The array in C order and aligned, as the library reads it; copied only where it is not. A field
+    of a structured array may lie at any byte."""
+    made = np.ascontiguousarray(array, dtype)
+    return made if made.flags.aligned else made.copy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any, Optional, Protocol, Union, cast
 
@@ -56,17 +56,27 @@ class Sweep:
         return [executor.submit(run_one, str(self.folder), index) for index in self.left()]
 
     def run(self, threads: Optional[int] = None) -> None:
-        """Does every run that is left in threads of this process, one per core unless given. An
-        exception of a run is raised when the others have ended."""
-        workers = os.cpu_count() if threads is None else whole("threads", threads, 1, 1024)
-        with ThreadPoolExecutor(workers) as executor:
-            futures = self.submit(executor)
+        """Does every run that is left in threads of this process: one per core, or as many as
+        ``RAYON_NUM_THREADS`` says, unless given. An exception of a run is raised when the others
+        have ended.
+
+        Ctrl-C stops the runs after the iteration at hand. Those that are finished are kept, and the
+        others go on from there when they are asked for again."""
+        usual = _core.usual_threads() if threads is None else whole("threads", threads, 1, 1024)
+        stop, folder = _core.Stop(), str(self.folder)
+        with ThreadPoolExecutor(usual) as executor:
+            futures = [executor.submit(_core.sweep_run, folder, k, stop) for k in self.left()]
             try:
-                for future in as_completed(futures):
-                    future.exception()
-            except KeyboardInterrupt:
-                executor.shutdown(wait=False, cancel_futures=True)
-                raise
+                wait(futures)
+            except BaseException as error:
+                stop.set()
+                executor.shutdown(wait=True, cancel_futures=True)
+                if not isinstance(error, KeyboardInterrupt):
+                    raise
+                done = len(self) - len(self.left())
+                raise KeyboardInterrupt(
+                    f"{done} of {len(self)} runs are finished; run() goes on with the others"
+                ) from None
         for future in futures:
             future.result()
 

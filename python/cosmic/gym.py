@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Optional, Union
 
 import gymnasium
@@ -23,12 +24,13 @@ from ._errors import InputError
 from ._run import Run
 from ._scene import SceneLike, as_scene
 from ._checks import whole
-from ._simulator import Simulator
+from ._simulator import Simulator, ordered
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
-#: No observation is larger: beyond 1e6 m or m/s a robot counts as diverged, and scales are below 1000.
-_BOUND = 1e9
+#: No observation is larger. Beyond 1e6 m or m/s a robot counts as diverged, goals are up to 1e6 m away, and scales
+#: are up to 1e6: an offset from the mean is at most 2e6 m, and turned to a slope 3e6 m, times 1e6.
+_BOUND = 1e13
 
 _Floats = npt.NDArray[np.float64]
 
@@ -50,7 +52,7 @@ class _Walk:
         else:
             self.scene = as_scene(robot)
             design = Simulator(self.scene).initial().z if z is None else z
-        self.z = np.ascontiguousarray(design, np.float64)
+        self.z = ordered(design)
         self.core = _core.Driven(self.scene, self.z)
         if not self.core.actuators:
             raise InputError("the design has no actuator: there is nothing to drive")
@@ -58,12 +60,29 @@ class _Walk:
         if not 0.0 <= scatter < np.inf:
             raise InputError(f"scatter: {scatter}: expected a length of 0 or more")
         self.scatter = scatter
-        self.seconds = frame_skip * self.core.dt
+        self.seconds = self.frame_skip * self.core.dt
         self.x = np.repeat(self.core.rest[None], robots, axis=0)
         self.v = np.zeros_like(self.x)
         self.done = np.zeros(robots, np.int64)
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.core.actuators),), np.float32)
         self.observation_space = spaces.Box(-_BOUND, _BOUND, (self.core.inputs,), np.float64)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "core"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.core = _core.Driven(self.scene, self.z)
+
+    @property
+    def frames_per_second(self) -> int:
+        """The rate of a film: at least 1, for a film's player knows no slower one."""
+        return max(1, round(1.0 / self.seconds))
+
+    def picture(self, seen: list[_Floats]) -> Any:
+        """A robot in the last of these states, one at the start and one after each frame."""
+        steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
+        return _core.frame(self.scene, self.z, steps, np.array(seen))
 
     def begin(self, robot: int, random: np.random.Generator) -> None:
         """Sets a robot back to its start, every coordinate moved a little at random."""
@@ -110,6 +129,11 @@ class _Walk:
         return self.core.observe(self.x, self.v, [int(done) for done in self.done])
 
 
+def _check_mode(render_mode: Optional[str]) -> None:
+    if render_mode not in (None, "rgb_array"):
+        raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
+
+
 class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
     """One robot that walks.
 
@@ -135,13 +159,12 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         scatter: float = 1e-3,
         render_mode: Optional[str] = None,
     ) -> None:
-        if render_mode not in (None, "rgb_array"):
-            raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
+        _check_mode(render_mode)
         self._walk = _Walk(robot, z, 1, frame_skip, scatter)
         self.action_space = self._walk.action_space
         self.observation_space = self._walk.observation_space
         self.render_mode = render_mode
-        self.metadata = {**self.metadata, "render_fps": round(1.0 / self._walk.seconds)}
+        self.metadata = {**self.metadata, "render_fps": self._walk.frames_per_second}
         self._seen: list[_Floats] = []
         self._over = True
 
@@ -160,7 +183,8 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         if self._over:
             raise gymnasium.error.ResetNeeded("no episode has begun, or it is over: call reset")
         made, lost = self._walk.advance(self._walk.held(np.asarray(action)[None]))
-        self._seen.append(self._walk.x[0].copy())
+        if self.render_mode is not None:
+            self._seen.append(self._walk.x[0].copy())
         over = bool(self._walk.is_over[0]) and not lost[0]
         self._over = over or bool(lost[0])
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
@@ -172,22 +196,24 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
     def render(self) -> Any:
         """The robot now, as an array of shape ``(240, 480, 3)``."""
         if self.render_mode is None:
+            gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
             return None
         if not self._seen:
             raise gymnasium.error.ResetNeeded("there is nothing to see yet: call reset")
-        skip, last = self._walk.frame_skip, self._walk.core.steps
-        steps = [min(k * skip, last) for k in range(len(self._seen))]
-        return _core.frame(self._walk.scene, self._walk.z, steps, np.array(self._seen))
+        return self._walk.picture(self._seen)
 
 
 class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]]):
     """Many robots of one design, stepped side by side in SIMD lanes and threads.
 
-    Arguments are those of :class:`WalkEnv`. An episode that is over begins anew in the next step,
-    as gymnasium's own vector environments have it.
+    Arguments are those of :class:`WalkEnv`, and all else is as in gymnasium's ``SyncVectorEnv``:
+
+    - ``autoreset_mode`` says when an episode that is over begins anew: in the next step, in the same
+      one, or when ``reset`` is called with a ``reset_mask`` among its options.
+    - ``max_episode_steps``: an episode is cut off after so many calls of ``step``.
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -197,58 +223,154 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         *,
         frame_skip: int = 10,
         scatter: float = 1e-3,
+        render_mode: Optional[str] = None,
+        autoreset_mode: Union[str, AutoresetMode] = AutoresetMode.NEXT_STEP,
+        max_episode_steps: Optional[int] = None,
     ) -> None:
         self.num_envs = whole("num_envs", num_envs, least=1)
-        self.render_mode = None
+        _check_mode(render_mode)
+        self.render_mode = render_mode
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            allowed = ", ".join(repr(mode.value) for mode in AutoresetMode)
+            raise InputError(f"autoreset_mode: {autoreset_mode!r}: allowed: {allowed}") from None
+        most = max_episode_steps
+        self._most = None if most is None else whole("max_episode_steps", most, 1)
         self._walk = _Walk(robot, z, num_envs, frame_skip, scatter)
+        self.metadata = {
+            **self.metadata,
+            "render_fps": self._walk.frames_per_second,
+            "autoreset_mode": self.autoreset_mode,
+        }
         self.single_action_space = self._walk.action_space
         self.single_observation_space = self._walk.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._over = np.zeros(num_envs, np.bool_)
-        self._random: list[np.random.Generator] = []
+        self._frames = np.zeros(num_envs, np.int64)
+        self._seen: list[list[_Floats]] = [[] for _ in range(num_envs)]
+        self._random: list[tuple[np.random.Generator, int]] = []
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:
+        """The generator of every robot."""
+        return tuple(random for random, _ in self._seeded([None] * self.num_envs))
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:
+        """The seed of every robot."""
+        return tuple(seed for _, seed in self._seeded([None] * self.num_envs))
+
+    def _seeded(self, seeds: list[Optional[int]]) -> list[tuple[np.random.Generator, int]]:
+        """Generators of these seeds. Without a seed a robot keeps what it has."""
+        drawn = gymnasium.utils.seeding.np_random
+        is_new = not self._random
+        # As reset of a single environment draws: robot k is that of its seed.
+        self._random = [
+            drawn(own) if is_new or own is not None else self._random[k]
+            for k, own in enumerate(seeds)
+        ]
+        return self._random
 
     def reset(
         self,
         *,
-        seed: Union[int, list[Optional[int]], None] = None,
+        seed: Union[int, Sequence[Optional[int]], None] = None,
         options: Optional[dict[str, Any]] = None,
     ) -> tuple[_Floats, dict[str, Any]]:
-        if seed is not None or not self._random:
-            seeds = seed if isinstance(seed, list) else [
-                None if seed is None else seed + k for k in range(self.num_envs)
-            ]
-            if len(seeds) != self.num_envs:
-                raise InputError(f"seed: {len(seeds)} seeds for {self.num_envs} robots")
-            # As reset of a single environment draws: robot k is that of its seed.
-            self._random = [gymnasium.utils.seeding.np_random(own)[0] for own in seeds]
-        for robot, random in enumerate(self._random):
-            self._walk.begin(robot, random)
-        self._over[:] = False
-        return self._walk.observe(), self._info()
+        if seed is None:
+            seeds: list[Optional[int]] = [None] * self.num_envs
+        elif isinstance(seed, (int, np.integer)):
+            seeds = [int(seed) + k for k in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise InputError(f"seed: {len(seeds)} seeds for {self.num_envs} robots")
+        begins = self._mask(options)
+        self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
+        self._begin(begins)
+        return self._walk.observe(), self._info(begins)
+
+    def _mask(self, options: Optional[dict[str, Any]]) -> npt.NDArray[np.bool_]:
+        """Which robots a reset is about: all, unless the options have a mask."""
+        if options is None or "reset_mask" not in options:
+            return np.ones(self.num_envs, np.bool_)
+        mask: npt.NDArray[np.bool_] = np.array(options["reset_mask"])
+        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
+            raise InputError(
+                f"reset_mask: expected {self.num_envs} booleans, at least one of them True, "
+                f"found {options['reset_mask']!r}"
+            )
+        return mask
+
+    def _begin(self, robots: npt.NDArray[np.bool_]) -> None:
+        for robot in map(int, np.flatnonzero(robots)):
+            self._walk.begin(robot, self._random[robot][0])
+            self._seen[robot] = [self._walk.x[robot].copy()]
+        self._frames[robots] = 0
+        self._over[robots] = False
 
     def step(
         self, actions: npt.NDArray[np.float32]
     ) -> tuple[_Floats, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
-        if not self._random:
+        walk, mode = self._walk, self.autoreset_mode
+        if not all(self._seen):
             raise gymnasium.error.ResetNeeded("call reset first")
-        held = self._walk.held(actions)
-        begins = self._over
-        for robot in np.flatnonzero(begins):
-            self._walk.begin(int(robot), self._random[robot])
-        kept = self._walk.x[begins], self._walk.v[begins]
-        made, lost = self._walk.advance(held)
+        if mode is AutoresetMode.DISABLED and self._over.any():
+            over = np.flatnonzero(self._over).tolist()
+            raise gymnasium.error.ResetNeeded(
+                f"the episodes of {over} are over: call reset with a `reset_mask` in its options"
+            )
+        held = walk.held(actions)
+        begins = self._over.copy()
+        self._begin(begins)
+        kept = walk.x[begins], walk.v[begins]
+        made, lost = walk.advance(held)
         # Those that begin do not act in this step.
-        self._walk.x[begins], self._walk.v[begins] = kept
-        self._walk.done[begins] = 0
+        walk.x[begins], walk.v[begins] = kept
+        walk.done[begins] = 0
         made[begins], lost[begins] = 0.0, False
-        over = self._walk.is_over & ~lost
+        self._frames[~begins] += 1
+        self._keep(~begins)
+        over = walk.is_over & ~lost
+        if self._most is not None:
+            over |= self._frames >= self._most
         self._over = over | lost
-        return self._walk.observe(), made, lost, over, self._info()
+        everyone = np.ones(self.num_envs, np.bool_)
+        if mode is not AutoresetMode.SAME_STEP or not self._over.any():
+            return walk.observe(), made, lost, over, self._info(everyone)
+        final, final_info = walk.observe(), self._info(self._over)
+        info: dict[str, Any] = {}
+        for robot in map(int, np.flatnonzero(self._over)):
+            self._add_info(info, {"final_obs": final[robot]}, robot)
+        info.update(final_info=final_info, _final_info=self._over.copy())
+        self._begin(self._over.copy())
+        return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
-    def _info(self) -> dict[str, Any]:
+    def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
+        """Keeps what a picture shows."""
+        if self.render_mode is not None:
+            for robot in map(int, np.flatnonzero(robots)):
+                self._seen[robot].append(self._walk.x[robot].copy())
+
+    def _info(self, robots: npt.NDArray[np.bool_]) -> dict[str, Any]:
+        """Infos of some robots, with a mask that tells which: as gymnasium puts them together."""
         walk = self._walk
-        return {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
+        of_each = {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
+        info: dict[str, Any] = {}
+        for name, numbers in of_each.items():
+            info[name], info[f"_{name}"] = np.where(robots, numbers, 0.0), robots.copy()
+        return info
+
+    def render(self) -> Any:
+        """A picture of every robot now, each an array of shape ``(240, 480, 3)``."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
+            return None
+        if not all(self._seen):
+            raise gymnasium.error.ResetNeeded("there is nothing to see yet: call reset")
+        return tuple(self._walk.picture(seen) for seen in self._seen)
 
 
 # Also by `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)`, and by `make_vec`.

@@ -8,6 +8,10 @@
 >>> gradient = jax.jit(jax.grad(height))(sim.initial())
 >>> gradient.z.shape
 (110, 3)
+
+JAX calls a rollout back on the CPU. On a machine with one core its callbacks can wait for one another
+forever, for example under ``jit(vmap(...))`` with 128 robots or more: start Python there with
+``XLA_FLAGS=--xla_force_host_platform_device_count=2`` in its environment.
 """
 
 from __future__ import annotations
@@ -20,6 +24,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ._checks import whole
+from ._errors import InputError
 from ._loss import Loss, Steps
 from ._simulator import Inputs, Observed, Simulator, Trajectory
 
@@ -51,6 +57,8 @@ class _Plan:
 
     def run(self, *arrays: Any) -> Trajectory:
         inputs, _, batch = _one_axis(arrays, self.bases())
+        if 0 in batch:
+            return Trajectory(*(np.zeros(batch + self.shape(), arrays[0].dtype),) * 2)
         seen = self.simulator.rollout(
             Inputs(*inputs), observed=self.observed, first=self.first, check=False
         )
@@ -58,12 +66,16 @@ class _Plan:
 
     def pull(self, *arrays: Any) -> Inputs:
         inputs, bars, batch = _one_axis(arrays, self.bases(), 2)
+        if 0 in batch:
+            shapes = self.simulator.shapes.values()
+            return Inputs(*(np.zeros(batch + shape, arrays[0].dtype) for shape in shapes))
         gradient = self.simulator.vjp(
             Inputs(*inputs),
             Trajectory(*bars),
             observed=self.observed,
             first=self.first,
             bounded=self.bounded,
+            check=False,
         )
         pairs = zip(gradient, self.bases())
         return Inputs(*(_axes_again(array, batch, base) for array, base in pairs))
@@ -102,9 +114,38 @@ def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
     return array.reshape(batch + array.shape[array.ndim - base :]) if batch else array
 
 
+def _checked(simulator: Simulator, inputs: Any) -> Inputs:
+    """The arrays, if they are those of one robot. JAX would wrap an exception of a callback."""
+    count = len(Inputs._fields)
+    if not isinstance(inputs, (tuple, list)) or len(inputs) != count:
+        found = len(inputs) if isinstance(inputs, (tuple, list)) else type(inputs).__name__
+        raise InputError(f"expected the {count} arrays of Inputs, found {found}")
+    arrays: list[Any] = []
+    for (name, shape), given in zip(simulator.shapes.items(), inputs):
+        array: Any = jnp.asarray(given)
+        is_real = jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(
+            array.dtype, jnp.integer
+        )
+        if not is_real:
+            raise InputError(f"{name} is of type {array.dtype}: expected float32 or float64")
+        if array.shape != shape:
+            raise InputError(
+                f"{name}: expected the shape {list(shape)}, found {list(array.shape)}; "
+                "use jax.vmap for several robots"
+            )
+        arrays.append(array)
+    return Inputs(*arrays)
+
+
+def _precision(inputs: Inputs) -> Any:
+    """The type that the library computes in: double precision if an array is in it, else single."""
+    is_double = jnp.result_type(*inputs, float) == jnp.float64
+    return jnp.float64 if is_double else jnp.float32
+
+
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def _rollout(plan: _Plan, inputs: Inputs) -> Trajectory:
-    dtype = jnp.result_type(*inputs)
+    dtype = _precision(inputs)
     shape: Any = jax.ShapeDtypeStruct(plan.shape(), dtype)
     arrays = [jnp.asarray(array, dtype) for array in inputs]
     # Arrays that vmap does not map over arrive with an axis of length 1, and stay shared.
@@ -119,15 +160,23 @@ def _forward(plan: _Plan, inputs: Inputs) -> tuple[Trajectory, Inputs]:
 
 
 def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inputs]:
-    dtype = jnp.result_type(*inputs)
+    dtype = _precision(inputs)
     arrays = [jnp.asarray(array, dtype) for array in inputs]
+    cotangents = Trajectory(*(jnp.asarray(bar, dtype) for bar in cotangents))
     shapes: list[Any] = [
         jax.ShapeDtypeStruct(shape, dtype) for shape in plan.simulator.shapes.values()
     ]
     gradient = jax.pure_callback(
         plan.pull, Inputs(*shapes), *arrays, *cotangents, vmap_method="expand_dims"
     )
-    return (Inputs(*(g.astype(jnp.result_type(a)) for g, a in zip(gradient, inputs))),)
+    return (Inputs(*map(_cotangent, gradient, inputs)),)
+
+
+def _cotangent(gradient: Any, of: Any) -> Any:
+    """The gradient in the type of what it is by; JAX has none by whole numbers."""
+    if not jnp.issubdtype(of.dtype, jnp.floating):
+        return np.zeros(of.shape, jax.dtypes.float0)
+    return gradient.astype(of.dtype)
 
 
 _rollout.defvjp(_forward, _backward)
@@ -145,12 +194,15 @@ def rollout(
     """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``.
 
     In double precision where the inputs are, which JAX wants to be told by
-    ``jax.config.update("jax_enable_x64", True)``. A rollout that diverges gives what
-    numbers there are. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
+    ``jax.config.update("jax_enable_x64", True)``. A robot that diverges has states of NaN from
+    there on, and a gradient of NaN; one whose inputs are not finite has nothing but NaN. Other
+    robots of the same ``vmap`` are unaffected. For ``bounded`` see
+    :meth:`cosmic.Simulator.vjp`.
     """
-    plan = _Plan(simulator, simulator.observed(steps, observed), first, bounded)
-    arrays: list[Any] = [jnp.asarray(array) for array in inputs]
-    seen: Trajectory = _rollout(plan, Inputs(*arrays))
+    seen_at, first = simulator.observed(steps, observed), whole("first", first, 0)
+    simulator.check_span(seen_at, first)
+    plan = _Plan(simulator, seen_at, first, bounded)
+    seen: Trajectory = _rollout(plan, _checked(simulator, inputs))
     return seen
 
 

@@ -1,6 +1,7 @@
 //! Arrays in and out.
 
 use crate::errors::refused;
+use crate::memory::has_room;
 use autodiff::Real;
 use cosmic::controller::{Controller, observation_length};
 use cosmic::inputs::Inputs;
@@ -38,6 +39,15 @@ impl Sizes {
             inputs: observation_length(controller, lattice.nodes()),
             hidden: controller.hidden,
         }
+    }
+
+    /// How many numbers the arrays of [`Inputs`] have.
+    pub(crate) fn numbers(&self) -> f64 {
+        let counts = self.shapes();
+        let counts = counts
+            .iter()
+            .map(|shape| shape.iter().map(|&n| n as f64).product::<f64>());
+        counts.sum()
     }
 
     /// The shapes of the arrays of [`Inputs`].
@@ -114,7 +124,7 @@ impl<'py, R: Number> Given<'py, R> {
     pub(crate) fn numbers(&self) -> PyResult<&[R]> {
         self.array.as_slice().map_err(|_| {
             refused(format!(
-                "{}: expected an array that is contiguous in C order",
+                "{}: expected an array that is aligned, and contiguous in C order",
                 self.name
             ))
         })
@@ -184,6 +194,12 @@ impl<R: Number> Batch<R> {
                 }
                 _ => size = Some((count, NAMES[k])),
             }
+        }
+        if let Some((count, _)) = size {
+            // Every robot has its own copy of what is not the same for all.
+            let bytes = count as f64 * sizes.numbers() * size_of::<R>() as f64;
+            let what = format!("a copy of the inputs of {count} robots");
+            has_room(bytes, &what, "take fewer robots at once")?;
         }
         let part = |k: usize, robot: usize| {
             let length = data[k].len() / counts[k];

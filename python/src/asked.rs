@@ -1,7 +1,7 @@
 //! A rollout that is asked for, of one robot or of several.
 
 use crate::arrays::{Batch, Given, NAMES, Number, Sizes, flattened};
-use crate::errors::refused;
+use crate::errors::{InternalError, refused};
 use crate::pool;
 use autodiff::Real;
 use cosmic::error::Error;
@@ -13,6 +13,9 @@ use cosmic::task::{Task, together};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 
 /// How design vectors become mixtures of materials.
 #[derive(Clone, Copy)]
@@ -99,15 +102,19 @@ impl<R: Number> Asked<R> {
     pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
         let robots = self.batch.robots();
         let shared = self.batch.shared_controller().is_some();
-        in_groups(robots, shared, |group| self.group(task, group))
+        in_groups(robots, shared, &Stop::new(false), |group| {
+            self.group(task, group)
+        })
     }
 
-    /// Writes positions and velocities of all robots to their places. With `check` the divergence of the first
-    /// robot whose last state is absurd, with its number: what is not finite stays so.
+    /// Writes positions and velocities of all robots to their places: NaN from the first absurd state on where
+    /// a robot diverges, and for robots whose turn has not come when the work is stopped. With `check` the
+    /// divergence of the first robot whose last state is absurd, with its number.
     pub(crate) fn fill(
         &self,
         task: &Task,
         [x, v]: [&mut [R]; 2],
+        stop: &Stop,
         check: bool,
     ) -> Result<(), (usize, Error)> {
         let (robots, together) = (self.batch.robots(), self.together());
@@ -116,6 +123,11 @@ impl<R: Number> Asked<R> {
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
         // Every thread writes its robots' states into their place and lets go of them.
         let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
+            if stop.load(Ordering::Relaxed) {
+                x.fill(R::lit(f64::NAN));
+                v.fill(R::lit(f64::NAN));
+                return None;
+            }
             let first = group * together;
             let seen = self.group(task, first..(first + together).min(robots));
             let parts = x.chunks_exact_mut(length).zip(v.chunks_exact_mut(length));
@@ -135,7 +147,7 @@ impl<R: Number> Asked<R> {
     }
 
     /// Where and why a robot's rollout diverges, in double precision.
-    fn divergence(&self, task: &Task, robot: usize) -> Error {
+    pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
         let mixture = self.mixture(task, robot);
@@ -151,19 +163,40 @@ impl<R: Number> Asked<R> {
     }
 }
 
-/// Copies positions and velocities of the states to their places.
-fn copy<R: Real>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
+/// Copies positions and velocities of the states to their places. Of a robot that diverges no state from the first
+/// absurd one on is copied: NaN takes its place.
+fn copy<R: Number>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
     let nodes = seen.states.first().map_or(1, |state| 2 * state.x.len());
     let places = x.chunks_exact_mut(nodes).zip(v.chunks_exact_mut(nodes));
     for (state, (x, v)) in seen.states.iter().zip(places) {
         x.copy_from_slice(state.x.as_flattened());
         v.copy_from_slice(state.v.as_flattened());
     }
+    if is_absurd(seen) {
+        let first = seen.states.iter().position(is_absurd_state);
+        let first = first.unwrap_or_default() * nodes;
+        x[first..].fill(R::lit(f64::NAN));
+        v[first..].fill(R::lit(f64::NAN));
+    }
 }
 
 fn is_absurd<R: Number>(seen: &Trajectory<R>) -> bool {
-    let last = seen.states.last().map(|state| state.map(Into::into));
-    last.is_some_and(|state: State<f64>| state.is_absurd())
+    seen.states.last().is_some_and(is_absurd_state)
+}
+
+fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
+    let state: State<f64> = state.map(Into::into);
+    state.is_absurd()
+}
+
+/// Whether the last state of [`seen`] is absurd.
+pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
+    let last = |half: &[R]| half[half.len() - 2 * nodes..].as_chunks().0.to_vec();
+    let (x, v) = seen.split_at(seen.len() / 2);
+    is_absurd_state(&State {
+        x: last(x),
+        v: last(v),
+    })
 }
 
 /// The observed positions of a robot, then the velocities.
@@ -178,17 +211,55 @@ pub(crate) fn seen<R: Real>(
     flattened(&[seen]).concat()
 }
 
-/// Runs without the interpreter's lock; several robots share the pool.
+/// Set once the work is to stop: what has not begun is left out then.
+pub(crate) type Stop = AtomicBool;
+
+/// How often signals are looked for.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The result of work that a signal may have interrupted, and the exception that the signal raised.
+pub(crate) type Interruptible<T> = (T, Option<PyErr>);
+
+/// Runs without the interpreter's lock; several robots share the pool, and a signal stops them after those at
+/// hand.
 pub(crate) fn in_pool<T: Send>(
     py: Python,
     robots: usize,
-    work: impl FnOnce() -> T + Send,
-) -> PyResult<T> {
+    work: impl FnOnce(&Stop) -> T + Send,
+) -> PyResult<Interruptible<T>> {
+    let stop = Stop::new(false);
     if robots == 1 {
-        return Ok(py.detach(work));
+        return Ok((py.detach(|| work(&stop)), None));
     }
     let pool = pool::shared()?;
-    Ok(py.detach(|| pool.install(work)))
+    let (sender, receiver) = channel();
+    let mut raised = None;
+    let (stop, interrupt) = (&stop, &mut raised);
+    let ended = py.detach(move || {
+        pool.in_place_scope(|scope| {
+            // Nobody listens any more only after a panic.
+            scope.spawn(move |_| _ = sender.send(work(stop)));
+            loop {
+                match receiver.recv_timeout(LOOK) {
+                    Ok(done) => return Some(done),
+                    // The work panicked: the scope passes that on.
+                    Err(RecvTimeoutError::Disconnected) => return None,
+                    Err(RecvTimeoutError::Timeout) => {}
+                }
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    stop.store(true, Ordering::Relaxed);
+                    interrupt.get_or_insert(error);
+                }
+            }
+        })
+    });
+    let done = ended.ok_or_else(|| InternalError::new_err("the work ended without a result"))?;
+    Ok((done, raised))
+}
+
+/// The result of work of which nothing is kept when a signal interrupts it.
+pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
+    raised.map_or(Ok(done), Err)
 }
 
 /// How many robots a thread steps side by side: several where they share the controller. A single robot asks
@@ -205,18 +276,26 @@ fn group_size(robots: usize, shared: bool) -> usize {
 pub(crate) fn in_groups<T: Send>(
     robots: usize,
     shared: bool,
+    stop: &Stop,
     of: impl Fn(Range<usize>) -> T + Sync + Send,
 ) -> Vec<T> {
     let size = group_size(robots, shared);
-    each(robots.div_ceil(size), |group| {
+    each(robots.div_ceil(size), stop, |group| {
         of(group * size..((group + 1) * size).min(robots))
     })
 }
 
-/// A function of every robot's number.
-pub(crate) fn each<T: Send>(robots: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    match robots {
-        1 => vec![of(0)],
-        _ => (0..robots).into_par_iter().map(of).collect(),
+/// A function of every robot's number, without those whose turn has not come when the work is stopped.
+pub(crate) fn each<T: Send>(
+    robots: usize,
+    stop: &Stop,
+    of: impl Fn(usize) -> T + Sync + Send,
+) -> Vec<T> {
+    if robots == 1 {
+        return vec![of(0)];
     }
+    let robots = (0..robots).into_par_iter();
+    robots
+        .filter_map(|robot| (!stop.load(Ordering::Relaxed)).then(|| of(robot)))
+        .collect()
 }

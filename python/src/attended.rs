@@ -1,12 +1,12 @@
 //! Work with the interpreter alive: progress and signals reach the calling thread.
 
-use crate::errors::raised;
+use crate::errors::{in_python, panicked, raised};
 use crate::loss::{Failure, taken};
 use crate::pool;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::record::{Observer, Run};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
@@ -74,7 +74,8 @@ impl Listener<'_, '_> {
     fn hear(&self, py: Python, event: Event) -> PyResult<()> {
         match event {
             Event::Warning(text) => {
-                (self.warning).map_or(Ok(()), |warning| warning.call1((text,)).map(drop))
+                let tell = |warning: &Bound<PyAny>| warning.call1((in_python(text),)).map(drop);
+                self.warning.map_or(Ok(()), tell)
             }
             Event::Iteration { last, record } => {
                 let Some(progress) = self.progress else {
@@ -92,16 +93,16 @@ impl Listener<'_, '_> {
 }
 
 /// Does the work on other threads while this one passes on progress and signals. Returns `None` if a signal
-/// interrupted the work.
+/// interrupted the work. Whoever shares `stop` may end the work too: that is an error.
 pub(crate) fn attended<T: Send + 'static>(
     py: Python,
     threads: usize,
     failure: &Failure,
     listener: &Listener,
+    stop: Arc<AtomicBool>,
     work: impl FnOnce(&mut Watch) -> Result<T> + Send + 'static,
 ) -> PyResult<Option<T>> {
     let (events, mut heard) = channel();
-    let stop = Arc::new(AtomicBool::new(false));
     let mut watch = Watch {
         events,
         stop: Arc::clone(&stop),
@@ -115,13 +116,7 @@ pub(crate) fn attended<T: Send + 'static>(
     if let Some(error) = taken(failure) {
         return Err(error);
     }
-    let ended = ended.map_err(|panic| {
-        let says = panic.downcast_ref::<String>().map(String::as_str);
-        let says = says
-            .or(panic.downcast_ref::<&str>().copied())
-            .unwrap_or("no message");
-        PyRuntimeError::new_err(format!("the library panicked: {says}"))
-    })?;
+    let ended = ended.map_err(|panic| panicked(&*panic))?;
     match (ended, raised_here) {
         // A run that ended all the same is a run.
         (Ok(done), None) => Ok(Some(done)),

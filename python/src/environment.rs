@@ -1,8 +1,9 @@
 //! Robots that a policy drives.
 
 use crate::arrays::{Given, Sizes, array, flattened};
-use crate::asked::{in_groups, in_pool};
-use crate::errors::{raised, refused};
+use crate::asked::{Stop, in_groups, in_pool, whole};
+use crate::errors::{caught, raised, refused};
+use crate::memory::simulator_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
 use cosmic::controller::observation;
@@ -58,7 +59,8 @@ impl Driven {
     /// Prepares the robot of design vectors of shape `(edges, 3)`.
     #[new]
     fn new(scene: &Scene, z: &Bound<PyAny>) -> PyResult<Self> {
-        let codesign = CoDesign::new(&scene.scene).map_err(raised)?;
+        simulator_fits(&scene.scene)?;
+        let codesign = caught(|| CoDesign::new(&scene.scene).map_err(raised))?;
         let task = codesign.task();
         let (scene, lattice) = (&scene.scene, &task.lattice);
         let sizes = Sizes::of(lattice, &scene.controller);
@@ -168,7 +170,8 @@ impl Driven {
             let held: Vec<&[f64]> = held[robots.clone()].iter().map(Vec::as_slice).collect();
             self.driven.held(&self.body, &held, &starts[robots], &span)
         };
-        let seen = in_pool(py, robots, || in_groups(robots, true, group))?;
+        let work = |stop: &Stop| in_groups(robots, true, stop, group);
+        let seen = caught(|| whole(in_pool(py, robots, work)?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
         let [x, v] = flattened(&seen);

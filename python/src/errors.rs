@@ -1,39 +1,80 @@
-//! The library's errors as exceptions. Messages are the library's own.
+//! The library's errors as exceptions. Messages are the library's own, with Python's calls in place of
+//! commands.
 
-use cosmic::Error;
-use pyo3::exceptions::PyRuntimeError;
+use cosmic::Error as Library;
+use pyo3::prelude::*;
 use pyo3::{PyErr, import_exception};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 import_exception!(cosmic._errors, DivergedError);
+import_exception!(cosmic._errors, Error);
 import_exception!(cosmic._errors, FileError);
 import_exception!(cosmic._errors, InputError);
-import_exception!(cosmic._errors, UnstableStepError);
+import_exception!(cosmic._errors, InternalError);
 import_exception!(cosmic._errors, InterruptedError);
+import_exception!(cosmic._errors, OutOfMemoryError);
+import_exception!(cosmic._errors, UnstableStepError);
 
 /// The exception of an error.
-pub(crate) fn raised(error: Error) -> PyErr {
-    let says = error.within();
+pub(crate) fn raised(error: Library) -> PyErr {
+    of_class(&error, in_python(error.within()))
+}
+
+/// An exception of the class that an error belongs to.
+pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
     match error {
-        Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => {
+        Library::Diverged { .. } | Library::NotFinite { .. } | Library::NoFigure(_) => {
             DivergedError::new_err(says)
         }
-        Error::UnstableStep { .. } | Error::UnstableRun { .. } => UnstableStepError::new_err(says),
-        Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } | Error::Taken(_) => {
-            FileError::new_err(says)
+        Library::UnstableStep { .. } | Library::UnstableRun { .. } => {
+            UnstableStepError::new_err(says)
         }
-        Error::Interrupted { .. } => InterruptedError::new_err(says),
+        Library::NoScene { .. }
+        | Library::Read { .. }
+        | Library::Write { .. }
+        | Library::Taken(_) => FileError::new_err(says),
+        Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
         // The library's words name what a program in Rust calls.
-        Error::OwnLoss { file, .. } => InputError::new_err(format!(
+        Library::OwnLoss { file, .. } => InputError::new_err(format!(
             "{file}: the run is for a loss of Python: give it to cosmic.resume as `loss`"
         )),
-        Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => {
+        Library::Malformed { .. } | Library::Misfit { .. } | Library::Usage(_) => {
             InputError::new_err(says)
         }
-        _ => PyRuntimeError::new_err(says),
+        // Of several runs the first decides.
+        Library::PassedOver { error, .. } => of_class(error, says),
+        Library::CheckFailed { .. } => Error::new_err(says),
+        _ => Error::new_err(says),
     }
+}
+
+/// A message with the calls of this package in place of the program's commands.
+pub(crate) fn in_python(says: String) -> String {
+    let translate = |py: Python| -> PyResult<String> {
+        let errors = py.import("cosmic._errors")?;
+        errors.call_method1("in_python", (&says,))?.extract()
+    };
+    Python::attach(translate).unwrap_or(says)
 }
 
 /// An exception about an argument.
 pub(crate) fn refused(says: String) -> PyErr {
     InputError::new_err(says)
+}
+
+/// Runs an entry point. A panic of the library becomes an exception, like any other error.
+pub(crate) fn caught<T>(entry: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(entry)).unwrap_or_else(|panic| Err(panicked(&*panic)))
+}
+
+/// The exception of a panic.
+pub(crate) fn panicked(panic: &(dyn Any + Send)) -> PyErr {
+    let says = panic.downcast_ref::<String>().map(String::as_str);
+    let says = says.or(panic.downcast_ref::<&str>().copied());
+    let says = says.unwrap_or("no message");
+    InternalError::new_err(format!(
+        "the library failed in a way that it should not: {says}; please report it with the call that \
+         led to it"
+    ))
 }

@@ -5,6 +5,7 @@
 
 mod errors;
 mod arrays;
+mod memory;
 mod pool;
 mod scene;
 mod asked;
@@ -24,11 +25,13 @@ mod _core {
     #[pymodule_export]
     use crate::optimise::{deliver_so_far, optimise, resume};
     #[pymodule_export]
+    use crate::pool::usual_threads;
+    #[pymodule_export]
     use crate::run::{frame, load, player_page, report};
     #[pymodule_export]
     use crate::scene::{Scene, scenes};
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]
-    use crate::sweep::{sweep_merge, sweep_plan, sweep_run, sweep_status};
+    use crate::sweep::{Stop, sweep_merge, sweep_plan, sweep_run, sweep_status};
 }

@@ -31,10 +31,6 @@ impl PythonLoss {
         let object = Arc::new(object);
         Self { object, failure }
     }
-
-    fn or_default<T: Default>(&self, result: PyResult<T>) -> T {
-        noted(&self.failure, result).unwrap_or_default()
-    }
 }
 
 /// The value, or `None` and its exception kept.
@@ -54,12 +50,13 @@ impl Loss for PythonLoss {
                 .call_method1(py, "observed", (steps,))?
                 .extract(py)
         };
-        self.or_default(Python::attach(call))
+        // A rollout ends with its last step, even one that nobody will look at.
+        noted(&self.failure, Python::attach(call)).unwrap_or_else(|| vec![steps])
     }
 
     fn is_far(&self) -> bool {
         let read = |py: Python| self.object.getattr(py, "is_far")?.extract(py);
-        self.or_default(Python::attach(read))
+        noted(&self.failure, Python::attach(read)).unwrap_or_default()
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {

@@ -1,8 +1,9 @@
 //! Runs in folders.
 
-use crate::attended::{Listener, attended};
-use crate::errors::{raised, refused};
+use crate::attended::{Listener, Watch, attended};
+use crate::errors::{caught, raised, refused};
 use crate::loss::{Failure, PythonLoss, taken};
+use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
@@ -53,7 +54,8 @@ pub(crate) fn optimise(
         iterations: iterations.transpose()?,
         ..RunPlan::new(&name, scene.scene.clone(), seed)
     };
-    let begun = py.detach(|| {
+    optimisation_fits(&plan.scene)?;
+    let begin = || {
         let codesign = codesign(&plan.scene, loss, &failure)?;
         let progress = match begin_with {
             None => codesign.begin(plan.seed),
@@ -64,8 +66,8 @@ pub(crate) fn optimise(
             }
         }?;
         Ok((codesign, progress))
-    });
-    let (codesign, start) = or_failure(&failure, begun)?;
+    };
+    let (codesign, start) = caught(|| or_failure(&failure, py.detach(begin)))?;
     for doubt in plan.scene.doubts() {
         warning.call1((doubt.to_string(),))?;
     }
@@ -73,32 +75,44 @@ pub(crate) fn optimise(
         progress: progress.as_ref(),
         warning: Some(&warning),
     };
-    let ended = attended(py, threads, &failure, &listener, move |watch| {
+    let stop = Arc::default();
+    let ended = attended(py, threads, &failure, &listener, stop, move |watch| {
         record::optimise_with(&folder, &plan, codesign, start, watch)
     })?;
     Ok(ended.is_none())
 }
 
-/// Continues the run in a folder. Returns true if a signal interrupted it.
+/// Continues the run in a folder, from now on whatever its time step if `allow_unstable` says so. Returns true if
+/// a signal interrupted it.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the signature of Python")]
 pub(crate) fn resume(
     py: Python,
     folder: PathBuf,
     loss: Option<Py<PyAny>>,
+    allow_unstable: bool,
     threads: usize,
     progress: Option<Bound<PyAny>>,
     warning: Bound<PyAny>,
 ) -> PyResult<bool> {
     let failure = Failure::default();
+    if allow_unstable {
+        caught(|| {
+            py.detach(|| record::allow_unstable(&folder))
+                .map_err(raised)
+        })?;
+    }
     let own = own(py, &folder, loss, &failure)?;
     let listener = Listener {
         progress: progress.as_ref(),
         warning: Some(&warning),
     };
-    let ended = attended(py, threads, &failure, &listener, move |watch| match own {
+    let stop = Arc::default();
+    let go_on = move |watch: &mut Watch| match own {
         None => record::resume(&folder, watch),
         Some(codesign) => record::resume_with(&folder, codesign, watch),
-    })?;
+    };
+    let ended = attended(py, threads, &failure, &listener, stop, go_on)?;
     Ok(ended.is_none())
 }
 
@@ -112,8 +126,8 @@ pub(crate) fn deliver_so_far(
 ) -> PyResult<()> {
     let failure = Failure::default();
     let own = own(py, &folder, loss, &failure)?;
-    let done = py.detach(|| record::deliver_so_far(&folder, &into, own));
-    or_failure(&failure, done).map(drop)
+    let deliver = || record::deliver_so_far(&folder, &into, own);
+    caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
 }
 
 /// The optimisation of the scene in a run's folder for a loss of Python, if there is one.
@@ -126,6 +140,6 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let made = py.detach(|| codesign(&record::run::read_scene(folder)?, loss, failure));
-    or_failure(failure, made).map(Some)
+    let make = || codesign(&record::run::read_scene(folder)?, loss, failure);
+    caught(|| or_failure(failure, py.detach(make)).map(Some))
 }

@@ -1,8 +1,7 @@
 //! Threads for batches.
 
-use crate::errors::refused;
-use pyo3::PyResult;
-use pyo3::exceptions::PyRuntimeError;
+use crate::errors::{Error, refused};
+use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process;
 use std::sync::{Arc, Mutex};
@@ -28,13 +27,17 @@ pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
 /// The most threads that are started: starting more takes longer than a run.
 const MOST: usize = 1024;
 
-/// A pool of so many threads; 0 for one per core.
+/// How many threads there are unless a number is given: one per core, or as many as `RAYON_NUM_THREADS` says.
+#[pyfunction]
+pub(crate) fn usual_threads() -> PyResult<usize> {
+    Ok(shared()?.current_num_threads())
+}
+
+/// A pool of so many threads; 0 for [the usual number](usual_threads).
 pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
     if threads > MOST {
         return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));
     }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| {
-        PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}"))
-    })
+    pool.map_err(|error| Error::new_err(format!("cannot start {threads} threads: {error}")))
 }

@@ -1,7 +1,7 @@
 //! Finished runs: their arrays, pages and pictures.
 
 use crate::arrays::{Given, array};
-use crate::errors::{raised, refused};
+use crate::errors::{OutOfMemoryError, caught, raised, refused};
 use cosmic::controller::Controller;
 use cosmic::design::{dominant, one_hot};
 use cosmic::lattice::{Lattice, State};
@@ -11,7 +11,6 @@ use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DesignFile, TrajectoryFile};
 use cosmic_lab::report::{Animations, FRAME_WIDTH, RobotFiles, RunFiles};
 use numpy::PyArray3;
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::fs;
@@ -25,7 +24,7 @@ fn text(path: &Path) -> String {
 /// The arrays and texts of a finished run.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let run = py.detach(|| RunFiles::read(&folder)).map_err(raised)?;
+    let run = caught(|| py.detach(|| RunFiles::read(&folder)).map_err(raised))?;
     let (design, trajectory) = (&run.robot.design, &run.trajectory);
     let weights = &design.controller;
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
@@ -74,15 +73,15 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
 /// Writes the report of a run, and returns the paths of its files.
 #[pyfunction]
 pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-    py.detach(|| cosmic_lab::report::write(&folder, &Animations::default()))
-        .map_err(raised)
+    let write = || cosmic_lab::report::write(&folder, &Animations::default());
+    caught(|| py.detach(write).map_err(raised))
 }
 
 /// A page with the robot of a run in motion.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
     let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder)?));
-    py.detach(page).map_err(raised)
+    caught(|| py.detach(page).map_err(raised))
 }
 
 /// The last of these positions of a robot as a picture; shape `(rows, columns, 3)`.
@@ -120,6 +119,7 @@ pub(crate) fn frame<'py>(
         dt: scene.physics.dt,
         steps,
         states: x.finite()?.chunks_exact(2 * nodes).map(state).collect(),
+        bars: Vec::new(),
     };
     let robot = RobotFiles {
         scene: scene.clone(),
@@ -128,8 +128,9 @@ pub(crate) fn frame<'py>(
         design,
     };
     let last = trajectory.states.len() - 1;
-    let drawn = py.detach(|| cosmic_lab::report::frame(&robot, &trajectory, last));
-    let drawn = drawn.ok_or_else(|| PyMemoryError::new_err("no memory for the picture"))?;
+    let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);
+    let drawn = caught(|| Ok(py.detach(draw)))?;
+    let drawn = drawn.ok_or_else(|| OutOfMemoryError::new_err("no memory for the picture"))?;
     let rows = drawn.len() / 3 / FRAME_WIDTH;
     let drawn = array(py, drawn, &[rows, FRAME_WIDTH, 3])?;
     Ok(drawn.cast_into()?)

@@ -1,6 +1,6 @@
 //! Scenes.
 
-use crate::errors::{raised, refused};
+use crate::errors::{caught, raised, refused};
 use cosmic::record::RunPlan;
 use cosmic::scene;
 use pyo3::prelude::*;
@@ -23,18 +23,18 @@ impl Scene {
         let stem = source.file_stem().unwrap_or(source.as_os_str());
         let name = stem.to_string_lossy().into_owned();
         // A path that is not UTF-8 is no built-in name.
-        let scene = match source.to_str() {
+        let read = || match source.to_str() {
             Some(text) => scene::Scene::load(text),
             None => scene::Scene::read(&source),
         };
-        let scene = scene.map_err(raised)?;
+        let scene = caught(|| read().map_err(raised))?;
         Ok(Self { scene, name })
     }
 
     /// The scene of a TOML text; keys that it lacks come from its `base`, by default the scene `earth`.
     #[staticmethod]
     fn parse(text: &str) -> PyResult<Self> {
-        let scene = scene::Scene::parse("scene", text).map_err(raised)?;
+        let scene = caught(|| scene::Scene::parse("scene", text).map_err(raised))?;
         let name = "scene".to_owned();
         Ok(Self { scene, name })
     }
@@ -42,7 +42,7 @@ impl Scene {
     /// This scene with the settings of a TOML text in place of its own.
     fn overridden(&self, text: &str) -> PyResult<Self> {
         Ok(Self {
-            scene: self.scene.with("overrides", text).map_err(raised)?,
+            scene: caught(|| self.scene.with("overrides", text).map_err(raised))?,
             name: self.name.clone(),
         })
     }

@@ -1,8 +1,10 @@
 //! Rollouts and their derivatives.
 
 use crate::arrays::{Given, NAMES, Number, Sizes, array, behind};
-use crate::asked::{Asked, each, in_pool, seen};
-use crate::errors::{raised, refused};
+use crate::asked::{Asked, Stop, each, ends_absurd, in_pool, seen, whole};
+use crate::errors::{caught, of_class, raised, refused};
+use crate::memory::{has_room, kept, simulator_fits, start_fits};
+use crate::pool::usual_threads;
 use crate::scene::Scene;
 use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
@@ -13,6 +15,7 @@ use cosmic::simulator::Span;
 use cosmic::task::Task;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use std::time::Instant;
 
 /// A scene's lattice in its surroundings.
@@ -54,6 +57,36 @@ impl Simulator {
         behind(batch, &[span.observed.len(), self.sizes.nodes, 2])
     }
 
+    /// Refuses rollouts whose results do not fit into memory: `copies` of positions and velocities, and so many
+    /// bytes more for each robot and for each thread.
+    fn results_fit<R: Number>(
+        &self,
+        asked: &Asked<R>,
+        copies: usize,
+        [each, thread]: [f64; 2],
+    ) -> PyResult<()> {
+        let (robots, states) = (asked.batch.robots(), asked.span.observed.len());
+        let numbers = 4 * copies * states * self.sizes.nodes;
+        let robot = numbers as f64 * size_of::<R>() as f64 + each;
+        // A single robot asks for no pool of threads.
+        let threads = if robots == 1 {
+            1
+        } else {
+            usual_threads()?.min(robots)
+        };
+        let robots_are = if robots == 1 { "robot" } else { "robots" };
+        has_room(
+            robots as f64 * robot + threads as f64 * thread,
+            &format!("a rollout of {robots} {robots_are} that shows {states} states"),
+            "take fewer robots at once, or fewer states (`observed`)",
+        )
+    }
+
+    /// The exception of a robot whose rollout diverges.
+    fn diverged<R: Number>(&self, asked: &Asked<R>, robot: usize) -> PyErr {
+        of_robot(asked.batch.size, robot, asked.divergence(&self.task, robot))
+    }
+
     fn rollout_in<'py, R: Number>(
         &self,
         py: Python<'py>,
@@ -63,18 +96,21 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Seen<'py>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        self.results_fit(&asked, 1, [0.0; 2])?;
         let shape = self.shape(asked.batch.size, &asked.span);
         // NumPy asks for large arrays in large pages, which cost a tenth of the others.
-        let [x, v] = [(); 2].map(|()| PyArrayDyn::<R>::zeros(py, shape.clone(), false));
+        let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
         let (mut x_place, mut v_place) = (x.readwrite(), v.readwrite());
         let places = [x_place.as_slice_mut()?, v_place.as_slice_mut()?];
-        let work = || asked.fill(&self.task, places, check);
-        let done = in_pool(py, asked.batch.robots(), work)?;
-        done.map_err(|(robot, error)| match asked.batch.size {
-            None => raised(error),
-            Some(_) => of_robot(robot, error),
-        })?;
+        let work = |stop: &Stop| asked.fill(&self.task, places, stop, check);
+        let (done, interrupt) = in_pool(py, asked.batch.robots(), work)?;
         drop((x_place, v_place));
+        if let Some(error) = interrupt {
+            // What is finished goes along with the exception, unless that takes no attributes.
+            _ = error.value(py).setattr("trajectory", (x, v));
+            return Err(error);
+        }
+        done.map_err(|(robot, error)| of_robot(asked.batch.size, robot, error))?;
         Ok([x.into_any(), v.into_any()])
     }
 
@@ -85,8 +121,13 @@ impl Simulator {
         cotangents: [&Bound<'py, PyAny>; 2],
         span: Span,
         projection: &str,
+        check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        let gradient = 2.0 * self.sizes.numbers() * size_of::<R>() as f64;
+        let steps = asked.span.observed.last().copied().unwrap_or(0);
+        let record = kept(&self.scene, &self.sizes, steps, size_of::<R>() as f64);
+        self.results_fit(&asked, 1, [gradient, record])?;
         let shape = self.shape(asked.batch.size, &asked.span);
         let [x_bar, v_bar] = [
             cotangent::<R>("x_bar", cotangents[0], &shape)?,
@@ -100,9 +141,18 @@ impl Simulator {
             let mixing = asked.mixing[robot];
             let inputs = asked.batch.inputs(robot);
             let function = |inputs: &Inputs<_>| seen(&self.task, mixing, inputs, &asked.span);
-            inputs.vjp(ALL, function, &cotangents).1
+            let (values, mut gradient) = inputs.vjp(ALL, function, &cotangents);
+            let is_absurd = ends_absurd(&values, self.sizes.nodes);
+            if is_absurd {
+                gradient.fill(R::lit(f64::NAN));
+            }
+            (is_absurd, gradient)
         };
-        let gradients: Vec<Vec<R>> = in_pool(py, robots, || each(robots, product))?;
+        let products = in_pool(py, robots, |stop| each(robots, stop, product))?;
+        let (absurd, gradients): (Vec<bool>, Vec<Vec<R>>) = whole(products)?.into_iter().unzip();
+        if let Some(robot) = absurd.iter().position(|&is| is).filter(|_| check) {
+            return Err(self.diverged(&asked, robot));
+        }
         let shapes = self.sizes.shapes();
         let mut begin = 0;
         let blocks = shapes.iter().map(|shape| {
@@ -125,8 +175,10 @@ impl Simulator {
         tangents: &[Bound<'py, PyAny>],
         span: Span,
         projection: &str,
+        check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        self.results_fit(&asked, 4, [0.0; 2])?;
         let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
         if along
             .batch
@@ -141,13 +193,23 @@ impl Simulator {
         let product = |robot: usize| {
             let (mixing, inputs) = (asked.mixing[robot], asked.batch.inputs(robot));
             let tangents = along.batch.inputs(robot % along.batch.robots());
-            inputs.jvp(&tangents, |inputs| {
+            let (mut values, mut slopes) = inputs.jvp(&tangents, |inputs| {
                 seen(&self.task, mixing, inputs, &asked.span)
-            })
+            });
+            let is_absurd = ends_absurd(&values, self.sizes.nodes);
+            if is_absurd {
+                values.fill(R::lit(f64::NAN));
+                slopes.fill(R::lit(f64::NAN));
+            }
+            (is_absurd, (values, slopes))
         };
-        let products: Vec<(Vec<R>, Vec<R>)> = in_pool(py, robots, || each(robots, product))?;
+        let products = in_pool(py, robots, |stop| each(robots, stop, product))?;
+        let (absurd, products): (Vec<bool>, Vec<_>) = whole(products)?.into_iter().unzip();
+        if let Some(robot) = absurd.iter().position(|&is| is).filter(|_| check) {
+            return Err(self.diverged(&asked, robot));
+        }
         let shape = self.shape(asked.batch.size, &asked.span);
-        let (values, slopes): (Vec<_>, Vec<_>) = products.into_iter().unzip();
+        let (values, slopes): (Vec<Vec<R>>, Vec<Vec<R>>) = products.into_iter().unzip();
         let mut arrays = Vec::new();
         for found in [values, slopes] {
             let half = found[0].len() / 2;
@@ -160,8 +222,19 @@ impl Simulator {
     }
 }
 
-fn of_robot(robot: usize, error: Error) -> PyErr {
-    crate::errors::DivergedError::new_err(format!("robot {robot}: {}", error.within()))
+/// The exception of a robot: in a batch with its number.
+fn of_robot(batch: Option<usize>, robot: usize, error: Error) -> PyErr {
+    match batch {
+        None => raised(error),
+        Some(_) => of_class(&error, format!("robot {robot}: {}", error.within())),
+    }
+}
+
+/// An array of zeros, or NumPy's exception if there is no memory for it.
+fn zeros<'py, R: Number>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<R>>> {
+    let numpy = py.import("numpy")?;
+    let made = numpy.call_method1("zeros", (PyTuple::new(py, shape)?, numpy::dtype::<R>(py)))?;
+    Ok(made.cast_into()?)
 }
 
 fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> PyResult<Vec<R>> {
@@ -191,11 +264,14 @@ impl Simulator {
     /// Prepares rollouts of a scene's lattice.
     #[new]
     fn new(scene: &Scene) -> PyResult<Self> {
-        let scene = scene.scene.clone();
-        let codesign = CoDesign::new(&scene).map_err(raised)?;
-        let task = codesign.task().clone();
-        let sizes = Sizes::of(&task.lattice, &scene.controller);
-        Ok(Self { scene, task, sizes })
+        caught(|| {
+            simulator_fits(&scene.scene)?;
+            let scene = scene.scene.clone();
+            let codesign = CoDesign::new(&scene).map_err(raised)?;
+            let task = codesign.task().clone();
+            let sizes = Sizes::of(&task.lattice, &scene.controller);
+            Ok(Self { scene, task, sizes })
+        })
     }
 
     /// Length of a step, s.
@@ -249,17 +325,25 @@ impl Simulator {
         py: Python<'py>,
         seed: u64,
     ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
-        let codesign = CoDesign::new(&self.scene).map_err(raised)?;
-        let progress = codesign.begin(seed).map_err(raised)?;
-        let inputs = Inputs {
-            z: progress.z,
-            controller: progress.controller,
-            start: self.task.lattice.state_at_rest(),
-        };
-        let blocks = ALL.iter().zip(self.sizes.shapes());
-        blocks
-            .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
-            .collect()
+        caught(|| {
+            start_fits(&self.scene, &self.sizes, 3.0)?;
+            let codesign = CoDesign::new(&self.scene).map_err(raised)?;
+            let progress = codesign.begin(seed).map_err(raised)?;
+            let inputs = Inputs {
+                z: progress.z,
+                controller: progress.controller,
+                start: self.task.lattice.state_at_rest(),
+            };
+            let blocks = ALL.iter().zip(self.sizes.shapes());
+            blocks
+                .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
+                .collect()
+        })
+    }
+
+    /// Refuses steps that no rollout of the scene has.
+    fn check_span(&self, observed: Vec<usize>, first: usize) -> PyResult<()> {
+        self.span(observed, first).map(drop)
     }
 
     /// Positions and velocities after the observed steps. `first` is the number of steps before the start.
@@ -272,12 +356,14 @@ impl Simulator {
         projection: &str,
         check: bool,
     ) -> PyResult<Seen<'py>> {
-        let span = self.span(observed, first)?;
-        if is_single(&arrays)? {
-            self.rollout_in::<f32>(py, &arrays, span, projection, check)
-        } else {
-            self.rollout_in::<f64>(py, &arrays, span, projection, check)
-        }
+        caught(|| {
+            let span = self.span(observed, first)?;
+            if is_single(&arrays)? {
+                self.rollout_in::<f32>(py, &arrays, span, projection, check)
+            } else {
+                self.rollout_in::<f64>(py, &arrays, span, projection, check)
+            }
+        })
     }
 
     /// The least seconds, of so many rounds, that the library takes for the rollouts alone: what
@@ -291,7 +377,7 @@ impl Simulator {
     ) -> PyResult<f64> {
         let span = self.span(observed, 0)?;
         let asked = Asked::<f64>::new(&self.sizes, &arrays, span, "auto")?;
-        let work = || {
+        let work = |_: &Stop| {
             let seconds = (0..rounds).map(|_| {
                 let began = Instant::now();
                 std::hint::black_box(asked.rollouts(&self.task));
@@ -299,7 +385,7 @@ impl Simulator {
             });
             seconds.fold(f64::INFINITY, f64::min)
         };
-        in_pool(py, asked.batch.robots(), work)
+        caught(|| whole(in_pool(py, asked.batch.robots(), work)?))
     }
 
     /// The cotangents of the seven arrays, from those of positions and velocities.
@@ -314,22 +400,27 @@ impl Simulator {
         first: usize,
         projection: &str,
         bounded: bool,
+        check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
         let bound = gradient.cotangent_bound.filter(|_| bounded);
-        let span = Span {
-            cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
-            ..self.span(observed, first)?
-        };
-        if is_single(&arrays)? {
-            self.vjp_in::<f32>(py, &arrays, [x_bar, v_bar], span, projection)
-        } else {
-            self.vjp_in::<f64>(py, &arrays, [x_bar, v_bar], span, projection)
-        }
+        let bars = [x_bar, v_bar];
+        caught(|| {
+            let span = Span {
+                cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
+                ..self.span(observed, first)?
+            };
+            if is_single(&arrays)? {
+                self.vjp_in::<f32>(py, &arrays, bars, span, projection, check)
+            } else {
+                self.vjp_in::<f64>(py, &arrays, bars, span, projection, check)
+            }
+        })
     }
 
     /// Positions, velocities, and the tangents of both along those of the seven arrays.
+    #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn jvp<'py>(
         &self,
         py: Python<'py>,
@@ -338,12 +429,16 @@ impl Simulator {
         observed: Vec<usize>,
         first: usize,
         projection: &str,
+        check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let span = self.span(observed, first)?;
-        if is_single(&arrays)? && is_single(&tangents)? {
-            self.jvp_in::<f32>(py, &arrays, &tangents, span, projection)
-        } else {
-            self.jvp_in::<f64>(py, &arrays, &tangents, span, projection)
-        }
+        caught(|| {
+            let span = self.span(observed, first)?;
+            let is_single = [is_single(&arrays)?, is_single(&tangents)?] == [true; 2];
+            if is_single {
+                self.jvp_in::<f32>(py, &arrays, &tangents, span, projection, check)
+            } else {
+                self.jvp_in::<f64>(py, &arrays, &tangents, span, projection, check)
+            }
+        })
     }
 }

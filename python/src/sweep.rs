@@ -1,8 +1,9 @@
 //! Sweeps: planned, run one by one, merged.
 
 use crate::attended::{Listener, attended};
-use crate::errors::{raised, refused};
+use crate::errors::{caught, raised, refused};
 use crate::loss::Failure;
+use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::error::{Error, Result};
 use cosmic_lab::study::Measurement;
@@ -11,7 +12,8 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Freezes scenes, settings and seeds in a new folder. An axis of the grid is `KEY=V,V`.
 #[pyfunction]
@@ -33,6 +35,9 @@ pub(crate) fn sweep_plan(
         .iter()
         .map(|scene| (scene.name.clone(), scene.scene.clone()))
         .collect();
+    for scene in &scenes {
+        optimisation_fits(&scene.scene)?;
+    }
     let freeze = || -> Result<()> {
         let plan = SweepPlan {
             study: None,
@@ -43,14 +48,39 @@ pub(crate) fn sweep_plan(
         };
         plan.freeze(&folder)
     };
-    py.detach(freeze).map_err(raised)
+    caught(|| py.detach(freeze).map_err(raised))
+}
+
+/// Stops runs of a sweep that are at work in other threads, as a signal stops one of the calling thread.
+#[pyclass(frozen, module = "cosmic._core")]
+#[derive(Default)]
+pub(crate) struct Stop(Arc<AtomicBool>);
+
+#[pymethods]
+impl Stop {
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    /// Tells the runs to save themselves and end.
+    fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Does one run of a sweep, or goes on with it, on one thread. Returns its outcome in a word.
 #[pyfunction]
-pub(crate) fn sweep_run(py: Python, folder: PathBuf, index: usize) -> PyResult<&'static str> {
+#[pyo3(signature = (folder, index, stop = None))]
+pub(crate) fn sweep_run(
+    py: Python,
+    folder: PathBuf,
+    index: usize,
+    stop: Option<&Stop>,
+) -> PyResult<&'static str> {
     let (failure, listener) = (Failure::default(), Listener::default());
-    let ended = attended(py, 1, &failure, &listener, move |watch| {
+    let stop = stop.map_or_else(Arc::default, |stop| Arc::clone(&stop.0));
+    let ended = attended(py, 1, &failure, &listener, stop, move |watch| {
         let plan = &UnreadPlan::read(&folder)?;
         if index >= plan.runs() {
             let runs = plan.runs();
@@ -91,14 +121,14 @@ pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf
             .collect();
         Ok((folders, sweep::survey(&folder, &plan).left()))
     };
-    py.detach(survey).map_err(raised)
+    caught(|| py.detach(survey).map_err(raised))
 }
 
 /// Merges what is done. Returns the path of the table, and how many runs are missing.
 #[pyfunction]
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<(PathBuf, usize)> {
     let merge = || sweep::merge(&folder, &PlanOutline::read(&folder)?);
-    let merged = py.detach(merge).map_err(raised)?;
+    let merged = caught(|| py.detach(merge).map_err(raised))?;
     let [_, table] = merged.written;
     Ok((table, merged.missing))
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from typing import Any
 
 import cosmic
@@ -11,6 +13,7 @@ from common import SCENE
 
 gymnasium = pytest.importorskip("gymnasium")
 import cosmic.gym  # noqa: E402
+import gymnasium.wrappers.vector  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 #: Six frames to an episode, the last of them short.
@@ -100,6 +103,7 @@ def test_many_robots_are_single_ones_side_by_side() -> None:
             assert np.array_equal(seen[k], expected[0])
             assert (made[k], lost[k], over[k]) == expected[1:4]
             assert (info["along"][k], info["time"][k]) == tuple(expected[4].values())
+            assert info["_along"][k] and info["_time"][k]
             begins[k] = bool(lost[k] or over[k])
     assert many.observation_space.contains(seen)
 
@@ -169,3 +173,197 @@ def test_wrong_actions_are_refused_and_change_nothing() -> None:
     many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
     with pytest.raises(cosmic.InputError, match="1 seeds for 2 robots"):
         many.reset(seed=[1])
+    with pytest.raises(cosmic.InputError, match="reset_mask: expected 2 booleans"):
+        many.reset(options={"reset_mask": np.zeros(2, np.bool_)})
+    with pytest.raises(cosmic.InputError, match="autoreset_mode: 'never': allowed: 'NextStep'"):
+        cosmic.gym.WalkVectorEnv(2, SCENE, autoreset_mode="never")
+
+
+MODES = list(gymnasium.vector.AutoresetMode)
+
+
+def assert_equal_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
+    assert ours.keys() == theirs.keys()
+    for name, value in theirs.items():
+        if isinstance(value, dict):
+            assert_equal_infos(ours[name], value)
+        elif value.dtype == object:
+            pairs = zip(ours[name], value, strict=True)
+            assert all((a is None) == (b is None) and np.array_equal(a, b) for a, b in pairs)
+        else:
+            assert ours[name].dtype == value.dtype and np.array_equal(ours[name], value), name
+
+
+@pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
+def test_many_robots_are_those_of_gymnasiums_own_vector(mode: Any) -> None:
+    robots, random = 4, np.random.default_rng(1)
+    kwargs = {"robot": SCENE, **FRAMES}
+    ours = gymnasium.make_vec(NAME, robots, autoreset_mode=mode, **kwargs)
+    theirs = gymnasium.make_vec(
+        NAME, robots, "sync", vector_kwargs={"autoreset_mode": mode}, **kwargs
+    )
+    assert ours.metadata == theirs.metadata and ours.render_mode == theirs.render_mode
+    for name in ("single_action_space", "action_space", "single_observation_space", "observation_space"):
+        assert getattr(ours, name) == getattr(theirs, name)
+    for seed in (3, [5, 6, 7, 8], [9, None, 9, None]):
+        both = [each.reset(seed=seed) for each in (ours, theirs)]
+        assert np.array_equal(both[0][0], both[1][0])
+        assert_equal_infos(both[0][1], both[1][1])
+    assert ours.np_random_seed == theirs.np_random_seed == (9, 6, 9, 8)
+    # One robot diverges now and then: its observation stays as it was.
+    for step in range(20):
+        if mode.value == "Disabled" and ours._over.any() or step == 3:
+            mask = ours._over.copy() if ours._over.any() else np.array([1, 0, 0, 1], np.bool_)
+            both = [each.reset(options={"reset_mask": mask}) for each in (ours, theirs)]
+            assert np.array_equal(both[0][0], both[1][0])
+            assert_equal_infos(both[0][1], both[1][1])
+        actions = random.uniform(-1.0, 1.0, ours.action_space.shape).astype(np.float32)
+        for a, b in zip(ours.step(actions), theirs.step(actions), strict=True):
+            if isinstance(b, dict):
+                assert_equal_infos(a, b)
+            else:
+                assert a.dtype == b.dtype and np.array_equal(a, b)
+    ours.close()
+    theirs.close()
+    assert ours.closed and theirs.closed
+    assert gymnasium.make_vec(ours.spec).num_envs == robots
+
+
+def test_without_autoreset_an_episode_that_is_over_stays_so() -> None:
+    many = cosmic.gym.WalkVectorEnv(2, SCENE, autoreset_mode="Disabled", max_episode_steps=1, **FRAMES)
+    many.reset(seed=0)
+    actions = np.zeros(many.action_space.shape, np.float32)
+    assert many.step(actions)[3].all()
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"\[0, 1\] are over"):
+        many.step(actions)
+
+
+def test_both_environments_cut_an_episode_off_alike() -> None:
+    arguments = {"robot": SCENE, "max_episode_steps": 2, **FRAMES}
+    one = gymnasium.make(NAME, **arguments)
+    many = gymnasium.make_vec(NAME, 1, "vector_entry_point", **arguments)
+    one.reset(seed=0), many.reset(seed=0)
+    for over in (False, True):
+        action = np.zeros(one.action_space.shape, np.float32)
+        assert one.step(action)[3] is over and many.step(action[None])[3].tolist() == [over]
+
+
+def test_a_robot_that_diverges_ends_its_episode_alone() -> None:
+    many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
+    before, _ = many.reset(seed=0)
+    many._walk.x[1, 0] += 9e5
+    actions = np.zeros(many.action_space.shape, np.float32)
+    seen, made, lost, over, _ = many.step(actions)
+    assert lost.tolist() == [False, True] and not over.any() and made[1] == 0.0
+    assert np.all(np.isfinite(seen))
+
+
+#: Wrappers of gymnasium for one robot and for many, and what each needs.
+WRAPPERS: list[tuple[str, dict[str, Any]]] = [
+    ("TimeLimit", {"max_episode_steps": 3}),
+    ("PassiveEnvChecker", {}),
+    ("OrderEnforcing", {}),
+    ("Autoreset", {}),
+    ("RecordEpisodeStatistics", {}),
+    ("ClipAction", {}),
+    ("RescaleAction", {"min_action": np.float32(-2.0), "max_action": np.float32(2.0)}),
+    ("FlattenObservation", {}),
+    ("FrameStackObservation", {"stack_size": 2}),
+    ("DelayObservation", {"delay": 1}),
+    ("TimeAwareObservation", {}),
+    ("NormalizeObservation", {}),
+    ("NormalizeReward", {}),
+    ("ClipReward", {"min_reward": -0.1, "max_reward": 0.1}),
+    ("StickyAction", {"repeat_action_probability": 0.5}),
+    ("DtypeObservation", {"dtype": np.float32}),
+    ("RenderCollection", {}),
+    ("AddRenderObservation", {}),
+    ("AddWhiteNoise", {"probability_of_noise_per_pixel": 0.1}),
+]
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize(("name", "arguments"), WRAPPERS, ids=[name for name, _ in WRAPPERS])
+def test_gymnasiums_wrappers_go_around_it(name: str, arguments: dict[str, Any]) -> None:
+    env: Any = cosmic.gym.WalkEnv(SCENE, render_mode="rgb_array", **FRAMES)
+    if name == "TimeAwareObservation":
+        env = gymnasium.wrappers.TimeLimit(env, 100)
+    wrapped = getattr(gymnasium.wrappers, name)(env, **arguments)
+    observation, _ = wrapped.reset(seed=0)
+    assert wrapped.observation_space.contains(observation)
+    for _ in range(3):
+        observation, reward, *_ = wrapped.step(wrapped.action_space.sample())
+        assert wrapped.observation_space.contains(observation) and np.isfinite(reward)
+    assert wrapped.render() is not None
+    wrapped.close()
+
+
+VECTOR_WRAPPERS: list[tuple[str, dict[str, Any]]] = [
+    ("RecordEpisodeStatistics", {}),
+    ("DictInfoToList", {}),
+    ("ClipAction", {}),
+    ("ClipReward", {"min_reward": -0.1, "max_reward": 0.1}),
+    ("FlattenObservation", {}),
+    ("NormalizeObservation", {}),
+    ("NormalizeReward", {}),
+    ("DtypeObservation", {"dtype": np.float32}),
+]
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize(
+    ("name", "arguments"), VECTOR_WRAPPERS, ids=[name for name, _ in VECTOR_WRAPPERS]
+)
+def test_gymnasiums_wrappers_go_around_many(name: str, arguments: dict[str, Any]) -> None:
+    many = cosmic.gym.WalkVectorEnv(3, SCENE, render_mode="rgb_array", **FRAMES)
+    wrapped = getattr(gymnasium.wrappers.vector, name)(many, **arguments)
+    wrapped.reset(seed=0)
+    for _ in range(8):
+        observation, reward, *_ = wrapped.step(wrapped.action_space.sample())
+        assert wrapped.observation_space.contains(observation) and np.all(np.isfinite(reward))
+    frames = wrapped.render()
+    assert len(frames) == 3 and all(frame.shape == (240, 480, 3) for frame in frames)
+    wrapped.close()
+
+
+@pytest.mark.parametrize("skip", [50, 1024])
+def test_films_are_recorded(skip: int, tmp_path: Any) -> None:
+    scene = {**SCENE, "physics.steps": 2048}
+    env = cosmic.gym.WalkEnv(scene, frame_skip=skip, render_mode="rgb_array")
+    # A frame of 1024 steps takes 2 s: a film cannot be slower than 1 frame a second.
+    assert env.metadata["render_fps"] == {50: 10, 1024: 1}[skip]
+    pytest.importorskip("moviepy")
+    film = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)
+    film.reset(seed=0)
+    film.step(np.zeros(env.action_space.shape, np.float32))
+    film.close()
+    assert [file.suffix for file in tmp_path.glob("*.mp4")] == [".mp4"]
+
+
+def test_environments_are_copied_with_their_state() -> None:
+    action = np.full(cosmic.gym.WalkEnv(SCENE, **FRAMES).action_space.shape, 0.5, np.float32)
+    env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
+    env.reset(seed=0)
+    many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
+    many.reset(seed=0)
+    for copied in (copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))):
+        twin, twins = copied(env), copied(many)
+        assert np.array_equal(twin.step(action)[0], env.step(action)[0])
+        assert np.array_equal(twins.step(np.stack([action] * 2))[0], many.step(np.stack([action] * 2))[0])
+        # The next episode is the same too.
+        assert np.array_equal(twin.reset()[0], env.reset()[0])
+
+
+def test_large_scales_stay_within_the_bounds() -> None:
+    scales = {f"controller.{of}_scale": 1e6 for of in ("goal", "offset", "velocity")}
+    env = cosmic.gym.WalkEnv({**SCENE, **scales}, **FRAMES)
+    env.reset(seed=0)
+    env._walk.v[0] = 9e5
+    assert env.observation_space.contains(env._walk.observe()[0])
+
+
+def test_a_render_without_a_mode_warns() -> None:
+    env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match="render_mode='rgb_array'"):
+        assert env.render() is None

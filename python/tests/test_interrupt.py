@@ -86,3 +86,70 @@ def test_a_run_of_a_sweep_saves_itself(tmp_path: Path) -> None:
     assert stopped.left() == [0] and stopped.merge()["state"][0] == "begun"
     assert [run_one(str(sweep.folder), 0) for sweep in (stopped, whole)] == ["done", "done"]
     assert is_same_run(stopped[0].folder, whole[0].folder)
+
+
+STOPPED = """
+import json, os, signal, sys, threading, time
+import cosmic, numpy as np
+
+sim = cosmic.Simulator("stability")
+first = sim.initial()
+rng = np.random.default_rng(0)
+many = first._replace(v0=1e-3 * rng.normal(size=(4096, *first.v0.shape)))
+bars = cosmic.Trajectory(np.ones((4096, 1, 36, 2)), np.zeros((4096, 1, 36, 2)))
+calls = {
+    "rollout": lambda: sim.rollout(many, observed=[8192]),
+    "vjp": lambda: sim.vjp(many, bars, observed=[8192]),
+    "jvp": lambda: sim.jvp(many, first, observed=[8192]),
+}
+sent = []
+
+def stop():
+    sent.append(time.monotonic())
+    os.kill(os.getpid(), signal.SIGINT)
+
+threading.Timer(1.0, stop).start()
+try:
+    calls[sys.argv[1]]()
+except KeyboardInterrupt as stopped:
+    late = time.monotonic() - sent[0]
+    done = getattr(stopped, "trajectory", None)
+    which = [] if done is None else np.flatnonzero(np.isfinite(done.x[:, -1]).all(axis=(1, 2)))
+    if len(which):
+        k = which[0]
+        alone = sim.rollout(many._replace(v0=many.v0[k]), observed=[8192])
+        assert np.array_equal(alone.x, done.x[k]) and np.array_equal(alone.v, done.v[k])
+    print(json.dumps([late, len(which)]))
+"""
+
+
+@pytest.mark.parametrize("call", ["rollout", "vjp", "jvp"])
+def test_a_batch_stops_at_once_and_keeps_what_is_finished(call: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", STOPPED, call], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    late, finished = json.loads(done.stdout)
+    # Robots at hand take a tenth of a second; a busy machine several times that.
+    assert late < 2.0
+    assert 0 < finished < 4096 if call == "rollout" else finished == 0
+
+
+def test_a_sweep_stops_at_once_and_goes_on(tmp_path: Path) -> None:
+    stopped, whole = [cosmic.sweep(tmp_path / name, LONG, seeds=2) for name in ("s", "whole")]
+    sent = []
+
+    def stop() -> None:
+        while len(list(stopped.folder.glob("runs/*/history.jsonl"))) < 2:
+            time.sleep(0.01)
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=stop).start()
+    with pytest.raises(KeyboardInterrupt, match=r"0 of 2 runs are finished; run\(\) goes on"):
+        stopped.run(threads=2)
+    assert time.monotonic() - sent[0] < 2.0
+    assert list(stopped.merge()["state"]) == ["begun", "begun"]
+    stopped.run()
+    whole.run()
+    assert all(is_same_run(stopped[k].folder, whole[k].folder) for k in range(2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -67,15 +68,71 @@ def test_wrong_answers_of_a_loss_are_named(answer: Any, says: str) -> None:
 
 def test_steps_before_the_start_are_refused() -> None:
     loss = cosmic.Loss(final, lambda steps: [-1, steps])
-    with pytest.raises(cosmic.InputError, match=r"observes \[-1, 128\]: expected steps from 0"):
+    says = r"observes \[-1, 128\] in a rollout of 128 steps: expected steps .* from 0 to 128"
+    with pytest.raises(cosmic.InputError, match=says):
         cosmic.optimize(SCENE, loss=loss, progress=False)
 
 
-@pytest.mark.parametrize("observed", [[5, 3], [5], []])
-def test_steps_that_do_not_serve_are_refused(observed: list[int]) -> None:
+@pytest.mark.parametrize("observed", [[5, 3], [5, 5], [129], [0.5], 7])
+def test_steps_that_do_not_serve_are_refused(observed: Any) -> None:
     loss = cosmic.Loss(final, lambda _: observed)
-    with pytest.raises(cosmic.InputError, match="the loss observes .* ascend and end with 128"):
+    with pytest.raises(cosmic.InputError, match="the loss observes .*expected"):
         cosmic.optimize(SCENE, loss=loss, progress=False)
+    for every in (0, 2.5):
+        with pytest.raises(cosmic.InputError, match=f"observed: {every}: expected a whole number"):
+            cosmic.Loss(final, every)
+
+
+#: Horizons that are no multiple of what a loss looks at: the default scene has many.
+UNEVEN = {**SCENE, "schedule": {**SCENE["schedule"], "horizon": [130, 251]}}
+
+
+@pytest.mark.parametrize(
+    ("observed", "of_100"),
+    [
+        (32, [0, 32, 64, 96, 100]),
+        (lambda steps: range(steps // 2, steps + 1, 32), [50, 82, 100]),
+        (lambda steps: [10], [10, 100]),
+        (lambda steps: [], [100]),
+        (lambda steps: np.array([10, steps]), [10, 100]),
+        (None, [100]),
+    ],
+)
+def test_the_last_step_is_always_observed(observed: Any, of_100: list[int]) -> None:
+    loss = cosmic.Loss(final, observed, is_far=True)
+    assert loss.observed(100) == of_100
+    made = cosmic.optimize(UNEVEN, SEED, loss=loss, iterations=20, progress=False)
+    assert made.summary["iterations"] == 20
+
+
+def test_a_loss_that_is_never_a_number_ends_the_run() -> None:
+    def lost(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        return float("nan"), np.zeros_like(x), np.zeros_like(v)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(cosmic.DivergedError, match="loss"):
+            cosmic.optimize(SCENE, SEED, loss=lost, progress=False)
+
+
+class Fickle(cosmic.Loss):
+    """A loss that one day looks at other steps, which the library has checked before and relies on."""
+
+    is_other = False
+
+    def observed(self, steps: int) -> list[int]:
+        return [3, 1] if self.is_other else [steps]
+
+
+def test_a_panic_of_the_library_is_an_exception() -> None:
+    loss = Fickle(final)
+
+    def progress(iteration: int, *_: object) -> None:
+        loss.is_other = iteration >= 3
+
+    with pytest.raises(cosmic.InternalError, match="please report it") as raised:
+        cosmic.optimize(SCENE, SEED, loss=loss, progress=progress)
+    assert isinstance(raised.value, RuntimeError)
 
 
 def test_something_else_is_no_loss() -> None:

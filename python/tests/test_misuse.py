@@ -8,7 +8,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import robot, same
+from common import SHORT, robot, same, stacked
 
 Call = Callable[[cosmic.Simulator, cosmic.Inputs, cosmic.Trajectory], Any]
 
@@ -59,7 +59,8 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
     ),
     "no scene": (lambda sim, i, t: cosmic.Simulator(3), ["scene", "int"]),
     "no section": (lambda sim, i, t: cosmic.Simulator({"steps": 3}), ["'steps'", "section"]),
-    "no setting": (lambda sim, i, t: cosmic.Simulator({"physics.steps": object()}), ["no value"]),
+    "base": (lambda sim, i, t: cosmic.Simulator({"base": "earth"}), ["`base`", "as `scene`"]),
+    "no setting": (lambda sim, i, t: cosmic.Simulator({"physics.steps": object()}), ["use a number"]),
 }
 
 
@@ -94,7 +95,38 @@ def test_divergence_is_told_with_its_place(sim: cosmic.Simulator) -> None:
     assert isinstance(cosmic.DivergedError("x"), ArithmeticError)
     seen = sim.rollout(both, check=False)
     assert same((seen.x[0], seen.v[0]), sim.rollout(inputs))
-    assert np.abs(seen.x[1]).max() > 1e6
+    # The start is beyond 1e6 m/s too.
+    assert np.all(np.isnan(seen.x[1])) and np.all(np.isnan(seen.v[1]))
+
+
+def test_derivatives_of_what_diverges_are_refused_or_nan(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    fast = inputs._replace(v0=inputs.v0 + 1e9)
+    both = inputs._replace(v0=np.stack([inputs.v0, fast.v0]))
+    bars = sim.rollout(inputs, 32)
+    many = cosmic.Trajectory(*(np.stack([bar, bar]) for bar in bars))
+    for call in (
+        lambda **check: sim.vjp(both, many, 32, **check),
+        lambda **check: sim.jvp(both, inputs, 32, **check)[1],
+    ):
+        with pytest.raises(cosmic.DivergedError, match="robot 1: diverged in step 0"):
+            call()
+        for array in call(check=False):
+            assert np.all(np.isfinite(array[0])) and np.all(np.isnan(array[1]))
+    alone = sim.vjp(inputs, bars, 32)
+    assert same([array[0] for array in sim.vjp(both, many, 32, check=False)], alone)
+
+
+def test_a_robot_that_is_not_finite_is_lost_alone(sim: cosmic.Simulator) -> None:
+    robots = [robot(sim, 0), robot(sim, 1)._replace(b1=np.full(sim.shapes["b1"], np.nan))]
+    batch = stacked(robots)
+    seen = sim.rollout(batch, 32, check=False)
+    assert same((seen.x[0], seen.v[0]), sim.rollout(robots[0], 32))
+    assert np.all(np.isnan(seen.x[1]))
+    shared = batch._replace(z=np.full(sim.shapes["z"], np.nan))
+    assert np.all(np.isnan(sim.rollout(shared, 32, check=False).x))
+    with pytest.raises(cosmic.InputError, match="robots, but"):
+        sim.rollout(batch._replace(x0=np.full((3, 6, 2), np.nan)), 32, check=False)
 
 
 @pytest.mark.parametrize(
@@ -108,6 +140,30 @@ def test_a_bad_scene_is_marked_where_it_is_bad(scene: Any, marked: list[str]) ->
     with pytest.raises(cosmic.InputError) as raised:
         cosmic.Simulator(scene)
     assert all(words in str(raised.value) for words in marked), str(raised.value)
+
+
+def test_texts_keep_their_characters(tmp_path: Any) -> None:
+    for name in ("😀.json", 'a"b\\c.json', "tab\t.json", "del\x7f.json"):
+        truss = tmp_path / name
+        truss.write_text('{"format": "cosmic-truss", "version": 1, "nodes": [[0, 0], [0.1, 0], [0, 0.1]], "edges": [[0, 1], [1, 2], [0, 2]]}')
+        for given in (str(truss), truss):
+            scene = cosmic.as_scene({**SHORT, "lattice.file": given})
+            assert len(cosmic.Simulator(scene).edges) == 3
+    with pytest.raises(cosmic.InputError, match="UTF-8"):
+        cosmic.as_scene({**SHORT, "lattice.file": "\ud83d"})
+
+
+def test_equals_signs_are_of_paths_too(tmp_path: Any) -> None:
+    folder = tmp_path / "earth+friction=0.6-0"
+    folder.mkdir()
+    (folder / "scene.toml").write_text(cosmic.as_scene(SHORT).to_toml())
+    (folder / "plain=").write_text(cosmic.as_scene(SHORT).to_toml())
+    for name in ("scene.toml", "plain="):
+        assert cosmic.as_scene(str(folder / name)).to_toml() == cosmic.as_scene(SHORT).to_toml()
+    with pytest.raises(cosmic.FileError, match="friction=0.6-0/missing.toml"):
+        cosmic.as_scene(str(folder / "missing.toml"))
+    text = cosmic.as_scene("physics.friction = 0.6").to_toml()
+    assert "friction = 0.6" in text
 
 
 def test_an_unknown_scene_is_answered_with_those_that_are_known() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import json
+import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -76,6 +78,7 @@ def test_a_run_is_reported(run: cosmic.Run, tmp_path: Path) -> None:
     beside = {file.name for file in page.parent.iterdir()}
     assert {"robot.svg", "convergence.svg", "gait.gif", "design.json"} <= beside
     shown = run._repr_html_()
+    assert "onload=" in shown
     assert shown.startswith("<iframe srcdoc=") and "&lt;html" in shown and "0.0" in shown
 
 
@@ -130,6 +133,78 @@ def test_an_exception_of_progress_stops_the_run(run: cosmic.Run, tmp_path: Path)
         cosmic.load(tmp_path / "run")
     whole = cosmic.resume(tmp_path / "run", progress=False)
     assert is_same_run(whole.folder, run.folder)
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+def test_a_notebook_shows_the_whole_page(run: cosmic.Run, tmp_path: Path) -> None:
+    def heights(width: int) -> list[float]:
+        page = tmp_path / f"{width}.html"
+        told = (
+            "<script>setTimeout(() => { const f = document.querySelector('iframe'), "
+            "b = f.contentDocument.body; document.title = 'heights ' + f.clientHeight + ' ' + "
+            "f.contentDocument.documentElement.scrollHeight + ' ' + b.scrollHeight }, 1500)</script>"
+        )
+        page.write_text(f"<body style='width:{width}px'>{run._repr_html_()}{told}</body>")
+        command = ["chromium", "--headless", "--no-sandbox", "--virtual-time-budget=4000"]
+        done = subprocess.run(
+            [*command, "--dump-dom", page.as_uri()], capture_output=True, text=True, timeout=120
+        )
+        found = re.search(r"heights (\d+) (\d+) (\d+)", done.stdout)
+        assert found, done.stdout[-1000:] + done.stderr[-1000:]
+        return [float(number) for number in found.groups()]
+
+    frames = []
+    for width in (500, 1000):
+        frame, page, body = heights(width)
+        # Nothing is cut off, and nothing is left over: heights are rounded to whole pixels.
+        assert page <= frame + 1 and abs(frame - body) <= 2, (width, frame, page, body)
+        frames.append(frame)
+    assert frames[0] != frames[1]
+
+
+def test_messages_name_calls_of_python_not_commands(run: cosmic.Run, tmp_path: Path) -> None:
+    stopped = tmp_path / "a run"
+
+    def stop(iteration: int, *_: object) -> None:
+        if iteration == 3:
+            raise Mine
+
+    with pytest.raises(Mine):
+        cosmic.optimize(SCENE, SEED, out=stopped, progress=stop)
+    with pytest.raises(cosmic.FileError, match=re.escape(f"cosmic.resume({str(stopped)!r})")):
+        cosmic.load(stopped)
+    with pytest.raises(cosmic.InputError, match=re.escape("cosmic.resume(folder)")):
+        cosmic.optimize(SCENE, out=stopped, progress=False)
+    assert cosmic.resume(stopped, allow_unstable=True, progress=False).scene.to_toml() == (
+        run.scene.to_toml().replace('unstable_step = "error"', 'unstable_step = "warn"')
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "call"),
+    [
+        ("go on with: cosmic resume runs/a", "go on with: cosmic.resume('runs/a')"),
+        ("cosmic resume 'my runs/a' --allow-unstable", "cosmic.resume('my runs/a', allow_unstable=True)"),
+        ("cosmic resume 'it'\\''s'; and so on", 'cosmic.resume("it\'s"); and so on'),
+        ("by `cosmic resume`, or name another", "by cosmic.resume(folder), or name another"),
+        ("with: cosmic evaluate a/diverged.json", "with: json.load(open('a/diverged.json'))"),
+        ("by record::resume_with, with its own loss, in a b", "with: cosmic.resume('a b', loss=...)"),
+        ("nothing of the kind", "nothing of the kind"),
+    ],
+)
+def test_commands_are_translated(command: str, call: str) -> None:
+    assert cosmic._errors.in_python(command) == call
+
+
+def test_no_message_of_the_library_names_a_command_that_stays() -> None:
+    root = Path(__file__).resolve().parents[2] / "cosmic/src"
+    left = set()
+    for file in root.rglob("*.rs"):
+        lines = [line for line in file.read_text().splitlines() if not line.strip().startswith("//")]
+        for said in re.findall(r'"[^"]*\bcosmic (?:[a-z]+)[^"]*"', "\n".join(lines)):
+            left |= set(re.findall(r"\bcosmic [a-z]+", cosmic._errors.in_python(said)))
+    # Of a run that the program's `--starts` began, and of the program's own tests.
+    assert left <= {"cosmic is"}, left
 
 
 def test_folders_that_do_not_serve_are_refused(run: cosmic.Run, tmp_path: Path) -> None:

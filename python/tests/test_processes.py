@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import copy
+import gc
+import multiprocessing
+import os
 import pickle
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
 
 import cosmic
+import pytest
 from common import SCENE, SEED, is_same_run, like, robot, same, stacked
 
 
@@ -42,6 +47,55 @@ def test_a_simulator_goes_to_another_process_as_it_is(sim: cosmic.Simulator) -> 
         assert other.scene.to_toml() == sim.scene.to_toml()
         assert other.scene.name == sim.scene.name
         assert same(other.rollout(one), sim.rollout(one))
+
+
+def designed(seed: int) -> cosmic.Run:
+    """A run in a temporary folder, made in another process."""
+    return cosmic.optimize(SCENE, seed, progress=False)
+
+
+def test_a_run_comes_back_from_another_process_with_its_folder(run: cosmic.Run) -> None:
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=spawn) as pool:
+        made = pool.submit(designed, SEED).result()
+    assert is_same_run(made.folder, run.folder)
+    assert made.report().exists() and "<iframe" in made._repr_html_()
+    folder = made.folder
+    twin = copy.deepcopy(made)
+    del made
+    gc.collect()
+    assert not folder.exists() and is_same_run(twin.folder, run.folder)
+
+
+def test_a_run_in_a_folder_of_its_own_stays_there(
+    run: cosmic.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(run.folder.parent)
+    here = pickle.dumps(cosmic.load(run.folder.name))
+    monkeypatch.chdir(tmp_path)
+    assert pickle.loads(here).folder == run.folder
+
+
+THREADS = """
+import os
+import cosmic, numpy as np
+
+sim = cosmic.Simulator("stability")
+first = sim.initial()
+before = len(os.listdir("/proc/self/task"))
+sim.rollout(first._replace(v0=np.zeros((16, *first.v0.shape))), 64)
+print(len(os.listdir("/proc/self/task")) - before, cosmic._core.usual_threads())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts threads as Linux does")
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_environment_may_say_how_many_threads(threads: int) -> None:
+    environment = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS], capture_output=True, text=True, env=environment, timeout=60
+    )
+    assert done.stdout.split() == [str(threads), str(threads)], done.stderr
 
 
 FORKS = """

@@ -112,6 +112,18 @@ def test_arrays_may_lie_anyhow(sim: cosmic.Simulator) -> None:
         array.setflags(write=False)
     assert same(sim.rollout(inputs, 64), expected)
     lists = cosmic.Inputs(*(array.tolist() for array in inputs))
+    # Fields of a structured array: contiguous, at odd bytes.
+    odd = []
+    for array in inputs:
+        packed = np.zeros(1, [("one", "u1"), ("numbers", "f8", array.shape)])
+        packed["numbers"][0] = array
+        odd.append(packed["numbers"][0])
+    assert not odd[0].flags.aligned and odd[0].flags.c_contiguous
+    assert same(sim.rollout(cosmic.Inputs(*odd), 64), expected)
+    bars = cosmic.Trajectory(*expected)
+    assert same(sim.vjp(cosmic.Inputs(*odd), bars, 64), sim.vjp(inputs, bars, 64))
+    swapped = cosmic.Inputs(*(array.astype(">f8") for array in inputs))
+    assert same(sim.rollout(swapped, 64), expected)
     assert same(sim.rollout(lists, 64), expected)
 
 

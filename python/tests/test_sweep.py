@@ -42,6 +42,10 @@ def test_executors_of_any_kind_do_the_same_runs(tmp_path: Path) -> None:
     expected = numbers(serial)
     assert numbers(threads) == expected and numbers(processes) == expected
     assert len(set(expected["scene"])) == 4
+    # The values that the grid gives, as numbers.
+    merged = serial.merge()
+    assert merged["physics.friction"].tolist() == [0.6] * 4 + [2.5] * 4
+    assert merged["controller.clocks"].tolist() == [6, 6, 8, 8] * 2
     # What is over is not done twice.
     assert cosmic.Sweep(serial.folder).submit(OneAtATime(8)) == []
 

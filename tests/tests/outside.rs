@@ -1,4 +1,4 @@
-//! A user's crate outside of the workspace, with a Cargo.toml of its own and a law of its own.
+//! A user's crate outside of the workspace, with its own Cargo.toml and its own laws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,8 +24,9 @@ fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
         .canonicalize()
         .unwrap();
     let outside = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::create_dir_all(outside.join("src")).unwrap();
     for (from, to) in files {
+        let folder = outside.join(to).parent().map(Path::to_owned);
+        fs::create_dir_all(folder.expect("a folder")).unwrap();
         fs::copy(repository.join(from), outside.join(to)).unwrap();
     }
     // Offline, the versions of the workspace are those there are.
@@ -62,11 +63,14 @@ fn a_build_script_emits_an_adjoint() {
 
 #[test]
 fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
-    let example = ("cosmic/program/examples/mud.rs", "src/main.rs");
-    let outside = outside("outside", "tests/outside.toml", &[example]);
+    // The second one has an enum among its settings. The crate does not depend on serde.
+    let examples = [
+        ("cosmic/program/examples/mud.rs", "src/main.rs"),
+        ("cosmic/program/examples/tendon.rs", "src/bin/tendon.rs"),
+    ];
+    let outside = outside("outside", "tests/outside.toml", &examples);
     build(&outside);
 
-    let mut mud = Command::new(outside.join("target/debug/mud"));
     let short = [
         "lattice.columns=3",
         "lattice.rows=2",
@@ -75,10 +79,11 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
         "schedule.horizon=[32,32]",
         "loss.window=16",
     ];
-    let check = done(
-        mud.arg("gradcheck")
-            .args(short.iter().flat_map(|s| ["--set", s])),
-    );
-    assert!(check.contains("gradient of mud"), "{check}");
-    assert!(check.contains("negative control"), "{check}");
+    for name in ["mud", "tendon"] {
+        let mut law = Command::new(outside.join("target/debug").join(name));
+        law.arg("gradcheck");
+        let check = done(law.args(short.iter().flat_map(|s| ["--set", s])));
+        assert!(check.contains(&format!("gradient of {name}")), "{check}");
+        assert!(check.contains("negative control"), "{check}");
+    }
 }

@@ -13,6 +13,7 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     scene.controller.hidden = 2;
     scene.physics.steps = 300;
+    scene.physics.speed_bound = None;
     change(&mut scene);
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
@@ -236,6 +237,36 @@ fn a_divergence_is_replayed_from_its_file() {
     let found = diverges(&fall);
     let text = fall.diverged_json(&found);
     assert!(text.contains("mostly by gravity"), "{text}");
+    let again = Case::parse("diverged.json", &text).expect("it is a case");
+    let results = again.evaluate(false, &[]).expect("it lists its steps");
+    assert_eq!(results.divergence, Some(found));
+}
+
+/// A node that starts at 30 m/s upwards, with bounds on either side of its speed after a step.
+#[test]
+fn a_node_that_is_too_fast_is_found_and_replayed_with_its_bound() {
+    let fast = |bound| {
+        let mut case = case(|scene| scene.physics.speed_bound = bound);
+        case.start.v[3] = [0.0, 30.0];
+        case
+    };
+    assert_eq!(guarded(&fast(Some(35.0))).divergence, None);
+    // A case without the key is not judged.
+    let free = fast(None).to_json();
+    assert!(!free.contains("speed_bound"));
+    let free = Case::parse("free.json", &free).expect("it is a case");
+    assert_eq!(guarded(&free).divergence, None);
+    let bounded = fast(Some(10.0));
+    let found = diverges(&bounded);
+    assert_eq!((found.step, found.node), (0, 3));
+    let [x, y] = found.velocity;
+    let (speed, bound) = (x.hypot(y), 10.0);
+    assert_eq!(found.term, Cause::TooFast { speed, bound });
+    let text = bounded.diverged_json(&found);
+    assert!(
+        text.contains("`physics.speed_bound` allows 10 m/s"),
+        "{text}"
+    );
     let again = Case::parse("diverged.json", &text).expect("it is a case");
     let results = again.evaluate(false, &[]).expect("it lists its steps");
     assert_eq!(results.divergence, Some(found));

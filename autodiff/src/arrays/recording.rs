@@ -85,7 +85,8 @@ impl<R: Real> Program<R> {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes its slope is that of
+    /// [`layer_tanh`](Real::layer_tanh), `1 - y^2` of the result `y`.
     ///
     /// # Panics
     /// As [`dense`](Program::dense).

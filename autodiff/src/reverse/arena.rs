@@ -1,8 +1,10 @@
 //! The entries of a recording, and the reverse sweep over them.
 
+use super::careful::Careful;
 use super::fused_entry::FusedEntry;
-use super::index::{FUSED, LINEAR, NONE, SELECT, index};
-use crate::real::Real;
+use super::index::{FUSED, LINEAR, NONE, SELECT, STOPPED, index};
+use crate::real::{Mask, Real};
+use crate::rule::vanishes;
 
 /// One recorded operation of at most two variables: 24 bytes for f64.
 #[derive(Clone, Copy)]
@@ -18,14 +20,25 @@ pub(super) struct Arena<R: Real> {
 }
 
 /// The operands that do not fit into an entry.
-struct LongEntries<R: Real> {
+pub(super) struct LongEntries<R: Real> {
     /// The terms `(partial, parent)` of all linear entries, one entry after the other …
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
     linear: Vec<usize>,
+    /// Linear entries, ascending, and parents to which they pass no derivative: their factor is a
+    /// constant zero.
+    stopped: Vec<(u32, u32)>,
     /// Masks, and the parents that pass where they hold and where they do not.
     selects: Vec<(R::Mask, [u32; 2])>,
-    fused: Vec<FusedEntry<R>>,
+    pub(super) fused: Vec<FusedEntry<R>>,
+}
+
+/// A term of a linear entry.
+pub(super) struct Term<R> {
+    pub(super) partial: R,
+    pub(super) parent: u32,
+    /// Whether the partial is a constant zero, which passes nothing.
+    pub(super) stops: bool,
 }
 
 impl<R: Real> Arena<R> {
@@ -36,6 +49,7 @@ impl<R: Real> Arena<R> {
             long: LongEntries {
                 terms: Vec::new(),
                 linear: Vec::new(),
+                stopped: Vec::new(),
                 selects: Vec::new(),
                 fused: Vec::new(),
             },
@@ -57,6 +71,7 @@ impl<R: Real> Arena<R> {
         self.entries.resize(index(inputs) as usize, entry);
         self.long.terms.clear();
         self.long.linear.clear();
+        self.long.stopped.clear();
         self.long.selects.clear();
         self.long.fused.clear();
     }
@@ -95,11 +110,23 @@ impl<R: Real> Arena<R> {
         index
     }
 
-    /// Appends an entry with any number of terms `(partial, parent)`.
-    pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = (R, u32)>, zero: R) -> u32 {
-        let entry = index(self.long.linear.len());
-        self.long.linear.push(self.long.terms.len());
-        self.long.terms.extend(terms);
+    /// Appends an entry with any number of terms.
+    pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = Term<R>>, zero: R) -> u32 {
+        let LongEntries {
+            linear,
+            terms: all,
+            stopped,
+            ..
+        } = &mut self.long;
+        let entry = index(linear.len());
+        linear.push(all.len());
+        for term in terms {
+            if term.stops {
+                stopped.push((entry, term.parent));
+            } else {
+                all.push((term.partial, term.parent));
+            }
+        }
         self.push_mark([LINEAR, entry], zero)
     }
 
@@ -126,10 +153,10 @@ impl<R: Real> Arena<R> {
     /// output of a fused function depends on all of its inputs.
     pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
         let LongEntries {
-            terms,
-            linear,
+            stopped,
             selects,
             fused,
+            ..
         } = &self.long;
         let marked = |at: &usize| self.entries[*at].parents != [NONE, NONE];
         // The later outputs of a fused function follow the entry that has its mark.
@@ -140,18 +167,23 @@ impl<R: Real> Arena<R> {
         else {
             return;
         };
-        let place = place as usize;
         match kind {
             FUSED => {
-                let slices = fused[place].parents.iter().zip(&fused[place].lengths);
+                let fused = &fused[place as usize];
+                let slices = fused.parents.iter().zip(&fused.lengths);
                 slices.for_each(|(parents, &len)| parents.each(len, &mut visit));
             }
             LINEAR => {
-                let end = linear.get(place + 1).copied().unwrap_or(terms.len());
-                let terms = &terms[linear[place]..end];
-                terms.iter().for_each(|&(_, parent)| visit(parent));
+                let terms = self.long.terms_of(place).iter();
+                terms.for_each(|&(_, parent)| visit(parent));
+                let first = stopped.partition_point(|&(entry, _)| entry < place);
+                let here = stopped[first..]
+                    .iter()
+                    .take_while(|(entry, _)| *entry == place);
+                here.for_each(|&(_, parent)| visit(parent));
             }
-            SELECT => selects[place].1.into_iter().for_each(visit),
+            SELECT => selects[place as usize].1.into_iter().for_each(visit),
+            STOPPED => visit(place),
             _ => {}
         }
     }
@@ -175,11 +207,19 @@ impl<R: Real> Arena<R> {
             // Marks are above every index: one comparison tells the rare entries apart.
             if parents[0] >= FUSED {
                 bars[i] = bar;
+                if long.is_doubtful(parents, bar) {
+                    return Careful::sweep(entries, long, bars, inputs..i + 1);
+                }
                 long.sweep(parents, i, bars);
                 bar = bars[before];
                 continue;
             }
-            // A zero cotangent gives nothing, whatever the partials are.
+            if vanishes(bar) && !(partials[0].finite() & partials[1].finite()).all() {
+                bars[i] = bar;
+                return Careful::sweep(entries, long, bars, inputs..i + 1);
+            }
+            // A cotangent that is zero gives nothing to finite partials, nor does any that no result
+            // depends on.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {
@@ -207,24 +247,35 @@ pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
 }
 
 impl<R: Real> LongEntries<R> {
+    /// The terms of a linear entry.
+    pub(super) fn terms_of(&self, place: u32) -> &[(R, u32)] {
+        let place = place as usize;
+        let end = self.linear.get(place + 1).copied();
+        &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
+    }
+
+    /// Whether a cotangent vanishes at an entry with many parents, one of whose partials is not finite.
+    fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
+        let finite = |&(partial, _): &(R, u32)| partial.finite().all();
+        kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
+    }
+
     /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
     #[inline(never)]
     fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
-        let place = place as usize;
         match kind {
             // The outputs' entries follow this one: their cotangents are complete by now.
-            FUSED => self.fused[place].reverse(i, bars),
+            FUSED => self.fused[place as usize].reverse(i, bars),
             LINEAR if !bars[i].is_zero() => {
                 let bar = bars[i];
-                let end = self.linear.get(place + 1).copied();
-                let terms = self.linear[place]..end.unwrap_or(self.terms.len());
-                for &(partial, parent) in &self.terms[terms] {
+                for &(partial, parent) in self.terms_of(place) {
                     let parent = &mut bars[parent as usize];
                     *parent = R::chain_add(partial, bar, *parent);
                 }
             }
             SELECT => {
-                let ((mask, parents), bar, zero) = (self.selects[place], bars[i], R::zero());
+                let (mask, parents) = self.selects[place as usize];
+                let (bar, zero) = (bars[i], R::zero());
                 let parts = [R::select(mask, bar, zero), R::select(mask, zero, bar)];
                 for (parent, part) in parents.into_iter().zip(parts) {
                     if parent != NONE {

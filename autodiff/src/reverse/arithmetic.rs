@@ -2,9 +2,10 @@
 
 use num_traits::Zero;
 
+use super::arena::Term;
 use super::current::{self, CONSTANT};
 use super::fused;
-use super::var::Var;
+use super::var::{Var, is_choice};
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
@@ -48,10 +49,10 @@ impl<R: Real> Real for Var<R> {
     fn fma(self, factor: Self, term: Self) -> Self {
         let (value, one) = (self.value.fma(factor.value, term.value), R::one());
         if factor.is_constant() {
-            return self.apply2(term, (value, [factor.value, one]));
+            return self.times_constant_plus(factor.value, term, value);
         }
         if self.is_constant() {
-            return factor.apply2(term, (value, [self.value, one]));
+            return factor.times_constant_plus(self.value, term, value);
         }
         if term.is_constant() {
             return self.product(factor, value);
@@ -61,6 +62,27 @@ impl<R: Real> Real for Var<R> {
         }
         let product = self.product(factor, value);
         product.apply2(term, (value, [one, one]))
+    }
+    /// Flat by a choice at zero.
+    #[inline]
+    fn abs(self) -> Self {
+        let (value, partial) = rule::abs(self.value);
+        self.times_constant(partial, value)
+    }
+    /// The choice itself records nothing.
+    #[inline]
+    fn max(self, bound: Self) -> Self {
+        if rule::is_nan(self.value) {
+            return self.apply((self.value.max(bound.value), self.value));
+        }
+        Self::select(self.le(bound), bound, self)
+    }
+    #[inline]
+    fn min(self, bound: Self) -> Self {
+        if rule::is_nan(self.value) {
+            return self.apply((self.value.min(bound.value), self.value));
+        }
+        Self::select(bound.le(self), bound, self)
     }
     #[inline]
     fn signum(self) -> Self {
@@ -84,25 +106,60 @@ impl<R: Real> Real for Var<R> {
             return Self::zero();
         }
         let value = R::chain(partial.value, cotangent.value);
+        if partial.is_constant() {
+            return cotangent.times_constant(partial.value, value);
+        }
         partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
     }
     /// One entry.
     fn dot(a: &[Self], b: &[Self]) -> Self {
         let value = R::dot(&fused::values(a), &fused::values(b));
         let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
-        let by_a = a.iter().zip(b).map(|(x, y)| (y.value, x.index));
-        let by_b = a.iter().zip(b).map(|(x, y)| (x.value, y.index));
+        let term = |x: &Self, factor: &Self| Term {
+            partial: factor.value,
+            parent: x.index,
+            stops: factor.is_constant() && is_choice(&factor.value),
+        };
+        let by_a = a.iter().zip(b).map(|(x, y)| term(x, y));
+        let by_b = a.iter().zip(b).map(|(x, y)| term(y, x));
         Self::push_linear(value, by_a.chain(by_b), generation)
     }
     /// One entry.
     fn sum_of(terms: &[Self]) -> Self {
         let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
         let generation = terms.iter().fold(CONSTANT, Self::common);
-        Self::push_linear(value, terms.iter().map(|x| (one, x.index)), generation)
+        let term = |x: &Self| Term {
+            partial: one,
+            parent: x.index,
+            stops: false,
+        };
+        Self::push_linear(value, terms.iter().map(term), generation)
     }
     /// One entry, and one for each output.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         fused::fused(function, inputs)
+    }
+}
+
+impl<R: Real> Var<R> {
+    /// `self * factor + term` for a constant factor, given its value.
+    #[inline(always)]
+    fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
+        let one = R::one();
+        if is_choice(&factor) {
+            return self.stopped(value).apply2(term, (value, [one, one]));
+        }
+        self.apply2(term, (value, [factor, one]))
+    }
+
+    /// `self / divisor`. A constant zero is a choice here too, unless the quotient is NaN.
+    #[inline(always)]
+    fn quotient(self, divisor: Self) -> Self {
+        let (value, partials) = rule::div(self.value, divisor.value);
+        if self.is_constant() && is_choice(&self.value) && rule::vanishes(value) {
+            return divisor.stopped(value);
+        }
+        self.apply2(divisor, (value, partials))
     }
 }
 
@@ -128,7 +185,7 @@ operators! {
         a.apply2(b, (value, [one, -one]))
     },
     a * b => a.product(b, a.value * b.value),
-    a / b => a.apply2(b, rule::div(a.value, b.value)),
+    a / b => a.quotient(b),
     -a => a.apply((-a.value, -R::one())),
     0 => Self::constant(R::zero()),
     1 => Self::constant(R::one()),

@@ -6,9 +6,11 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const LINEAR: u32 = u32::MAX - 1;
 /// In `Entry::parents[0]`: a choice by lanes; `parents[1]` is an index into `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
+/// In `Entry::parents[0]`: a number that depends on `parents[1]`, and by a choice passes it no derivative.
+pub(super) const STOPPED: u32 = u32::MAX - 3;
 /// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. The least of these marks:
 /// every index of a parent is below it.
-pub(super) const FUSED: u32 = u32::MAX - 3;
+pub(super) const FUSED: u32 = u32::MAX - 4;
 
 /// A place in an arena, in the 32 bits that a variable has for it.
 pub(super) fn index(place: usize) -> u32 {

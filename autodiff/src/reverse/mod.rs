@@ -4,6 +4,7 @@
 mod index;
 mod fused_entry;
 mod arena;
+mod careful;
 mod current;
 mod var;
 mod fused;

@@ -1,10 +1,11 @@
 //! The reverse variable, and how its operations are recorded.
 
-use super::arena::Entry;
+use super::arena::{Entry, Term};
 use super::current::{self, CONSTANT};
-use super::index::NONE;
+use super::index::{NONE, STOPPED};
 use crate::operators::by_primal;
 use crate::real::Real;
+use crate::rule::one_answer;
 
 /// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
 ///
@@ -112,7 +113,33 @@ impl<R: Real> Var<R> {
             // `(x + a) (x + b)`: one parent.
             return self.apply((value, self.value + factor.value));
         }
+        if self.generation != factor.generation {
+            if factor.is_constant() {
+                return self.times_constant(factor.value, value);
+            }
+            if self.is_constant() {
+                return factor.times_constant(self.value, value);
+            }
+        }
         self.apply2(factor, (value, [factor.value, self.value]))
+    }
+
+    /// The product with a constant, given its value. A constant zero is a choice.
+    #[inline(always)]
+    pub(super) fn times_constant(self, factor: R, value: R) -> Self {
+        if is_choice(&factor) {
+            return self.stopped(value);
+        }
+        self.apply((value, factor))
+    }
+
+    /// A value that depends on this number and by a choice passes no derivative to it.
+    pub(super) fn stopped(self, value: R) -> Self {
+        let entry = Entry {
+            partials: [R::zero(), R::zero()],
+            parents: [STOPPED, self.index],
+        };
+        Self::record(value, entry, self.generation)
     }
 
     /// Appends an entry of a value; of constants, none.
@@ -131,17 +158,17 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms `(partial, index)`. Terms of constants, with index `NONE`, are left out.
+    /// A value with many terms. Those of constants, whose parent is `NONE`, are left out.
     #[inline(always)]
     pub(super) fn push_linear(
         value: R,
-        terms: impl Iterator<Item = (R, u32)>,
+        terms: impl Iterator<Item = Term<R>>,
         generation: u32,
     ) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
         }
-        let terms = terms.filter(|&(_, index)| index != NONE);
+        let terms = terms.filter(|term| term.parent != NONE);
         let zero = R::zero();
         // SAFETY: both callers' iterators read slices of `Copy` numbers and run no foreign code.
         #[allow(unsafe_code)]
@@ -152,6 +179,13 @@ impl<R: Real> Var<R> {
             generation,
         }
     }
+}
+
+/// Whether a constant factor is zero with all derivatives that it carries. Lanes choose one by one, which an
+/// entry cannot say.
+#[inline(always)]
+pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
+    one_answer::<R>() && factor.is_zero()
 }
 
 /// Takes no arguments: to hand the two recordings over would cost every operation instructions.

@@ -121,11 +121,12 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
+    // First: where there is no run, there is no scene either.
+    let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),
         None => run::read_scene(folder)?,
     };
-    let file = result_of(folder, run::DESIGN)?;
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
     let (task, mixture) = (codesign.task(), case.own_mixture());

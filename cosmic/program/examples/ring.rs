@@ -38,6 +38,7 @@ fn ring() -> Truss {
             keep: (0..NODES).map(|k| 4 * k).collect(),
             ..EdgeRules::default()
         },
+        ..Truss::default()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use cosmic::error::{Error, Result};
+use cosmic::reading::with_decimal_point;
 use cosmic::scene::Scene;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
@@ -37,6 +38,19 @@ pub(super) fn seed(text: &str) -> std::result::Result<u64, String> {
 pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     let expected = |_| "expected a whole number, 1 or more".to_owned();
     text.parse().map_err(expected)
+}
+
+/// Reads a number that `allows`; `expected` says which these are.
+pub(super) fn number(
+    text: &str,
+    allows: impl Fn(f64) -> bool,
+    expected: String,
+) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|x| allows(*x));
+    number.ok_or_else(|| match with_decimal_point(text) {
+        Some(number) => format!("{expected}; use a decimal point: {number}"),
+        None => expected,
+    })
 }
 
 fn threads(text: &str) -> std::result::Result<NonZeroUsize, String> {

@@ -1,8 +1,8 @@
 //! `cosmic export`.
 
-use crate::arguments::{Output, Settings};
+use crate::arguments::{Output, Settings, number};
 use crate::mujoco::MujocoOptions;
-use crate::output::{answer_written, note};
+use crate::output::{answer_written, complain, note};
 use crate::source::{Source, design_of};
 use clap::{ArgGroup, Args};
 use cosmic::error::{Error, Result};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Write a robot for other programs: a model for MuJoCo, or files for the workshop
 ///
-/// At least one kind has to be named. Drawings and solids are in millimetres, tables in SI units. docs/files.md says what is in the files.
+/// At least one kind has to be named. A kind that cannot be made does not keep the others from being written. Drawings and solids are in millimetres, tables in SI units. docs/files.md says what is in the files.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
@@ -70,10 +70,8 @@ struct Sizes {
 
 /// Reads a size in millimetres, from a micrometre to a kilometre.
 fn size(text: &str) -> std::result::Result<f64, String> {
-    match text.parse() {
-        Ok(x) if (1e-3..=1e6).contains(&x) => Ok(x),
-        _ => Err("expected a number of millimetres from 0.001 to 1000000".to_owned()),
-    }
+    let expected = "expected a number of millimetres from 0.001 to 1000000";
+    number(text, |x| (1e-3..=1e6).contains(&x), expected.to_owned())
 }
 
 impl Arguments {
@@ -81,19 +79,32 @@ impl Arguments {
         let folder = self.out.clone();
         let folder =
             folder.unwrap_or_else(|| design_of(Path::new(&self.run)).with_file_name("export"));
-        let mut written = Vec::new();
+        let mut made = Made::default();
         if self.csv || self.svg || self.dxf || self.stl {
-            written.extend(export::write(&folder, &self.for_workshop()?)?);
+            let files = self.for_workshop(&mut made.failed)?;
+            if !files.is_empty() {
+                made.written.extend(export::write(&folder, &files)?);
+            }
         }
         if self.mujoco {
-            let case = Source::read(&self.run, &self.settings)?.case;
-            written.extend(mujoco::write(&case, &self.of_mujoco.settings(), &folder)?);
+            match self.for_mujoco(&folder) {
+                Ok(written) => made.written.extend(written),
+                Err(error) => made.failed.push(("--mujoco", error)),
+            }
         }
-        answer_written(&self.output, &written)
+        if !made.written.is_empty() {
+            answer_written(&self.output, &made.written)?;
+        }
+        made.judge()
     }
 
-    /// The files for the workshop, all of them made before any is written.
-    fn for_workshop(&self) -> Result<Vec<ExportFile>> {
+    fn for_mujoco(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let case = Source::read(&self.run, &self.settings)?.case;
+        mujoco::write(&case, &self.of_mujoco.settings(), folder)
+    }
+
+    /// The files for the workshop. A kind that cannot be made goes with its option to `failed`.
+    fn for_workshop(&self, failed: &mut Vec<(&'static str, Error)>) -> Result<Vec<ExportFile>> {
         if !self.settings.set.is_empty() {
             return Err(Error::Usage(
                 "--set is for --mujoco: files for the workshop are of the run as it is".into(),
@@ -114,20 +125,48 @@ impl Arguments {
             note(&format!("warning: {says}"));
         }
         let sizes = &self.sizes.chosen();
+        type Make = fn(&RunFiles, &export::Sizes) -> Result<Vec<ExportFile>>;
+        let kinds: [(_, _, Make); 4] = [
+            ("--csv", self.csv, export::tables),
+            ("--svg", self.svg, export::pattern_svg),
+            ("--dxf", self.dxf, export::pattern_dxf),
+            ("--stl", self.stl, export::solid),
+        ];
         let mut files = Vec::new();
-        if self.csv {
-            files.extend(export::tables(run, sizes)?);
-        }
-        if self.svg {
-            files.extend(export::pattern_svg(run, sizes)?);
-        }
-        if self.dxf {
-            files.extend(export::pattern_dxf(run, sizes)?);
-        }
-        if self.stl {
-            files.extend(export::solid(run, sizes)?);
+        for (option, _, make) in kinds.into_iter().filter(|(_, is_asked, _)| *is_asked) {
+            match make(run, sizes) {
+                Ok(made) => files.extend(made),
+                Err(error) => failed.push((option, error)),
+            }
         }
         Ok(files)
+    }
+}
+
+/// The outcome of an export.
+#[derive(Default)]
+struct Made {
+    written: Vec<PathBuf>,
+    /// The options whose files were not written, and why.
+    failed: Vec<(&'static str, Error)>,
+}
+
+impl Made {
+    /// Names all that failed: the last as the error.
+    fn judge(self) -> Result<()> {
+        let is_alone = self.written.is_empty() && self.failed.len() == 1;
+        let named = |(option, error): (&str, Error)| match error {
+            Error::Usage(says) if !is_alone => {
+                Error::Usage(format!("{option}: {says} (its files were not written)"))
+            }
+            error => error,
+        };
+        let mut failed = self.failed.into_iter().map(named);
+        let Some(last) = failed.next_back() else {
+            return Ok(());
+        };
+        failed.for_each(|error| complain(&error));
+        Err(last)
     }
 }
 

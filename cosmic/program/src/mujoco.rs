@@ -1,6 +1,6 @@
 //! The options of a model for MuJoCo.
 
-use crate::arguments::whole;
+use crate::arguments::{number, whole};
 use clap::Args;
 use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
 
@@ -43,8 +43,8 @@ impl MujocoOptions {
 
 /// Reads a number above 0 and up to `most`.
 fn above_zero(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| match text.parse() {
-        Ok(x) if 0.0 < x && x <= most => Ok(x),
-        _ => Err(format!("expected a number above 0, at most {most}")),
+    move |text| {
+        let expected = format!("expected a number above 0, at most {most}");
+        number(text, |x| 0.0 < x && x <= most, expected)
     }
 }

@@ -1,7 +1,6 @@
 //! `cosmic optimize`.
 
 use crate::arguments::{Settings, Work, count, seed};
-use crate::output::note;
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -59,19 +58,19 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// Describes the world, and warns about settings that are probably a mistake.
-fn introduce(plan: &RunPlan) {
-    note(&format!("world: {}", plan.scene.world()));
-    for doubt in plan.scene.doubts() {
-        note(&format!("warning: {doubt}"));
-    }
+/// The world in a line, and warnings about settings that are probably a mistake.
+fn introduction(plan: &RunPlan) -> Vec<String> {
+    let world = format!("world: {}", plan.scene.world());
+    let doubts = plan.scene.doubts().into_iter();
+    let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
     let changed = plan.scene.changed().into_iter();
-    let of_search = changed.filter(|setting| setting.key.starts_with("search."));
-    for Setting { key, value } in of_search.filter(|_| plan.search == Search::Full) {
-        note(&format!(
+    let unread = changed.filter(|s| plan.search == Search::Full && s.key.starts_with("search."));
+    let unread = unread.map(|Setting { key, value }| {
+        format!(
             "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
-        ));
-    }
+        )
+    });
+    [world].into_iter().chain(doubts).chain(unread).collect()
 }
 
 /// The scene to optimise in.
@@ -102,21 +101,23 @@ impl Arguments {
                 "--search halving drops the weak ones of several starts: add --starts N".into(),
             ));
         }
-        if !self.work.output.quiet {
-            introduce(&plan);
-        }
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
         let from = self.from.as_deref();
         let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
-        runs::carry_out(&folder, &self.work, |observer| match robot {
-            None => optimise(&folder, &plan, observer),
-            Some((z, controller)) => {
-                let codesign = CoDesign::new(&plan.scene)?;
-                let progress = codesign.begin_with(plan.seed, z, controller)?;
-                optimise_with(&folder, &plan, codesign, progress, observer)
-            }
-        })
+        runs::carry_out(
+            &folder,
+            &self.work,
+            introduction(&plan),
+            |observer| match robot {
+                None => optimise(&folder, &plan, observer),
+                Some((z, controller)) => {
+                    let codesign = CoDesign::new(&plan.scene)?;
+                    let progress = codesign.begin_with(plan.seed, z, controller)?;
+                    optimise_with(&folder, &plan, codesign, progress, observer)
+                }
+            },
+        )
         .map_err(|error| self.with_place(error, &origin.source))
     }
 

@@ -1,6 +1,6 @@
 //! `cosmic robustness`.
 
-use crate::arguments::{Settings, seed, whole};
+use crate::arguments::{Settings, number, seed, whole};
 use crate::output::print_as;
 use clap::Args;
 use cosmic::error::{Error, Result};
@@ -52,9 +52,9 @@ const MOST: f64 = 0.99;
 
 /// Reads a number from 0 to `most`.
 fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone {
-    move |text| match text.parse() {
-        Ok(x) if (0.0..=most).contains(&x) => Ok(x),
-        _ => Err(format!("expected a number from 0 to {most}")),
+    move |text| {
+        let expected = format!("expected a number from 0 to {most}");
+        number(text, |x| (0.0..=most).contains(&x), expected)
     }
 }
 

@@ -5,31 +5,40 @@ use crate::interrupt::Interrupt;
 use crate::output::{counted, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
 use cosmic::design::MOST_RANKED;
-use cosmic::error::{Error, Result};
+use cosmic::error::{Error, Result, in_shell};
+use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
 use cosmic_lab::report::departures;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Carries out a run and shows its result.
+/// Carries out a run and shows its result. Once it has begun, the lines of `introduction` are shown.
 ///
 /// # Errors
 /// The errors of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
 pub(super) fn carry_out(
     folder: &Path,
     Work { threads, output }: &Work,
+    introduction: Vec<String>,
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
     let pool = pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen()?);
+    let mut progress = Progress::new(output, Interrupt::listen()?, introduction);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
     let diverged = folder.join(DIVERGED);
     if matches!(done, Err(Error::Diverged { .. })) && diverged.exists() {
         note(&see_again(&diverged));
+    }
+    if done.as_ref().is_err_and(is_full) && folder.join(SNAPSHOT).exists() {
+        let run = in_shell(folder);
+        note(&format!(
+            "the run is saved; with free space go on with: cosmic resume {run}"
+        ));
     }
     let summary = done?;
     show(folder, &summary, output)?;
@@ -41,6 +50,12 @@ pub(super) fn carry_out(
             folder.display()
         ))),
     }
+}
+
+/// True where a file could not be written for lack of space.
+fn is_full(error: &Error) -> bool {
+    use ErrorKind::{QuotaExceeded, StorageFull};
+    matches!(error, Error::Write { source, .. } if matches!(source.kind(), StorageFull | QuotaExceeded))
 }
 
 /// A pool of threads, by default one per core.
@@ -66,6 +81,9 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
 /// A line each on how the bars hang together, what they bear, and what the clock alone does.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
+    if summary.is_undecided() {
+        text += "bars and actuators: undecided, the run ended before every edge had one material\n";
+    }
     if let Some(s) = summary.structure {
         let floppy = match s.floppy_modes {
             Some(modes) => counted(modes, "floppy mode"),
@@ -119,7 +137,10 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         summary.seed,
         counted(summary.iterations, "iteration"),
         summary.delivered_iteration,
-        counted(summary.flips, "flip"),
+        match summary.is_undecided() {
+            true => "not snapped".to_owned(),
+            false => counted(summary.flips, "flip"),
+        },
         counted(summary.skipped_gradients, "gradient"),
         departures(summary),
     );

@@ -4,7 +4,7 @@ use crate::arguments::Settings;
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::controller::Controller;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result, in_shell};
 use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
@@ -59,11 +59,18 @@ impl Source {
         let text = String::from_utf8_lossy(bytes);
         let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
         if !is_json(path) && !begins_as_json() {
+            if let Some(kind) = kind_of_result(path) {
+                return Err(no_robot(path, kind));
+            }
             return Self::of_scene(settings.apply(Scene::of_bytes(path, bytes)?)?);
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
         if is_called(&text, design_file::FORMAT.name) {
             return Self::of_design(path, bytes, settings);
+        }
+        let other = OTHERS.iter().find(|(format, _)| is_called(&text, format));
+        if let Some((_, kind)) = other {
+            return Err(no_robot(path, kind));
         }
         let name = path.display().to_string();
         settings.refuse(&format!("{name} is a reference case, which has no scene"))?;
@@ -89,6 +96,50 @@ impl Source {
             scene: Some(scene),
         })
     }
+}
+
+/// The formats of files that hold no robot, and what these files are.
+const OTHERS: [(&str, &str); 12] = [
+    ("cosmic-summary", "the summary of a run"),
+    ("cosmic-snapshot", "the saved state of a run"),
+    ("cosmic-history", "the history of a run"),
+    ("cosmic-designs", "the history of a run's designs"),
+    ("cosmic-trajectory", "the motion of a robot"),
+    ("cosmic-search", "the record of a search over starts"),
+    ("cosmic-sweep-plan", "the plan of a sweep"),
+    ("cosmic-sweep-results", "the results of a sweep"),
+    ("cosmic-verification", "the results of `cosmic verify`"),
+    ("cosmic-robustness", "the results of `cosmic robustness`"),
+    (
+        "cosmic-truss",
+        "a lattice, which a scene names by `lattice.file`",
+    ),
+    ("cosmic-mujoco", "a controller for MuJoCo"),
+];
+
+/// What a table, page or picture that the program writes is, by the end of its name.
+fn kind_of_result(path: &Path) -> Option<&'static str> {
+    Some(match path.extension()?.to_str()? {
+        "csv" => "a table",
+        "html" => "a page",
+        "svg" | "gif" | "mp4" => "a picture",
+        _ => return None,
+    })
+}
+
+/// The error for a file that holds no robot. It names the run beside the file, if there is one.
+fn no_robot(path: &Path, kind: &str) -> Error {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.unwrap_or(Path::new("."));
+    let advice = if folder.join(DESIGN).exists() {
+        format!("the robot of its run is {}", in_shell(folder))
+    } else {
+        "name the folder of a run, a design.json, a reference case or a scene".to_owned()
+    };
+    Error::Usage(format!(
+        "{} is {kind}, which holds no robot; {advice}",
+        path.display()
+    ))
 }
 
 /// True if a JSON text gives its format as `format`.

@@ -167,7 +167,7 @@ fn floppy_modes_that_are_not_counted_are_left_out_by_name() {
         text.replace(&counted, "\"floppy_modes\":null"),
     );
     let told = bench.cosmic("resume a").ok().out;
-    let says = "floppy modes not counted (more than 1000 bars)";
+    let says = "floppy modes not counted (more than 2000 bars)";
     assert!(told.contains(says), "{told}");
     bench.cosmic("compare a").ok();
 }

@@ -201,10 +201,11 @@ fn files_that_are_no_json_are_refused_with_their_place() {
         let text = folder.read(file);
         let half = text.len() / 2;
         folder.write(file, &text[..half]);
-        let says = [&format!("{file}:1:{half}"), "EOF while parsing"];
+        let says = [&format!("{file}:1:{half}"), "truncated or damaged"];
         evaluate(&folder, file).fails(2, &says);
         folder.write(file, text.replacen("\"b1\":[0.0", "\"b1\":[NaN", 1));
-        evaluate(&folder, file).fails(2, &["expected value"]);
+        let says = "NaN is not a JSON number; write null for a number that is not finite";
+        evaluate(&folder, file).fails(2, &[says, &format!("{file}:1:")]);
     }
 }
 
@@ -232,7 +233,10 @@ fn missing_and_unwritable_files_exit_with_4() {
     for (line, says) in [
         ("no/such.json", "cannot read no/such.json"),
         ("stabilty", "did you mean `stability`?"),
-        ("empty", "cannot read empty/design.json"),
+        (
+            "empty",
+            "cannot read empty: it is not the folder of a run, because it has no design.json",
+        ),
         ("design.json", "cannot read scene.toml"),
         (
             "case.json --out no/such/folder/results.json",

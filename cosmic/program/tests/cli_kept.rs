@@ -33,7 +33,7 @@ fn every_command_refuses_a_scene_that_is_not_the_run_s() {
     refused(&bench, "base = \"stability\"\n", "more keys are missing");
     refused(
         &bench,
-        &whole.replace("\nfriction = ", "\n# "),
+        &whole.replace("\nfriction = 2.5", "\n#"),
         "is missing",
     );
     let edited = whole.replace("gravity = 4.8", "gravity = 9.81");

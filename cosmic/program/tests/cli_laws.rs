@@ -62,11 +62,85 @@ fn works(name: &str, sets: &str) {
         Some(2),
         "{results}"
     );
-    // A program without the law says which one the scene needs.
-    let law = sets.split('"').nth(1).expect("a name in quotes");
+    without_it(&bench, sets);
+}
+
+/// The program `cosmic` lacks the law or the loss that a scene sets: it says so once where it would have to
+/// simulate, and shows the runs `a` and `b`.
+fn without_it(bench: &Bench, sets: &str) {
+    let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
-        bench.cosmic(line).fails(2, &[law, "of this program"]);
+        let told = bench.cosmic(line);
+        told.fails(2, &[name, "of this program"]);
+        assert_eq!(told.error.matches("error: ").count(), 1, "{}", told.error);
     }
+    let is_law = !sets.starts_with("own_loss");
+    let by_its_program = bench.read("a/report.html");
+    let energies = "\"energies\":";
+    assert!(by_its_program.contains(energies) && !by_its_program.contains("are left out"));
+    bench.cosmic("report a").ok();
+    let page = bench.read("a/report.html");
+    // The scene on the page is the one of the run, the law included.
+    assert!(page.contains(&sets.replace('"', "&quot;")) || page.contains(sets));
+    assert_eq!(page.contains(energies), !is_law);
+    let says = format!("because this program does not have the law `{name}`");
+    assert_eq!(page.contains(&says), is_law);
+    bench.cosmic("report a/design.json --json").ok();
+    let told = bench.cosmic("compare a b --out both.html").ok();
+    assert!(told.out.contains("p50, m"), "{told:?}");
+    assert!(bench.read("both.html").contains("\"name\":\"b\""));
+    let told = bench.cosmic("export a --csv --svg").ok();
+    assert_eq!(told.error.contains(&says), is_law, "{told:?}");
+    let bars = bench.read("a/export/bars.csv");
+    let column = bars
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|key| key == "peak_force");
+    let peak = bars
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .nth(column.unwrap())
+        .unwrap();
+    assert_eq!(peak.is_empty(), is_law, "{bars}");
+    if is_law {
+        bench
+            .cosmic("export a --mujoco")
+            .fails(2, &[name, "of this program"]);
+    }
+}
+
+/// One fault is one error: the sections of a law that a value at fault names are not blamed.
+#[test]
+fn a_fault_in_the_choice_of_laws_is_one_error() {
+    let bench = Bench::default();
+    for (choice, says) in [
+        ("contact = 'mud'", "`physics.contact` names no law"),
+        (
+            "forces = ['stops', 'mud', 'wool']",
+            "`physics.forces` names no law",
+        ),
+        ("forces = ['stops', 'stops']", "has twice"),
+        ("forces = 'stops'", "is a text"),
+    ] {
+        let law = if choice.contains("mud") {
+            "mud"
+        } else {
+            "stops"
+        };
+        let text = format!("[physics]\n{choice}\n[{law}]\nat = 0.3\n");
+        bench.write("own.toml", &text);
+        let told = bench.cosmic("scene check own.toml");
+        told.fails(2, &[says]);
+        assert_eq!(told.error.matches("error: ").count(), 1, "{}", told.error);
+    }
+    // A section of its own fault is still one.
+    bench.write("own.toml", "[physics]\ncontact = 'mud'\n[wool]\nat = 0.3\n");
+    let told = bench.cosmic("scene check own.toml");
+    assert_eq!(told.error.matches("error: ").count(), 2, "{}", told.error);
 }
 
 #[test]
@@ -82,6 +156,11 @@ fn wind_is_a_force_in_place_and_time() {
 #[test]
 fn magnet_pulls_nodes_of_its_choice() {
     works("magnet", "forces = [\"magnet\"]");
+}
+
+#[test]
+fn tendon_pulls_along_bars() {
+    works("tendon", "forces = [\"tendon\"]");
 }
 
 #[test]

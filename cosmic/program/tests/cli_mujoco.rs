@@ -32,7 +32,9 @@ impl Walk {
         );
         let mut walk = Command::new(python);
         let walk = walk.arg(player).args(more.split_whitespace()).arg("--path");
-        let told = Told::of(walk.arg(path).output().unwrap()).ok();
+        // MuJoCo writes its warnings into the folder that it runs in.
+        let walk = walk.arg(path).current_dir(bench.path(""));
+        let told = Told::of(walk.output().unwrap()).ok();
         let rows = bench.read("path.csv");
         let row = |row: &str| {
             let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();

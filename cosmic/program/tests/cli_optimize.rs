@@ -141,9 +141,10 @@ fn it_says_how_it_goes_and_what_came_of_it() {
         assert!(last.contains(what), "{last}");
     }
     let lines: Vec<_> = said.error.lines().collect();
-    assert_eq!(lines.len(), 3, "{}", said.error);
-    assert!(lines[0].starts_with("tiny seed 3  10/24  co design  "));
-    assert!(lines[2].contains("24/24  fine tuning") && lines[2].ends_with("0:00 left"));
+    assert_eq!(lines.len(), 4, "{}", said.error);
+    assert!(lines[0].starts_with("world: gravity 4.8 m/s2; "));
+    assert!(lines[1].starts_with("tiny seed 3  10/24  co design  "));
+    assert!(lines[3].contains("24/24  fine tuning") && lines[3].ends_with("0:00 left"));
 
     let quiet = bench.run("quiet", "--quiet");
     assert!(quiet.out.is_empty() && quiet.error.is_empty());
@@ -155,7 +156,7 @@ fn it_says_how_it_goes_and_what_came_of_it() {
 fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     let bench = Bench::default();
     bench.run("whole", "");
-    bench.run("part", "--iterations 15");
+    let said = bench.run("part", "--iterations 15");
     let summary = bench.json("part/summary.json");
     assert_eq!(summary["iterations"], 15);
     assert_eq!(summary["stop_reason"], "iteration_limit");
@@ -165,6 +166,25 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
+
+    // It has no bars yet, and nobody counts or loads them.
+    assert_eq!(summary["undecided"], true);
+    for nothing in ["structure", "loads"] {
+        let value = summary.get(nothing).expect("the key is there");
+        assert!(value.is_null(), "{value}");
+    }
+    bench.cosmic("report part").ok();
+    let page = bench.read("part/report.html");
+    let compared = bench.cosmic("compare part whole").ok().out;
+    for text in [&said.out, &page, &compared] {
+        assert!(text.contains("undecided"), "{text}");
+        for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {
+            assert!(!text.contains(wrong), "{wrong}");
+        }
+    }
+    let decided = bench.json("whole/summary.json");
+    assert_eq!(decided["undecided"], false);
+    assert!(decided["structure"]["pieces"].as_u64() > Some(0));
 
     bench.run("more", "--iterations 1000");
     assert_eq!(bench.results("more"), whole);

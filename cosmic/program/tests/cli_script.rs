@@ -198,3 +198,173 @@ fn what_cannot_be_handed_over_is_refused() {
         bench.cosmic(&line).fails(2, &[says]);
     }
 }
+
+/// The log that a Slurm script names, as Slurm reads it: quotes and backslashes of the directive, then `%`.
+fn slurm_log(text: &str, task: &str) -> String {
+    let lines = text.lines();
+    let mut values = lines.filter_map(|line| line.strip_prefix("#SBATCH --output="));
+    let value = values.next().unwrap();
+    let (mut word, mut quote, mut rest) = (String::new(), None, value.chars());
+    while let Some(c) = rest.next() {
+        match (c, quote) {
+            ('\\', _) => word.extend(rest.next()),
+            (c, Some(open)) if c == open => quote = None,
+            ('\'' | '"', None) => quote = Some(c),
+            (c, None) if c.is_whitespace() || c == '#' => break,
+            (c, _) => word.push(c),
+        }
+    }
+    // A backslash that is left would keep `%` from being replaced.
+    assert!(quote.is_none() && !word.contains('\\'), "{value}");
+    let mut path = String::new();
+    let mut rest = word.chars();
+    while let Some(c) = rest.next() {
+        match c {
+            '%' => match rest.next() {
+                Some('a') => path += task,
+                Some('%') => path.push('%'),
+                other => panic!("%{other:?} in {word}"),
+            },
+            c => path.push(c),
+        }
+    }
+    path
+}
+
+/// Folders whose names have characters that a shell, Slurm, YAML or Kubernetes gives a meaning.
+const ODD: [&str; 10] = [
+    "half%a",
+    "it's 100%",
+    "a#b \"c\"",
+    "x=1+y:2",
+    "$$ $(HOME) `id`",
+    "-s & {} ;*?",
+    "back\\slash",
+    "my hetjob",
+    "tab\tand\nline",
+    "\u{e9}t\u{e9}~!",
+];
+
+/// A sweep of one run in a folder of any name.
+fn named(name: &str) -> Bench {
+    let bench = Bench::with(&scene(24, 64, ""));
+    let plan = "sweep plan tiny.toml --seeds 1 --iterations 2 --out s";
+    bench.cosmic(plan).ok();
+    fs::rename(bench.path("s"), bench.path(name)).unwrap();
+    bench
+}
+
+/// The script for the sweep of a name, which is no line of words.
+fn script_of(bench: &Bench, name: &str, kind: &str) -> crate::program::Told {
+    let mut command = crate::program::command("sweep script");
+    command.args([kind, "--"]).arg(name);
+    crate::program::Told::of(command.current_dir(bench.path("")).output().unwrap())
+}
+
+/// The log of the only run must be in the sweep's folder, and the run must be done.
+fn assert_done(bench: &Bench, name: &str, log: &str) {
+    let folder = bench.path(name);
+    assert!(folder.join("runs/tiny-0/summary.json").exists(), "{name:?}");
+    let text = fs::read_to_string(folder.join(log)).unwrap();
+    assert!(text.contains("run 0, tiny seed 0: "), "{name:?}: {text}");
+    let entries = fs::read_dir(bench.path("")).unwrap().count();
+    assert_eq!(entries, 2, "{name:?}: a stray file");
+}
+
+#[test]
+fn slurm_finds_folders_of_any_name() {
+    for name in ODD {
+        let bench = named(name);
+        let text = script_of(&bench, name, "--slurm").ok().out;
+        let log = slurm_log(&text, "0");
+        let mut task = shell(&bench, &["-c", &text]);
+        // Slurm opens the log for the task.
+        if log != "/dev/null" {
+            assert_eq!(log.trim_start_matches("./"), format!("{name}/logs/0.log"));
+            let log = fs::File::create(bench.path(&log)).unwrap();
+            task.stdout(log);
+        }
+        let output = task.env("SLURM_ARRAY_TASK_ID", "0").output().unwrap();
+        assert!(output.status.success(), "{name:?}: {output:?}");
+        assert_done(&bench, name, "logs/0.log");
+    }
+    let plain = named("half%a");
+    let text = script_of(&plain, "half%a", "--slurm").ok().out;
+    assert!(
+        text.contains("#SBATCH --output=half%%a/logs/%a.log\n"),
+        "{text}"
+    );
+}
+
+/// What Kubernetes makes of the arguments of a container: `$$` is a dollar sign, `$(NAME)` a variable, if there
+/// is one of that name.
+fn expanded(text: &str) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('$') {
+        out += before;
+        rest = match after.strip_prefix('$') {
+            Some(after) => {
+                out.push('$');
+                after
+            }
+            None if after.starts_with("(HOME)") => &after["(HOME)".len()..],
+            None => {
+                out.push('$');
+                after
+            }
+        };
+    }
+    out + rest
+}
+
+#[test]
+fn kubernetes_finds_folders_of_any_name() {
+    for name in ODD {
+        let bench = named(name);
+        let told = script_of(&bench, name, "--kubernetes");
+        if name.contains(char::is_control) {
+            told.fails(
+                2,
+                &["has a control character in its name", "rename the folder"],
+            );
+            continue;
+        }
+        let job: serde_json::Value = serde_yaml_ng::from_str(&told.ok().out).unwrap();
+        let label = job["metadata"]["name"].as_str().unwrap();
+        let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        assert!(label.chars().all(is_part) && !label.ends_with('-') && label.len() < 64);
+        let container = &job["spec"]["template"]["spec"]["containers"][0];
+        let task = expanded(container["args"][0].as_str().unwrap());
+        let mut sh = shell(&bench, &["-c", &task]);
+        let output = sh.env("JOB_COMPLETION_INDEX", "0").output().unwrap();
+        assert!(output.status.success(), "{name:?}: {output:?}");
+        assert_done(&bench, name, "logs/0.log");
+    }
+}
+
+/// A stand-in for GNU parallel: it hands each line to a command in a shell, as `parallel` does.
+const STAND_IN: &str = "#!/bin/bash\nwhile [ \"$1\" != task ]; do shift; done\n\
+    while read -r line; do bash -c \"task $line\"; done\n";
+
+#[test]
+fn parallel_finds_folders_of_any_name() {
+    for name in ODD {
+        let bench = named(name);
+        let text = script_of(&bench, name, "--parallel").ok().out;
+        let tools = tempfile::tempdir().unwrap();
+        let parallel = tools.path().join("parallel");
+        fs::write(&parallel, STAND_IN).unwrap();
+        fs::set_permissions(&parallel, PermissionsExt::from_mode(0o755)).unwrap();
+        let mut task = shell(&bench, &["-c", &text]);
+        let path = task.get_envs().find(|(key, _)| *key == "PATH").unwrap().1;
+        let path = format!(
+            "{}:{}",
+            tools.path().display(),
+            path.unwrap().to_str().unwrap()
+        );
+        let output = task.env("PATH", path).output().unwrap();
+        assert!(output.status.success(), "{name:?}: {output:?}");
+        assert_done(&bench, name, "logs/0.log");
+    }
+}

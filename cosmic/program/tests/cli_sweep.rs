@@ -332,6 +332,7 @@ fn a_grid_plans_every_combination() {
     assert!(kept.contains("gravity = 9.81\n"), "{kept}");
     let text = bench.cosmic("sweep status s").ok().out;
     assert!(text.contains("\nleft: 2-4,6-7\n"), "{text}");
+    has_columns_of_the_grid(&bench, &text);
     for (how, says) in [
         ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
         ("--grid physics.gravity", "no `=` is there"),
@@ -339,6 +340,27 @@ fn a_grid_plans_every_combination() {
         plan(&format!("{how} --seeds 1 --out t")).fails(2, &[says]);
     }
     assert!(!bench.path("t").exists());
+}
+
+/// The values of the grid stand in columns and keys, for programs that draw or fit them.
+fn has_columns_of_the_grid(bench: &Bench, status: &str) {
+    let row = status.lines().nth(5).unwrap();
+    assert!(
+        row.contains("  physics.gravity = 9.81  schedule.horizon = [16,32]"),
+        "{row}"
+    );
+    bench.cosmic("sweep merge s").ok();
+    let swept = &bench.json("s/results.json")["runs"][5]["swept"];
+    assert_eq!(
+        *swept,
+        json!({ "physics.gravity": 9.81, "schedule.horizon": [16, 32] })
+    );
+    let table = bench.read("s/results.csv");
+    let mut rows = table.lines();
+    let head = "index,scene,physics.gravity,schedule.horizon,seed,state,iterations,";
+    assert!(rows.next().unwrap().starts_with(head), "{table}");
+    let row = "5,\"tiny+gravity=9.81+horizon=16,32\",9.81,\"[16,32]\",1,done,2,";
+    assert!(rows.nth(5).unwrap().starts_with(row), "{table}");
 }
 
 /// Whatever the order in which runs are done.

@@ -139,17 +139,144 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
     assert_eq!((&told.out[..], &told.error[..]), ("", ""));
     // The payload is at node 0.
     let nodes = bench.read("made/nodes.csv");
-    let head = "node,x,y,bars,node_mass,payload,lowest_layer,highest_layer,pin\n";
+    let head = "node,x,y,bars,node_mass,payload,lowest_layer,highest_layer,pin,given_node\n";
     assert!(nodes.starts_with(head), "{nodes}");
     assert!(
-        nodes.contains("\n0,0e0,0e0,") && nodes.contains(",1e-4,3e-2,"),
+        nodes.contains("\n0,0,0,") && nodes.contains(",0.0001,0.03,"),
         "{nodes}"
     );
+    numbers_are_plain(&bench);
     // Cut off before the snap, it is another robot than the one that moves.
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
     assert!(told.error.contains("the design is not decided"), "{told:?}");
+}
+
+/// No exponents, and no digits that rounding left.
+fn numbers_are_plain(bench: &Bench) {
+    bench
+        .cosmic("export run --csv --svg --dxf --stl --out made")
+        .ok();
+    for (name, most) in [
+        ("bars.csv", 9),
+        ("nodes.csv", 9),
+        ("solid.csv", 15),
+        ("pattern.svg", 6),
+        ("pattern.dxf", 6),
+    ] {
+        let text = bench.read(&format!("made/{name}"));
+        let is_part = |c: char| c.is_ascii_alphanumeric() || ".+-".contains(c);
+        let words = text.split(|c| !is_part(c));
+        let numbers = words.filter(|word| word.parse::<f64>().is_ok());
+        let mut count = 0;
+        for number in numbers {
+            assert!(!number.contains(['e', 'E']), "{name}: {number}");
+            let decimals = number
+                .split_once('.')
+                .map_or(0, |(_, decimals)| decimals.len());
+            assert!(decimals <= most, "{name}: {number}");
+            count += 1;
+        }
+        assert!(count > 10, "{name}");
+    }
+}
+
+#[test]
+fn normals_of_solids_are_those_of_their_triangles() {
+    let bench = Bench::default();
+    bench.run("run", "--quiet");
+    bench.cosmic("export run --stl").ok();
+    let bytes = fs::read(bench.path("run/export/robot.stl")).unwrap();
+    let (head, triangles) = bytes.split_at(84);
+    let count = u32::from_le_bytes(head[80..].try_into().unwrap());
+    assert_eq!(triangles.len(), 50 * count as usize);
+    let mut volume = 0.0;
+    for triangle in triangles.chunks(50) {
+        let (words, _) = triangle[..48].as_chunks::<4>();
+        let numbers: Vec<f64> = words
+            .iter()
+            .map(|w| f32::from_le_bytes(*w).into())
+            .collect();
+        let ([normal, a, b, c], _) = numbers.as_chunks::<3>() else {
+            panic!("twelve numbers");
+        };
+        let minus = |x: &[f64; 3], y: &[f64; 3]| [0, 1, 2].map(|k| x[k] - y[k]);
+        let (u, v) = (minus(b, a), minus(c, a));
+        let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
+        let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // A number in single precision is off by 6e-8 at most.
+        assert!(
+            (0..3).all(|k| (normal[k] - cross[k] / length).abs() < 1e-7),
+            "{normal:?}"
+        );
+        volume += (0..3).map(|k| a[k] * cross[k]).sum::<f64>() / 6.0;
+    }
+    assert!(
+        count > 100 && volume > 0.0,
+        "{count} triangles, {volume} mm3"
+    );
+}
+
+/// Node 2 of the file is the payload, and so node 0 of the robot.
+#[test]
+fn nodes_have_the_numbers_of_the_truss_file_beside_their_own() {
+    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
+    let bench = Bench::with(&scene);
+    let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
+    bench.write("truss.json", &truss);
+    bench.run("run", "--quiet");
+    bench.cosmic("export run --csv").ok();
+    let given: Value = serde_json::from_str(&truss).unwrap();
+    let nodes = bench.read("run/export/nodes.csv");
+    let mut has_moved = false;
+    for row in nodes.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let (own, file) = (cells[0], cells[cells.len() - 1]);
+        let place = &given["nodes"][file.parse::<usize>().unwrap()];
+        // The lower left corner of this truss is the origin.
+        for (k, cell) in cells[1..3].iter().enumerate() {
+            let off = cell.parse::<f64>().unwrap() - place[k].as_f64().unwrap();
+            // Places are kept in units of the spacing, and written to 1e-9 m.
+            assert!(off.abs() < 1e-9, "{row}: {place}");
+        }
+        has_moved |= own != file;
+    }
+    assert!(has_moved && nodes.contains("\n0,0.19,0.11,"), "{nodes}");
+}
+
+#[test]
+fn a_kind_that_cannot_be_made_leaves_the_others() {
+    let bench = Bench::default();
+    bench.run("run", "--quiet");
+    let told = bench.cosmic("export run --csv --svg --dxf --stl --mujoco --radius 30");
+    told.fails(
+        2,
+        &[
+            "error: --stl: cannot export: ",
+            "choose a smaller radius than 30 mm (its files were not written)",
+        ],
+    );
+    let names = told
+        .out
+        .lines()
+        .map(|line| line.rsplit('/').next().unwrap());
+    let names: Vec<&str> = names.collect();
+    let workshop = ["bars.csv", "nodes.csv", "pattern.svg", "pattern.dxf"];
+    assert!(
+        names.starts_with(&workshop) && names.contains(&"robot.xml"),
+        "{told:?}"
+    );
+    assert!(!bench.path("run/export/robot.stl").exists());
+    let told = bench.cosmic("export run --csv --svg --dxf --hole 12 --out other");
+    told.fails(
+        2,
+        &[
+            "error: --svg: cannot export: a hole",
+            "error: --dxf: cannot export: a hole",
+        ],
+    );
+    assert_eq!(told.out, "other/bars.csv\nother/nodes.csv\n");
 }
 
 #[test]
@@ -164,7 +291,12 @@ fn what_cannot_be_made_is_refused_before_anything_is_written() {
         ("export run --svg --width -3", 2, allowed),
         ("export run --svg --width nan", 2, allowed),
         (
-            "export run --csv --svg --hole 12",
+            "export run --svg --width 12,5",
+            2,
+            "to 1000000; use a decimal point: 12.5",
+        ),
+        (
+            "export run --svg --dxf --hole 12",
             2,
             "a hole of 12 mm is as wide as a bar",
         ),
@@ -174,7 +306,7 @@ fn what_cannot_be_made_is_refused_before_anything_is_written() {
             "its holes take 130 mm of it",
         ),
         (
-            "export run --csv --stl --radius 30",
+            "export run --stl --radius 30",
             2,
             "choose a smaller radius than 30 mm",
         ),

@@ -18,6 +18,7 @@ mod cli_interrupted;
 mod cli_kept;
 mod cli_lattice;
 mod cli_laws;
+mod cli_misread;
 mod cli_mujoco;
 mod cli_optimize;
 mod cli_own;

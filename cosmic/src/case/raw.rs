@@ -155,6 +155,9 @@ keys! {
     forces: ForceLaws = physics.forces,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     void_edges: VoidEdges = physics.void_edges,
+    // A case that lacks it is never judged: not the scene's default, but no bound.
+    #[serde(default, skip_serializing_if = "is_default")]
+    speed_bound: Option<f64> = physics.speed_bound,
     omega: f64 = controller.omega,
     n_cpg: usize = controller.clocks,
     goal: Vec<f64> = controller.goal,

@@ -178,6 +178,8 @@ impl Shapes<'_> {
             ("physics", "payload_mass", scene.payload_mass),
             ("physics", "stiffening", scene.stiffening),
             ("physics", "bending_radius", scene.bending_radius),
+            // Without one there is nothing to refuse, as with any number that is allowed.
+            ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),
             ("materials", "penalisation", scene.penalisation as f64),
             ("projection", "hold_materials", scene.hold_materials),
         ] {
@@ -245,6 +247,7 @@ impl Shapes<'_> {
                 edges,
                 payload: truss.payload.clone(),
                 rules: truss.rules(),
+                ..Truss::default()
             };
             let marks = truss.check_marks();
             marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;

@@ -54,7 +54,7 @@ impl Case {
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
         let (step, node) = (divergence.step, divergence.node);
         let note = format!(
-            "step {step} diverged at node {node}, mostly by {}; the last states are in `results`",
+            "step {step} diverged at node {node}, {}; the last states are in `results`",
             divergence.term
         );
         let last = &divergence.last;

@@ -15,7 +15,7 @@ use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
 use crate::scene::SelectionKind;
-use crate::simulator::{Divergence, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
@@ -59,13 +59,16 @@ pub struct Delivery {
     pub merit: Option<Quantiles>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
-    /// How the bars of `materials` hang together.
-    pub structure: Structure,
-    /// What the bars of `materials` bear in the states of `trajectory`; `None` for a diverged rollout.
+    /// How the bars of `materials` hang together; `None` for an undecided design, which has no bars.
+    pub structure: Option<Structure>,
+    /// What the bars of `materials` bear over all steps of the unperturbed rollout; `None` for an
+    /// undecided design and for a diverged rollout.
     pub loads: Option<Loads>,
+    /// The same for each edge, `None` for a void one; empty where `loads` is `None`.
+    pub bars: Vec<Option<BarLoad>>,
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
-    /// The first absurd state of the unperturbed rollout, if there is one.
+    /// Where the unperturbed rollout diverged, if it did.
     pub divergence: Option<Divergence>,
 }
 
@@ -116,7 +119,15 @@ impl CoDesign {
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         let clock_alone = self.clock_alone(&mixture, &body.presence, controller, &domains);
         go_on()?;
-        let structure = Structure::new(&self.task.lattice, &materials);
+        let decided = progress.materials.is_some();
+        let structure = decided.then(|| Structure::new(&self.task.lattice, &materials));
+        go_on()?;
+        let simulator = &self.task.simulator;
+        let bars = if decided && guarded.divergence.is_none() {
+            simulator.loads(&materials, &body, controller, &self.start, steps)
+        } else {
+            Vec::new()
+        };
         go_on()?;
         Some(Delivery {
             z: progress.z.clone(),
@@ -132,10 +143,8 @@ impl CoDesign {
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
-            loads: (guarded.divergence.is_none()).then(|| {
-                let simulator = &self.task.simulator;
-                simulator.loads_of(&materials, &body, controller, trajectory)
-            }),
+            loads: (!bars.is_empty()).then(|| simulator.loads_of(&materials, &bars, trajectory)),
+            bars,
             structure,
             materials,
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
@@ -318,8 +327,11 @@ mod tests {
     use std::cell::Cell;
 
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{LIVELY, after, tiny};
     use crate::codesign::{Candidate, CoDesign, Quantiles};
+    use crate::design::Material;
+    use crate::scene::Scene;
+    use crate::simulator::{BarLoad, Span};
 
     #[test]
     fn a_delivery_stops_between_its_parts() {
@@ -341,6 +353,46 @@ mod tests {
             assert_eq!(stops_at(question), None);
             assert_eq!(asked.get(), question);
         }
+    }
+
+    /// Peaks and quantiles against those of a rollout that is observed at every step.
+    #[test]
+    fn delivered_loads_are_those_of_every_step() {
+        let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
+        let (codesign, progress) = after(&scene, 9, 1);
+        let delivery = codesign.deliver(&progress);
+        let mixture = codesign.mixture(&progress);
+        let loads = |every: usize| {
+            let observed = (0..=scene.physics.steps).step_by(every).collect();
+            let span = Span::from_start(observed);
+            let task = codesign.task();
+            let seen = task.rollout(&mixture, &delivery.controller, &codesign.start, &span);
+            let moments = task.moments(&mixture, &delivery.controller, &seen);
+            let bar =
+                |(edge, m): (usize, &Material)| m.is_solid().then(|| BarLoad::of(edge, &moments));
+            let materials = delivery.materials.iter().enumerate();
+            materials.map(bar).collect::<Vec<_>>()
+        };
+        assert_eq!(delivery.bars, loads(1));
+        let peak = |bars: &[Option<BarLoad>]| {
+            let actuators = bars.iter().zip(&delivery.materials);
+            let actuators = actuators.filter(|(_, m)| **m == Material::Actuator);
+            let peaks = actuators.filter_map(|(bar, _)| Some(bar.as_ref()?.speed.peak));
+            peaks.fold(0.0, f64::max)
+        };
+        let told = delivery.loads.unwrap().speed.peak;
+        assert_eq!(told, peak(&loads(1)));
+        // A part of the steps does not show it.
+        assert!(told > peak(&loads(16)));
+    }
+
+    #[test]
+    fn an_undecided_design_has_neither_structure_nor_loads() {
+        let codesign = CoDesign::new(&tiny()).unwrap();
+        let delivery = codesign.deliver(&codesign.begin(1).unwrap());
+        assert!(delivery.along.is_finite());
+        assert_eq!((delivery.structure, delivery.loads), (None, None));
+        assert!(delivery.bars.is_empty());
     }
 
     #[test]

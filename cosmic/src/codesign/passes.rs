@@ -6,18 +6,21 @@ use super::begin::CoDesign;
 use super::progress::{Candidate, Progress, Record};
 use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::{Phase, Schedule};
-use super::slope::Slope;
+use super::slope::{At, Slope};
 use super::slopes::Sought;
 use crate::design::clamp;
 use crate::inputs::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
-use crate::scene::BinarisationMethod;
+use crate::scene::{BinarisationMethod, HorizonMode};
 
 /// Iterations of the co-design from one full rollout to the next. In the fine-tuning every
 /// iteration has one: its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
+
+/// The share of the bound on speeds that hardly a robot walks at: 1 m/s where the bound is 100 m/s.
+const WALKS: f64 = 0.01;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene makes
 /// them constraints.
@@ -43,9 +46,16 @@ impl CoDesign {
             || self.design_slopes(&at),
             || full.then(|| self.evaluate(progress)),
         );
-        record.displacement = evaluated.map(|reached| reached.along());
+        note_displacement(record, evaluated);
         let first = slopes.iter().flatten().next();
-        record.displacement_horizon = first.map(|slope| slope.displacement);
+        record.displacement_horizon = first.map(|slope| {
+            let seen = if slopes[0].is_some() {
+                Projection::Performance
+            } else {
+                Projection::Stability
+            };
+            self.judged(slope.displacement, Sought::Design(seen), &at)
+        });
         record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
         let losses = || slopes.iter().flatten().map(|slope| slope.loss);
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
@@ -110,8 +120,8 @@ impl CoDesign {
             || self.slopes([sought], &at),
             || known.or_else(|| full.then(|| self.evaluate(progress))),
         );
-        record.displacement = evaluated.map(|reached| reached.along());
-        record.displacement_horizon = Some(slope.displacement);
+        note_displacement(record, evaluated);
+        record.displacement_horizon = Some(self.judged(slope.displacement, sought, &at));
         record.merit_horizon = self.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
@@ -154,6 +164,33 @@ impl CoDesign {
         let place = candidates.partition_point(|c| c.merit >= merit);
         candidates.insert(place, candidate);
         candidates.truncate(self.scene.selection.candidates);
+    }
+
+    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. That
+    /// rollout is not watched. It is done again, with the guard, if the payload moved so fast on
+    /// average that only few robots do and all that fly apart. Displacements over drawn domains are
+    /// means, and stay.
+    fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
+        let physics = &self.scene.physics;
+        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
+            return displacement;
+        };
+        let steps = match at.horizon.mode {
+            HorizonMode::Head => at.horizon.steps.min(physics.steps),
+            HorizonMode::Tail => physics.steps,
+        };
+        if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
+            return displacement;
+        }
+        let mut task = self.task.clone();
+        task.physics.steps = steps;
+        let mixture = sought.mixture(&self.task, &at.inputs.z);
+        let again = self.try_many(&[mixture], &at.inputs.controller, &task)[0];
+        if again.along().is_nan() {
+            f64::NAN
+        } else {
+            displacement
+        }
     }
 
     fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
@@ -224,6 +261,12 @@ impl CoDesign {
         }
         rows
     }
+}
+
+/// The displacement of a full rollout, if the iteration has one.
+fn note_displacement(record: &mut Record, reached: Option<Reached>) {
+    record.displacement = reached.map(|reached| reached.along());
+    record.diverged = record.displacement.is_some_and(f64::is_nan);
 }
 
 /// Adds a share of the update `from` -> `to` to the design vectors.
@@ -339,6 +382,29 @@ mod tests {
         let (codesign, records, ended) = failing(1..usize::MAX);
         ended.unwrap();
         assert_eq!(records.len(), codesign.scene().schedule.iterations);
+    }
+
+    /// With a bound that every robot exceeds: no displacement is told, and all gradients are taken.
+    #[test]
+    fn a_robot_that_flies_apart_leaves_a_gap_and_its_gradients() {
+        let mut scene = tiny();
+        scene.physics.speed_bound = Some(1e-3);
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        let mut progress = codesign.begin(0).unwrap();
+        let bounded: Vec<_> = (0..10).map(|_| codesign.iterate(&mut progress)).collect();
+        let free = records(&tiny());
+        for (record, free) in bounded.iter().zip(&free) {
+            assert_eq!(record.displacement.is_some(), free.displacement.is_some());
+            assert_eq!(record.diverged, free.displacement.is_some());
+            for displacement in [record.displacement, record.displacement_horizon] {
+                assert!(displacement.is_none_or(f64::is_nan), "{record:?}");
+            }
+            assert!(free.displacement_horizon.is_none_or(f64::is_finite));
+            assert_eq!(record.design_gradient, free.design_gradient);
+            assert_eq!(record.controller_gradient, free.controller_gradient);
+            assert_eq!(record.skipped, 0);
+        }
+        assert!(bounded[9].diverged && bounded[9].displacement_horizon.is_some());
     }
 
     /// A projection without a share has no gradient; that of the other does not change.

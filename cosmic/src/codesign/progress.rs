@@ -189,7 +189,11 @@ pub struct Record {
     /// Displacement along the ground of a full rollout at the start of the iteration. Before the
     /// snap only some iterations have one.
     pub displacement: Option<f64>,
-    /// Displacement along the ground after the horizon, in the rollout of the gradient.
+    /// True if that rollout diverged: the displacement is NaN then, which files do not have.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub diverged: bool,
+    /// Displacement along the ground after the horizon, in the rollout of the gradient; NaN, in files
+    /// `None`, if the robot flies apart in it.
     pub displacement_horizon: Option<f64>,
     /// For a task other than distance: minus the loss over the horizon. With two goals the merit of
     /// the goal that the robot does worse at.

@@ -16,7 +16,7 @@ use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
-/// The result of a full rollout; NaN if a state on the way is absurd.
+/// The result of a full rollout; NaN if it diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
@@ -78,16 +78,22 @@ impl CoDesign {
         steps: Vec<usize>,
     ) -> Option<Trajectory<f64>> {
         let mixture = self.mixture(progress);
-        let mixture: Vec<[R; 3]> = mixture.iter().map(|m| m.map(R::lit)).collect();
-        let span = Span {
+        let lifted: Vec<[R; 3]> = mixture.iter().map(|m| m.map(R::lit)).collect();
+        let span = Span::from_start(steps);
+        let watched = Span {
             watched: true,
-            ..Span::from_start(steps)
+            ..span.clone()
         };
         let (controller, start) = (progress.controller.map(R::lit), self.start.map(R::lit));
-        let seen = self.task.rollout(&mixture, &controller, &start, &span);
-        let states: Vec<_> = seen.states.iter().map(|state| state.map(R::into)).collect();
-        let steps = seen.steps;
-        (!states.iter().any(State::is_absurd)).then_some(Trajectory { steps, states })
+        let seen = self.task.rollout(&lifted, &controller, &start, &watched);
+        let states: Vec<State<f64>> = seen.states.iter().map(|s| s.map(R::into)).collect();
+        let is_cleared = |last| self.task.simulator.is_cleared(last);
+        if states.last().is_none_or(is_cleared) {
+            let steps = seen.steps;
+            return Some(Trajectory { steps, states });
+        }
+        let guarded = (self.task).guarded(&mixture, &progress.controller, &self.start, &span);
+        guarded.divergence.is_none().then_some(guarded.trajectory)
     }
 
     /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
@@ -272,7 +278,9 @@ pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; 
 mod tests {
     use super::{Reached, first_best, worse};
     use crate::codesign::CoDesign;
+    use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::{LIVELY, Up, tiny};
+    use crate::lattice::State;
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
@@ -286,6 +294,7 @@ mod tests {
         scene.physics.incline_deg = 60.0;
         scene.physics.gravity = 1000.0;
         (scene.physics.damping, scene.physics.steps) = (0.0, 20_000);
+        scene.physics.speed_bound = None;
         scene.lattice.spacing = 0.001;
         scene.materials.stiffness = [1e-7, 1.0, 1.0];
         let codesign = CoDesign::new(&scene).unwrap();
@@ -296,6 +305,63 @@ mod tests {
         assert_eq!(delivery.divergence, None);
         assert_eq!(delivery.along, reached.along());
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
+    }
+
+    /// The largest speed of a node in any state of a rollout of one robot, and bounds around it.
+    #[test]
+    fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
+        let mut scene = Scene::parse("fast", &[LIVELY, "iterations = 8"].concat()).unwrap();
+        scene.physics.speed_bound = None;
+        let free = CoDesign::new(&scene).unwrap();
+        let progress = free.begin(1).unwrap();
+        let all = free.watch(&progress, (0..=scene.physics.steps).collect());
+        let states = all.unwrap().states;
+        let speed = |state: &State<f64>| {
+            let speeds = state.v.iter().map(|[x, y]| x.hypot(*y));
+            speeds.fold(0.0, f64::max)
+        };
+        let fastest = states.iter().map(speed).fold(0.0, f64::max);
+        // Not at the end: the state between is what the bound is about.
+        assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);
+        let first = |bound: f64| states.iter().position(|state| speed(state) > bound);
+        let mut moves = |bound| {
+            scene.physics.speed_bound = bound;
+            let codesign = CoDesign::new(&scene).unwrap();
+            let at = codesign.point(&progress, &Schedule::at(&scene, 1));
+            let walk = codesign.watch(&progress, vec![0, scene.physics.steps]);
+            assert_eq!(
+                walk.is_none(),
+                codesign.evaluate(&progress).along().is_nan()
+            );
+            let slopes = codesign.design_slopes(&at);
+            (
+                codesign.evaluate(&progress),
+                slopes,
+                codesign.deliver(&progress),
+            )
+        };
+        let (reached, slopes, delivery) = moves(None);
+        for bound in [1.001 * fastest, 1e4] {
+            assert_eq!(
+                moves(Some(bound)),
+                (reached, slopes.clone(), delivery.clone())
+            );
+        }
+        for bound in [0.999, 0.8] {
+            let bound = bound * fastest;
+            let (beyond, same, flown) = moves(Some(bound));
+            assert!(beyond.along().is_nan() && beyond.merit.is_nan());
+            assert_eq!(same, slopes);
+            let found = flown.divergence.unwrap();
+            assert_eq!(Some(found.step + 1), first(bound));
+            let says = crate::Error::from(&found).to_string();
+            let node = format!("node {} at", found.node);
+            let allowed = format!("`physics.speed_bound` allows {bound} m/s");
+            for words in [node, allowed] {
+                assert!(says.contains(&words), "{says}");
+            }
+            assert!(flown.along.is_nan() && flown.loads.is_none());
+        }
     }
 
     /// Rollouts of the optimisation have the scene's precision, quoted figures f64.

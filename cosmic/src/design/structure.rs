@@ -18,7 +18,7 @@ const LEVEL: f64 = 1e-9;
 const RANK: f64 = 1e-9;
 /// The most bars whose floppy modes are counted. The time of the rank grows with their cube: this many take some
 /// seconds.
-pub const MOST_RANKED: usize = 1000;
+pub const MOST_RANKED: usize = 2000;
 
 /// What there is to say of the bars of a layout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

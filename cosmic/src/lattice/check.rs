@@ -17,7 +17,7 @@ impl Truss {
     ///
     /// # Errors
     /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
-    /// an edge of an unknown node, shorter than a millimetre or given twice; a payload that is
+    /// given numbers that are not those of the nodes in some order; an edge of an unknown node, shorter than a millimetre or given twice; a payload that is
     /// unknown, given twice or of an impossible mass; in the rules an unknown edge, one that is kept
     /// and forbidden, in two groups or more than once in one, a group of fewer than two edges, or one
     /// whose edges are under different rules.
@@ -65,6 +65,9 @@ impl Truss {
             (given, given_numbers)
         };
         self.nodes = order.iter().map(|&node| self.nodes[node]).collect();
+        let given: Vec<usize> = order.iter().map(|&node| self.given_number(node)).collect();
+        let is_changed = given.iter().enumerate().any(|(node, given)| node != *given);
+        self.given_numbers = if is_changed { given } else { Vec::new() };
         for node in self.edges.as_flattened_mut() {
             *node = numbers[*node];
         }
@@ -74,6 +77,14 @@ impl Truss {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
+        let mut given = self.given_numbers.clone();
+        given.sort_unstable();
+        if !given.is_empty() && !given.iter().copied().eq(0..self.nodes.len()) {
+            return Err(format!(
+                "`given_numbers`: expected every number below {} once, or no numbers",
+                self.nodes.len()
+            ));
+        }
         for (node, x) in self.nodes.iter().enumerate() {
             if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
                 return Err(format!(
@@ -255,6 +266,11 @@ mod tests {
                 "`payload`: expected a node below 5, found 7",
             ),
             (
+                "\"keep\"",
+                "\"given_numbers\": [0, 1, 2, 3, 3], \"keep\"",
+                "`given_numbers`: expected every number below 5 once",
+            ),
+            (
                 "\"node\": 0",
                 "\"node\": 2",
                 "`payload[1]`: node 2 is given twice",
@@ -421,6 +437,7 @@ mod tests {
                 rules: EdgeRules { keep, forbid, tie },
                 nodes,
                 edges,
+                given_numbers: Vec::new(),
             };
             let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
             let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
@@ -430,7 +447,11 @@ mod tests {
             prop_assert_eq!(ends(&numbered), ends(&truss));
             prop_assert_eq!(numbered.payload[0].node, 0);
             prop_assert_eq!(numbered.nodes[0], truss.nodes[first]);
-            prop_assert_eq!(Truss::parse("copy", &numbered.to_json()).unwrap(), numbered);
+            let given = |node: usize| truss.nodes[numbered.given_number(node)];
+            prop_assert_eq!((0..7).map(given).collect::<Vec<_>>(), numbered.nodes.clone());
+            let copy = Truss::parse("copy", &numbered.to_json()).unwrap();
+            prop_assert_eq!(&copy.given_numbers, &numbered.given_numbers);
+            prop_assert_eq!(copy, numbered);
         }
     }
 

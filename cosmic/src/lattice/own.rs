@@ -19,7 +19,7 @@ const LARGEST: u64 = 1 << 26;
 
 /// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of
 /// several pieces; [`checked`](Truss::checked) says what is refused.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
     /// Where the nodes are: along and above the ground, from its origin, m (D1).
@@ -31,6 +31,17 @@ pub struct Truss {
     pub payload: Vec<Payload>,
     /// What the edges may be made of.
     pub rules: EdgeRules,
+    /// The number of each node in the file or program that the truss is from; empty where every node has
+    /// that number here.
+    pub given_numbers: Vec<usize>,
+}
+
+/// The numbers that nodes had before make no difference.
+impl PartialEq for Truss {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
+            && (&self.payload, &self.rules) == (&other.payload, &other.rules)
+    }
 }
 
 /// A node with extra mass.
@@ -100,6 +111,8 @@ struct RawTruss {
     forbid: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     tie: Vec<Vec<usize>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    given_numbers: Vec<usize>,
 }
 
 /// A node, or a list of nodes with their masses.
@@ -131,6 +144,7 @@ impl From<Truss> for RawTruss {
             keep,
             forbid,
             tie,
+            given_numbers: truss.given_numbers,
         }
     }
 }
@@ -154,6 +168,7 @@ impl TryFrom<RawTruss> for Truss {
                 forbid: raw.forbid,
                 tie: raw.tie,
             },
+            given_numbers: raw.given_numbers,
         };
         truss.checked()
     }
@@ -167,6 +182,7 @@ impl Default for Truss {
             edges: Vec::new(),
             payload: Payload::first_node(),
             rules: EdgeRules::default(),
+            given_numbers: Vec::new(),
         }
     }
 }
@@ -197,6 +213,11 @@ impl Truss {
     pub fn parse(file: &str, text: &str) -> Result<Self> {
         let raw: RawTruss = from_json(file, 0, text.as_bytes())?;
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
+    }
+
+    /// The number that a node had in the file or program that the truss is from.
+    pub fn given_number(&self, node: usize) -> usize {
+        self.given_numbers.get(node).copied().unwrap_or(node)
     }
 
     /// Height of the lowest node above the ground line, m.

@@ -78,6 +78,7 @@ impl Lattice {
             edges: self.edges.clone(),
             payload: self.payload.clone(),
             rules: self.rules.clone(),
+            ..Truss::default()
         }
     }
 

@@ -20,28 +20,69 @@ pub struct Bar<R> {
     pub length: R,
     /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The length that its actuator asks for (D8), m; the rest length if it is none.
+    /// The length that its actuator asks for (D8), m; the rest length of a passive bar.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
     /// Stiffness of its material, N/m: next to nothing for a void edge.
     pub stiffness: R,
-    /// Strain at full activation.
+    /// Strain at full activation: that of an actuator times the share of actuator, 0 for a passive bar. The
+    /// activation is in `target` alone.
     pub strain: R,
 }
 
-/// A force along every bar. To write one, give it [settings](Law) and
-/// [`tension`](BarForce::tension); derivatives, lanes and files follow.
+/// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
+/// spring: that is Hooke's, or the stiffening one if `physics.stiffening` is above 0. Several laws along bars
+/// add up.
+///
+/// To write one, give it [settings](Law) and [`tension`](BarForce::tension); derivatives, lanes and files
+/// follow. [`on_bars`](super::on_bars) makes it a law that scenes choose by
+/// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. It acts on void edges too:
+/// scale the force with [`Bar::stiffness`] or [`Bar::strain`] if these must not pull.
 ///
 /// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+///
+/// ```
+/// use autodiff::Real;
+/// use cosmic::laws::{Bar, BarForce, Law, on_bars};
+/// use cosmic::settings::within;
+///
+/// cosmic::settings! {
+///     /// Bars are prestressed: each pulls a little, whatever its length.
+///     struct Prestress {
+///         /// Tension as a share of what stretches the bar to twice its length.
+///         share: f64 = 0.01, allowed within(0.0, 1.0), source "an example";
+///     }
+/// }
+///
+/// impl Law for Prestress {
+///     const NAME: &'static str = "prestress";
+/// }
+///
+/// impl BarForce for Prestress {
+///     #[inline(always)]
+///     fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+///         R::lit(self.share) * bar.stiffness * bar.rest_length
+///     }
+/// }
+///
+/// cosmic::laws::add(on_bars::<Prestress>());
+/// let scene = "physics.forces = ['prestress']\nprestress.share = 0.02";
+/// let scene = cosmic::scene::Scene::parse("own", scene)?;
+/// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
+/// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a bar of skeleton that is 0.1 m long.
+/// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
+/// assert!((law.tension(bar) - 0.8).abs() < 1e-12);
+/// # Ok::<(), cosmic::Error>(())
+/// ```
 pub trait BarForce: Law {
     /// The noun for what the law makes of a bar, in messages.
     const NOUN: &'static str = Self::NAME;
     /// True if [`Bar::rate`] is read.
     const NEEDS_RATE: bool = false;
 
-    /// The force with which the bar pulls its ends together, N. Like all generic code it selects and
-    /// never branches.
+    /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
+    /// them apart. Like all generic code it selects and never branches on a [`Real`].
     fn tension<R: Real>(&self, bar: Bar<R>) -> R;
 
     /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has

@@ -36,12 +36,12 @@ pub fn contact<C: Contact>() -> Choice {
     Choice(Kind::Contact(Box::new(C::default())))
 }
 
-/// A force along bars, chosen by `physics.forces = ["its_name"]`.
+/// A force along bars, chosen by `physics.forces = ["its_name"]`. It is added to the bars' own springs.
 pub fn on_bars<L: BarForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnBars(L::default()))))
 }
 
-/// A force on nodes, chosen by `physics.forces = ["its_name"]`.
+/// A force on nodes, chosen by `physics.forces = ["its_name"]`. It is added to all other forces.
 pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
 /// Replaces a file by the output of `fill`. A reader, and a run resumed after a crash, sees either
@@ -110,6 +110,32 @@ pub fn sweep(folder: &Path) -> Result<()> {
 pub fn make_folder(folder: &Path) -> Result<()> {
     let made = fs::create_dir_all(folder).and_then(|()| temporary(folder).map(drop));
     made.map_err(Error::writing(folder))
+}
+
+/// The error for a folder that lacks a file of every run. It says what the folder is instead, and where runs
+/// are, if it holds some.
+pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
+    let refused = |says: String| Error::reading(folder)(io::Error::other(says));
+    match fs::metadata(folder) {
+        Err(source) => return Error::reading(folder)(source),
+        Ok(found) if !found.is_dir() => {
+            return refused("it is a file; name the folder of a run".to_owned());
+        }
+        Ok(_) => {}
+    }
+    let run_in = |folder: &Path| -> Option<PathBuf> {
+        let entries = fs::read_dir(folder).ok()?;
+        let folders = entries.filter_map(|entry| Some(entry.ok()?.path()));
+        folders.filter(|folder| folder.join(lacks).exists()).min()
+    };
+    let there = run_in(folder).or_else(|| run_in(&folder.join("runs")));
+    let advice = there.map_or_else(
+        || "name the folder that `cosmic optimize` wrote".to_owned(),
+        |run| format!("a run is in {}", run.display()),
+    );
+    refused(format!(
+        "it is not the folder of a run, because it has no {lacks}; {advice}"
+    ))
 }
 
 /// A hidden file that vanishes unless it is persisted.

@@ -1,6 +1,6 @@
 //! `snapshot.json`: the plan and the state of a run, all that resuming needs.
 
-use super::files::{read_json, write_json};
+use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
@@ -282,9 +282,13 @@ impl Snapshot<'_> {
     /// A folder's snapshot.
     ///
     /// # Errors
-    /// The errors of [`read_json`].
+    /// The errors of [`read_json`]; [`Error::Read`] for a folder that is not a run.
     pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
-        read_json(&folder.join(SNAPSHOT), FORMAT)
+        let path = folder.join(SNAPSHOT);
+        if !path.exists() {
+            return Err(no_run(folder, SNAPSHOT));
+        }
+        read_json(&path, FORMAT)
     }
 }
 

@@ -1,7 +1,7 @@
 //! `summary.json`: the result of a run, written last.
 
 use super::RunPlan;
-use super::files::read_json;
+use super::files::{no_run, read_json};
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress, Reliability};
@@ -71,11 +71,15 @@ pub struct Summary {
     /// Share of actuators.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// How the bars hang together; `None` in files of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    /// True if the run ended before every edge had one material: there are no bars yet. `None` in
+    /// files of earlier versions.
+    #[serde(default)]
+    pub undecided: Option<bool>,
+    /// How the bars hang together; `None` for an undecided design, and in files of earlier versions.
+    #[serde(default)]
     pub structure: Option<Structure>,
-    /// What actuators and bars bear; `None` if the rollout diverged, and in files of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    /// What actuators and bars bear; `None` for an undecided design, and in files of earlier versions.
+    #[serde(default)]
     pub loads: Option<Loads>,
     /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
@@ -163,7 +167,7 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("power_peak", |s| s.loads.as_ref().map(|l| l.power.peak)),
     ("compression", |s| s.loads.as_ref().map(|l| l.compression)),
     ("tangled", |s| s.loads.as_ref().map(|l| l.tangled)),
-    ("flips", |s| Some(s.flips as f64)),
+    ("flips", |s| (!s.is_undecided()).then_some(s.flips as f64)),
     ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
     ("delivered_iteration", |s| {
         Some(s.delivered_iteration as f64)
@@ -184,6 +188,11 @@ impl Summary {
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
+    }
+
+    /// True for a design that is known to be undecided.
+    pub fn is_undecided(&self) -> bool {
+        self.undecided == Some(true)
     }
 
     /// Why the robot is unreliable; `None` for a reliable one, and in files of earlier versions.
@@ -235,7 +244,8 @@ impl Summary {
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volumes[0],
             actuator_volume: delivery.volumes[1],
-            structure: Some(delivery.structure),
+            undecided: Some(delivery.structure.is_none()),
+            structure: delivery.structure,
             loads: delivery.loads.clone(),
             flips: progress.flips,
             skipped_gradients: progress.skipped,
@@ -266,11 +276,14 @@ impl Summary {
 /// The path of a file that a run writes at its end.
 ///
 /// # Errors
-/// [`Error::Read`] for a run that is not finished.
+/// [`Error::Read`] for a run that is not finished, and for a folder that is not a run.
 pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     let path = folder.join(name);
-    if path.exists() || !folder.join(SNAPSHOT).exists() {
+    if path.exists() {
         return Ok(path);
+    }
+    if !folder.join(SNAPSHOT).exists() {
+        return Err(no_run(folder, name));
     }
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }

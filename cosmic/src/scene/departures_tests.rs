@@ -29,6 +29,8 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("physics.void_edges", &["\"keep\""]),
     // It decides which runs are refused, not what a run does.
     ("physics.unstable_step", &["\"error\"", "\"warn\""]),
+    // It says which rollouts have no result, and changes none of them.
+    ("physics.speed_bound", &["\"off\"", "1.0"]),
     ("ground.profile", &["\"flat\""]),
     // Nothing reads them unless the profile is "points", which is a departure.
     ("ground.points", &["[[1.0, 0.1]]"]),

@@ -31,7 +31,8 @@ impl<'t> SceneText<'t> {
     /// The argument of `--set`. A word or a path need not have quotes: `physics.contact=coulomb`.
     pub(super) fn option(setting: &'t str) -> Self {
         let is_word = |value: &str| {
-            let letters = |c: char| c.is_alphanumeric() || "_-./".contains(c);
+            // A path may have the characters of a sweep's folders: `tiny+friction=0.6-0`.
+            let letters = |c: char| c.is_alphanumeric() || "_-./+=,~".contains(c);
             let begins = value.starts_with(char::is_alphabetic);
             let is_path = ["/", "./", "../"]
                 .iter()

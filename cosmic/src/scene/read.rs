@@ -5,6 +5,7 @@ use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws::{self, TOP_KEYS};
+use crate::reading::with_decimal_point;
 use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -285,8 +286,13 @@ impl<'s, 't> Reader<'s, 't> {
                 }
             }
             Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                if let Some((span, number)) = decimal_comma(text, span.start) {
+                    let message = format!("`{}` is not a number", &text[span.clone()]);
+                    return self.fault(span, message, format!("use a decimal point: {number}"));
+                }
                 let message = format!("not TOML: {}", error.message().replace('\n', ", "));
-                self.fault(error.span().unwrap_or(0..0), message, String::new());
+                self.fault(span, message, String::new());
             }
         }
     }
@@ -349,7 +355,9 @@ impl<'s, 't> Reader<'s, 't> {
         let text = &self.sources[self.source].text;
         let written = text.get(span.clone()).unwrap_or_default();
         let message = format!("`{path}` {says} {}", abridged(written));
-        self.fault(span, message, allowed);
+        let point = with_decimal_point(written);
+        let point = point.map(|number| format!("; use a decimal point: {number}"));
+        self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
     /// The folder of the file that set a key last; the process's own for the command line.
@@ -390,6 +398,16 @@ impl<'s, 't> Reader<'s, 't> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// The number with a decimal comma at a byte of a text: its place, and the number with a point.
+fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
+    let (before, after) = text.split_at_checked(comma)?;
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "+-.,".contains(c);
+    let start = before.trim_end_matches(is_part).len();
+    let end = text.len() - after.trim_start_matches(is_part).len();
+    let number = with_decimal_point(&text[start..end])?;
+    Some((start..end, number))
 }
 
 /// The keys that choose laws, each of which may have a section of its name.

@@ -1,4 +1,4 @@
-//! The cause of an absurd state: which part of a step gave a node its velocity.
+//! The cause of a divergence: which part of a step gave a node its velocity, or which bound it exceeds.
 
 use super::rollout::Simulator;
 use crate::controller::{Controller, observation};
@@ -9,20 +9,28 @@ use crate::laws::{Pose, Pull};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// The controller gives an edge of the node an activation that is no number.
-    #[error("the controller's output for edge {edge}")]
+    #[error("mostly by the controller's output for edge {edge}")]
     Controller {
         /// The edge.
         edge: usize,
     },
     /// A part of a law pushes or pulls the node more than anything else does.
-    #[error("{0}")]
+    #[error("mostly by {0}")]
     Force(String),
     /// Gravity adds more to the velocity than anything else.
-    #[error("gravity")]
+    #[error("mostly by gravity")]
     Gravity,
     /// The node was as fast before, and got too far.
-    #[error("the node's own velocity")]
+    #[error("mostly by the node's own velocity")]
     Motion,
+    /// The node is faster than the scene allows, m/s.
+    #[error("which is {speed:.1} m/s; `physics.speed_bound` allows {bound} m/s")]
+    TooFast {
+        /// Its speed.
+        speed: f64,
+        /// The largest speed allowed.
+        bound: f64,
+    },
 }
 
 impl Simulator {

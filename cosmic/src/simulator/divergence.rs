@@ -1,13 +1,14 @@
 //! The guard: finding where a rollout went wrong.
 //!
-//! A guarded rollout is [watched](Span::watched): it tells whether some state may be absurd. Only
-//! then is the rollout done again, and every state looked at.
+//! A rollout diverges where a state is absurd, or where a node is faster than the scene allows:
+//! the robot has flown apart. A guarded rollout is [watched](Span::watched): it tells whether some
+//! state may be one of these. Only then is the rollout done again, and every state looked at.
 
 use std::collections::VecDeque;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
-use super::rollout::{Simulator, Span};
+use super::rollout::{Simulator, Span, Still};
 use super::trajectory::{ABSURD, Trajectory, WATCHED};
 use crate::controller::Controller;
 use crate::error::Error;
@@ -18,20 +19,20 @@ const BLOCK: usize = 64;
 /// States before the absurd one that are kept to look at.
 const KEPT: usize = 8;
 
-/// The first absurd state of a rollout.
+/// The first state of a rollout that is absurd or too fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
     /// The step that produced it, from 0.
     pub step: usize,
-    /// The first node that is absurd in it.
+    /// The first node that is absurd in it, or too fast.
     pub node: usize,
     /// Its position in the world's frame, m.
     pub position: [f64; 2],
     /// Its velocity, m/s.
     pub velocity: [f64; 2],
-    /// The term of that step that caused it.
+    /// The term of that step that caused it, or the bound.
     pub term: Cause,
-    /// The last states up to the absurd one.
+    /// The last states up to that one.
     pub last: Trajectory<f64>,
 }
 
@@ -40,7 +41,7 @@ pub struct Divergence {
 pub struct Guarded {
     /// The observed states, bit for bit those of [`Simulator::rollout`].
     pub trajectory: Trajectory<f64>,
-    /// The first absurd state, observed or not; the start is not judged.
+    /// The first absurd or too fast state, observed or not; the start is not judged.
     pub divergence: Option<Divergence>,
 }
 
@@ -51,14 +52,15 @@ impl From<&Divergence> for Error {
             node: divergence.node,
             position: divergence.position,
             velocity: divergence.velocity,
-            term: divergence.term.to_string(),
+            cause: divergence.term.to_string(),
         }
     }
 }
 
 impl Simulator {
-    /// A rollout in which no absurd state goes unnoticed. Where none is, this costs a look at
-    /// every number of every state beyond the plain rollout; where one is, up to two more rollouts.
+    /// A rollout in which no absurd and no too fast state goes unnoticed. Where none is, this costs
+    /// a look at every number of every state beyond the plain rollout; where one is, up to two more
+    /// rollouts.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -87,8 +89,18 @@ impl Simulator {
         }
     }
 
-    /// True if a watched rollout that ends in this state surely had no absurd one. Otherwise
-    /// [`guarded`](Simulator::guarded) finds out.
+    /// The number from which on a place or a velocity is caught in a watched rollout. The watch is
+    /// the same for all numbers of a state: with a bound on the speed, places as many metres from the
+    /// origin are caught too, and looked at in vain.
+    pub(super) fn watched(&self) -> f64 {
+        // A node is no faster than the bound while neither of its components reaches this.
+        let component = |bound: f64| bound / 2f64.sqrt();
+        self.speed_bound
+            .map_or(WATCHED, |bound| component(bound).min(WATCHED))
+    }
+
+    /// True if a watched rollout that ends in this state surely had none that is absurd or too fast.
+    /// Otherwise [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
         // A place within both bounds of the ground's frame is that far from its origin at most,
         // which may itself be far above the world's.
@@ -96,8 +108,8 @@ impl Simulator {
         farthest < ABSURD && !last.is_absurd()
     }
 
-    /// The first absurd state of a rollout over these of the planned steps, or `None`. The start is
-    /// not checked.
+    /// The first absurd or too fast state of a rollout over these of the planned steps, or `None`.
+    /// The start is not checked.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -108,11 +120,44 @@ impl Simulator {
         start: &State<f64>,
         steps: Range<usize>,
     ) -> Option<Divergence> {
+        let mut last = VecDeque::from([(steps.start, start.clone())]);
+        let mut found = None;
+        self.each_state(body, controller, start, steps, |step, state| {
+            let absurd = state.absurd_node().map(|node| (node, None));
+            let too_fast = || {
+                let bound = self.speed_bound?;
+                let (node, speed) = state.too_fast(bound)?;
+                Some((node, Some(Cause::TooFast { speed, bound })))
+            };
+            found = absurd.or_else(too_fast);
+            last.push_back((step, state));
+            if found.is_some() {
+                return ControlFlow::Break(());
+            }
+            if last.len() > KEPT {
+                last.pop_front();
+            }
+            ControlFlow::Continue(())
+        });
+        let (node, bound) = found?;
+        Some(self.diagnose(body, controller, node, bound, last))
+    }
+
+    /// Shows every state of a rollout over these of the planned steps, after so many steps, the
+    /// start left out, until it is told to stop. Only a block of states is held at a time.
+    pub(super) fn each_state(
+        &self,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        start: &State<f64>,
+        steps: Range<usize>,
+        mut show: impl FnMut(usize, State<f64>) -> ControlFlow<()>,
+    ) {
         let size = 4 * self.robot.graph.nodes();
         let planned = self.planned(body, controller, start);
+        let still = Still::of(body, start);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
-        let mut last = VecDeque::from([(steps.start, start.clone())]);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
                 first,
@@ -120,19 +165,13 @@ impl Simulator {
             };
             let seen = planned.run(&flat, self, &span);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
-                let state = self.unflatten(raw);
-                let absurd = state.absurd_node();
-                last.push_back((first + k + 1, state));
-                if let Some(node) = absurd {
-                    return Some(self.diagnose(body, controller, node, last));
-                }
-                if last.len() > KEPT {
-                    last.pop_front();
+                let state = still.held(self.unflatten(raw));
+                if show(first + k + 1, state).is_break() {
+                    return;
                 }
             }
             flat = seen[seen.len() - size..].to_vec();
         }
-        None
     }
 
     /// The divergence that the last states end in.
@@ -141,11 +180,12 @@ impl Simulator {
         body: &Body<f64>,
         controller: &Controller<f64>,
         node: usize,
+        bound: Option<Cause>,
         last: VecDeque<(usize, State<f64>)>,
     ) -> Divergence {
         let (steps, states): (Vec<usize>, Vec<State<f64>>) = last.into_iter().unzip();
         let [.., before, after] = &states[..] else {
-            unreachable!("an absurd state has one before it")
+            unreachable!("such a state has one before it")
         };
         let step = steps[steps.len() - 2];
         Divergence {
@@ -153,7 +193,7 @@ impl Simulator {
             node,
             position: after.x[node],
             velocity: after.v[node],
-            term: self.blame(body, controller, before, step, node),
+            term: bound.unwrap_or_else(|| self.blame(body, controller, before, step, node)),
             last: Trajectory { steps, states },
         }
     }

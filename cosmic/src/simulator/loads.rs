@@ -1,6 +1,7 @@
 //! What bars bear and do in the states of a rollout.
 
 use std::collections::HashSet;
+use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,20 +20,56 @@ pub struct Magnitude {
     pub p99: f64,
 }
 
-impl Magnitude {
-    fn of(mut sample: Vec<f64>) -> Self {
-        sample.iter_mut().for_each(|x| *x = x.abs());
-        sample.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = share * sample.len().saturating_sub(1) as f64;
-            sample.get(place.round() as usize).copied().unwrap_or(0.0)
-        };
+/// The largest magnitudes of a series: the hundredth part of it that its 99 % quantile depends on.
+#[derive(Clone, Debug)]
+struct Largest {
+    /// How many are needed.
+    needed: usize,
+    /// These and fewer than as many others, in no order.
+    values: Vec<f64>,
+    /// No smaller value is needed.
+    floor: f64,
+}
+
+impl Largest {
+    /// Of a series of so many numbers.
+    fn of(count: usize) -> Self {
+        let below = 0.99 * count.saturating_sub(1) as f64;
         Self {
-            peak: at(1.0),
-            p99: at(0.99),
+            needed: (count - below.round() as usize).max(1),
+            values: Vec::new(),
+            floor: 0.0,
         }
     }
 
+    fn see(&mut self, x: f64) {
+        let x = x.abs();
+        if self.values.len() >= self.needed && x <= self.floor {
+            return;
+        }
+        self.values.push(x);
+        if self.values.len() == 2 * self.needed {
+            self.keep_needed();
+        }
+    }
+
+    /// Sorts the values, the largest first, and drops those that are not needed.
+    fn keep_needed(&mut self) {
+        self.values.sort_unstable_by(|a, b| b.total_cmp(a));
+        self.values.truncate(self.needed);
+        self.floor = self.values.last().copied().unwrap_or(0.0);
+    }
+
+    fn magnitude(mut self) -> Magnitude {
+        self.keep_needed();
+        Magnitude {
+            peak: self.values.first().copied().unwrap_or(0.0),
+            p99: self.floor,
+        }
+    }
+}
+
+impl Magnitude {
     /// The larger peak, and the larger quantile.
     fn max(self, other: Self) -> Self {
         Self {
@@ -43,7 +80,7 @@ impl Magnitude {
 }
 
 /// What a bar bears and does in some states.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
     /// Least and greatest change of length over the length at rest.
     pub strains: [f64; 2],
@@ -61,7 +98,7 @@ pub struct BarLoad {
     pub compression: f64,
 }
 
-/// The loads of a robot: of its actuators, and the largest push on a bar.
+/// The loads of a robot over a rollout: of its actuators, and the largest push on a bar.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
     /// Least and greatest strain of an actuator.
@@ -76,8 +113,8 @@ pub struct Loads {
     pub power: Magnitude,
     /// The largest force that pushes on a bar, N.
     pub compression: f64,
-    /// Share of the states in which bars cross that do not at rest: nothing keeps a robot from passing through
-    /// itself.
+    /// Share of the states of a delivery's trajectory in which bars cross that do not at rest: nothing keeps a
+    /// robot from passing through itself.
     pub tangled: f64,
     /// Such pairs of bars in a state, in the mean.
     pub tangles: f64,
@@ -106,60 +143,83 @@ impl Simulator {
         controller: &Controller<f64>,
         trajectory: &Trajectory<f64>,
     ) -> Vec<EdgeMoments> {
-        let edges = self.lattice.edges.iter().enumerate();
-        let forces = &self.robot.mechanics.forces;
-        let moment = |(&step, state): (&usize, &State<f64>)| {
-            let time = step as f64 * self.dt;
-            let activation = self.activation(body, controller, state, time);
-            let pose = Pose {
-                lattice: &self.lattice,
-                body,
-                state,
-                activation: &activation,
-                time,
-            };
-            let strain = |(edge, ends): (usize, &[usize; 2])| {
-                length(&state.x, *ends) / self.lattice.rest_length[edge] - 1.0
-            };
-            let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
-            EdgeMoments {
-                strain: edges.clone().map(strain).collect(),
-                tension: edges.clone().map(|(edge, _)| pull(edge)).collect(),
-                rate: edges.clone().map(|(_, ends)| rate(state, *ends)).collect(),
-                elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
-                activation,
-            }
-        };
         let states = trajectory.steps.iter().zip(&trajectory.states);
+        let moment = |(&step, state)| self.moment(body, controller, step, state);
         states.map(moment).collect()
     }
 
-    /// The loads of every edge in the states of a trajectory. Between those states nothing is known.
-    pub fn loads(
+    /// What the edges do in the state after so many steps.
+    fn moment(
         &self,
         body: &Body<f64>,
         controller: &Controller<f64>,
-        trajectory: &Trajectory<f64>,
-    ) -> Vec<BarLoad> {
-        let moments = self.moments(body, controller, trajectory);
-        let edges = 0..self.lattice.edges.len();
-        edges.map(|edge| BarLoad::of(edge, &moments)).collect()
+        step: usize,
+        state: &State<f64>,
+    ) -> EdgeMoments {
+        let edges = self.lattice.edges.iter().enumerate();
+        let forces = &self.robot.mechanics.forces;
+        let time = step as f64 * self.dt;
+        let activation = self.activation(body, controller, state, time);
+        let pose = Pose {
+            lattice: &self.lattice,
+            body,
+            state,
+            activation: &activation,
+            time,
+        };
+        let strain = |(edge, ends): (usize, &[usize; 2])| {
+            length(&state.x, *ends) / self.lattice.rest_length[edge] - 1.0
+        };
+        let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
+        EdgeMoments {
+            strain: edges.clone().map(strain).collect(),
+            tension: edges.clone().map(|(edge, _)| pull(edge)).collect(),
+            rate: edges.clone().map(|(_, ends)| rate(state, *ends)).collect(),
+            elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
+            activation,
+        }
     }
 
-    /// The loads of a layout's bars.
-    pub fn loads_of(
+    /// The loads of the bars of a layout, one for each edge and `None` for a void one, over all
+    /// states of a rollout of so many steps. A hundredth of them is held at a time.
+    pub fn loads(
         &self,
         layout: &[Material],
         body: &Body<f64>,
         controller: &Controller<f64>,
+        start: &State<f64>,
+        steps: usize,
+    ) -> Vec<Option<BarLoad>> {
+        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1));
+        let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
+        let mut see = |step: usize, state: &State<f64>| {
+            let moment = self.moment(body, controller, step, state);
+            for (edge, bar) in bars.iter_mut().enumerate() {
+                if let Some(bar) = bar {
+                    bar.see(edge, &moment);
+                }
+            }
+        };
+        see(0, start);
+        self.each_state(body, controller, start, 0..steps, |step, state| {
+            see(step, &state);
+            ControlFlow::Continue(())
+        });
+        let load = |bar: Option<Gathered>| bar.map(Gathered::load);
+        bars.into_iter().map(load).collect()
+    }
+
+    /// The loads of a layout from those of its bars. Whether bars pass through one another is told from the
+    /// states of a trajectory.
+    pub fn loads_of(
+        &self,
+        layout: &[Material],
+        bars: &[Option<BarLoad>],
         trajectory: &Trajectory<f64>,
     ) -> Loads {
-        let bars = self.loads(body, controller, trajectory);
         let mut loads = Loads::default();
         for (bar, &material) in bars.iter().zip(layout) {
-            if !material.is_solid() {
-                continue;
-            }
+            let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
             if material == Material::Actuator {
                 let [low, high] = bar.strains;
@@ -199,31 +259,68 @@ impl Simulator {
 impl BarLoad {
     /// Of an edge in some states.
     pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
-        let series = |of: fn(&EdgeMoments) -> &Vec<f64>| -> Vec<f64> {
-            moments.iter().map(|moment| of(moment)[edge]).collect()
-        };
-        let (strains, tensions) = (series(|m| &m.strain), series(|m| &m.tension));
-        let rates = series(|m| &m.rate);
-        let most = |sample: &[f64], sign: f64| sample.iter().fold(0.0, |m: f64, x| m.max(sign * x));
-        let powers = tensions
-            .iter()
-            .zip(&rates)
-            .map(|(force, rate)| force * rate);
+        let mut gathered = Gathered::over(moments.len());
+        moments.iter().for_each(|moment| gathered.see(edge, moment));
+        gathered.load()
+    }
+}
+
+/// What a bar bears and does, gathered state by state.
+#[derive(Clone, Debug)]
+struct Gathered {
+    strains: [f64; 2],
+    tension: f64,
+    compression: f64,
+    strain: Largest,
+    force: Largest,
+    speed: Largest,
+    power: Largest,
+}
+
+impl Gathered {
+    /// Over so many states.
+    fn over(states: usize) -> Self {
+        let largest = Largest::of(states);
         Self {
-            strains: [-most(&strains, -1.0), most(&strains, 1.0)],
-            tension: most(&tensions, 1.0),
-            compression: most(&tensions, -1.0),
-            power: Magnitude::of(powers.collect()),
-            strain: Magnitude::of(strains),
-            force: Magnitude::of(tensions),
-            speed: Magnitude::of(rates),
+            strains: [0.0; 2],
+            tension: 0.0,
+            compression: 0.0,
+            strain: largest.clone(),
+            force: largest.clone(),
+            speed: largest.clone(),
+            power: largest,
+        }
+    }
+
+    fn see(&mut self, edge: usize, moment: &EdgeMoments) {
+        let (strain, tension) = (moment.strain[edge], moment.tension[edge]);
+        let rate = moment.rate[edge];
+        let [low, high] = self.strains;
+        self.strains = [low.min(strain), high.max(strain)];
+        self.tension = self.tension.max(tension);
+        self.compression = self.compression.max(-tension);
+        self.strain.see(strain);
+        self.force.see(tension);
+        self.speed.see(rate);
+        self.power.see(tension * rate);
+    }
+
+    fn load(self) -> BarLoad {
+        BarLoad {
+            strains: self.strains,
+            tension: self.tension,
+            compression: self.compression,
+            strain: self.strain.magnitude(),
+            force: self.force.magnitude(),
+            speed: self.speed.magnitude(),
+            power: self.power.magnitude(),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Loads, Magnitude};
+    use super::{BarLoad, Largest, Loads, Magnitude};
     use crate::controller::Controller;
     use crate::design::Material;
     use crate::lattice::{Body, Lattice, State};
@@ -233,10 +330,33 @@ mod tests {
 
     #[test]
     fn a_magnitude_is_the_peak_and_nearly_the_peak() {
-        let sample = (0..=100).map(|k| -f64::from(k)).collect();
+        let of = |sample: &[f64]| {
+            let mut largest = Largest::of(sample.len());
+            sample.iter().for_each(|x| largest.see(*x));
+            // Twice a hundredth of the series, rounded up, and one more.
+            assert!(largest.values.len() <= sample.len() / 50 + 4);
+            largest.magnitude()
+        };
         let (peak, p99) = (100.0, 99.0);
-        assert_eq!(Magnitude::of(sample), Magnitude { peak, p99 });
-        assert_eq!(Magnitude::of(Vec::new()), Magnitude::default());
+        let falling: Vec<f64> = (0..=100).map(|k| f64::from(k) - 100.0).collect();
+        assert_eq!(of(&falling), Magnitude { peak, p99 });
+        assert_eq!(of(&[]), Magnitude::default());
+        assert_eq!(
+            of(&[-2.0]),
+            Magnitude {
+                peak: 2.0,
+                p99: 2.0
+            }
+        );
+        // A series in no order, against all of it in order.
+        for count in [2, 51, 149, 150, 151, 1000, 8193] {
+            let sample: Vec<f64> = (0..count).map(|k| (1.7 * k as f64).sin()).collect();
+            let mut sorted: Vec<f64> = sample.iter().map(|x| x.abs()).collect();
+            sorted.sort_by(f64::total_cmp);
+            let place = (0.99 * (count - 1) as f64).round() as usize;
+            let (peak, p99) = (sorted[count - 1], sorted[place]);
+            assert_eq!(of(&sample), Magnitude { peak, p99 }, "{count}");
+        }
     }
 
     /// The stiffness of a bar is not that of its material, so no radius against buckling follows from it.
@@ -279,7 +399,9 @@ mod tests {
             steps: vec![0, 16],
             states: vec![rest, stretched],
         };
-        let loads = simulator.loads(&body, &controller, &trajectory);
+        let moments = simulator.moments(&body, &controller, &trajectory);
+        let edges = 0..lattice.edges.len();
+        let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
             let [dx, dy] = lattice.direction([i, j]).map(f64::abs);
             if dy == 0.0 {
@@ -292,7 +414,8 @@ mod tests {
                 assert!(load.force.peak < 1e-7 && load.speed.peak < 1e-9);
             }
         }
-        let all = simulator.loads_of(&layout, &body, &controller, &trajectory);
+        let bars: Vec<_> = loads.into_iter().map(Some).collect();
+        let all = simulator.loads_of(&layout, &bars, &trajectory);
         assert_eq!(all.strains, [0.0; 2]);
         assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
         // Half of the robot is moved across the other half in one of two states.
@@ -305,7 +428,7 @@ mod tests {
             .iter_mut()
             .enumerate()
             .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
-        let all = simulator.loads_of(&layout, &body, &controller, &folded);
+        let all = simulator.loads_of(&layout, &bars, &folded);
         assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
     }
 }

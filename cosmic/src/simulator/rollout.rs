@@ -7,7 +7,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 use super::parameters::{Drive, Network, Parameters};
 use super::robot::Robot;
-use super::trajectory::{Trajectory, WATCHED};
+use super::trajectory::Trajectory;
 use crate::controller::{Controller, clock, observation_length};
 use crate::ground::Ground;
 use crate::lattice::{Body, Lattice, State};
@@ -25,8 +25,8 @@ pub struct Span {
     /// How many nodes are looked at, from the first on, at least one; the states observed hold no
     /// others.
     pub nodes: usize,
-    /// Whether a state after the start, observed or not, that is absurd or close to it makes NaN of
-    /// all that is observed; [`Simulator::guarded`] relies on it.
+    /// Whether a state after the start, observed or not, that is absurd or too fast, or close to
+    /// it, makes NaN of all that is observed; [`Simulator::guarded`] relies on it.
     pub watched: bool,
     /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
@@ -58,6 +58,8 @@ pub struct Simulator {
     /// Length of a step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
+    /// The speed of a node, m/s, above which a guarded rollout has diverged, if there is a bound.
+    pub(super) speed_bound: Option<f64>,
     pub(super) controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
     rest_length: Vec<f64>,
@@ -89,6 +91,7 @@ impl Simulator {
             rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
             ground: Ground::from(physics),
+            speed_bound: physics.speed_bound,
             controller: controller.clone(),
             clock,
             memory: Memory::All,
@@ -315,7 +318,7 @@ impl Simulator {
             inputs: clock,
             observed: span.observed.clone(),
             entries: (span.nodes < nodes).then(|| entries.collect()),
-            state_bound: span.watched.then_some(WATCHED),
+            state_bound: span.watched.then(|| self.watched()),
             cotangent_bound: span.cotangent_bound,
             memory: self.memory,
         }
@@ -420,17 +423,17 @@ impl Simulator {
 
 /// The nodes that are no part of a robot, with the places where they stay. No bar pulls on them, and the
 /// controller does not see them.
-struct Still<R>(Vec<(usize, [R; 2])>);
+pub(super) struct Still<R>(Vec<(usize, [R; 2])>);
 
 impl<R: Real> Still<R> {
-    fn of(body: &Body<R>, start: &State<R>) -> Self {
+    pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
         let nodes = body.presence.iter().zip(&start.x).enumerate();
         let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
     /// A state, perhaps of the first nodes alone, with these nodes at rest.
-    fn held(&self, mut state: State<R>) -> State<R> {
+    pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
                 (state.x[node], state.v[node]) = (x, [R::zero(); 2]);

@@ -52,6 +52,12 @@ impl State<f64> {
         nodes.position(|(x, v)| !(sane(x) && sane(v)))
     }
 
+    /// The first node that is faster than a bound, m/s, and its speed.
+    pub(super) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
+        let speeds = self.v.iter().map(|[x, y]| x.hypot(*y)).enumerate();
+        speeds.into_iter().find(|(_, speed)| *speed > bound)
+    }
+
     /// Whether there is an [absurd node](State::absurd_node).
     pub fn is_absurd(&self) -> bool {
         self.absurd_node().is_some()

@@ -5,6 +5,7 @@ use std::panic::Location;
 use num_traits::Zero;
 
 use super::origin::{CLEAN, Origin, count, note};
+use crate::dual::Dual;
 use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
@@ -98,18 +99,27 @@ fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     }
 }
 
-/// Whether the values of a function, and the cotangents of those inputs that are active, are
-/// finite.
+/// Whether the values of a function, and its derivatives by those inputs that are active, are finite in
+/// reverse and in forward mode: in either alone a zero may hide an infinity.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
     let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
     let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
     let values: Vec<&[R]> = values.iter().map(Vec::as_slice).collect();
+    let moved = |x: &Traced<R>| match x.active {
+        true => Dual::<R, 1>::variable(x.value, 0),
+        false => Dual::constant(x.value),
+    };
+    let moved = inputs.iter().map(|slice| slice.iter().map(moved).collect());
+    let moved: Vec<Vec<Dual<R, 1>>> = moved.collect();
+    let moved: Vec<&[Dual<R, 1>]> = moved.iter().map(Vec::as_slice).collect();
+    let tangents = function.forward(&moved).into_iter().map(|y| y.tangent[0]);
     let wanted = |slice: &&[Traced<R>]| slice.iter().any(|x| x.active);
     let wanted: Vec<bool> = inputs.iter().map(wanted).collect();
     let (y, mut saved) = function.record(&values);
     let x_bar = function.reverse(&mut saved, &vec![R::one(); y.len()], &wanted);
     let wanted_bars = x_bar.iter().zip(&wanted).filter(|(_, wanted)| **wanted);
-    let mut numbers = wanted_bars.flat_map(|(bars, _)| bars).chain(&y);
+    let cotangents = wanted_bars.flat_map(|(bars, _)| bars).copied();
+    let mut numbers = cotangents.chain(y).chain(tangents);
     numbers.all(|x| x.finite().all())
 }
 
@@ -144,6 +154,10 @@ impl<R: Real> Real for Traced<R> {
         let value = self.value.fma(factor.value, term.value);
         let operands = [(self, factor.value), (factor, self.value), (term, R::one())];
         Self::judged("multiply-add", value, &operands)
+    }
+    #[track_caller]
+    fn abs(self) -> Self {
+        self.apply("abs", rule::abs(self.value))
     }
     fn signum(self) -> Self {
         Self {

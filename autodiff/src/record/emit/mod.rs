@@ -43,6 +43,7 @@
 //!
 //! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
 //!   comes from a select between constants, as of `signum`;
+//! - a cotangent that was computed and is zero passes zero to an infinite partial, where the tape says NaN;
 //! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
 //! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
 //! - where the emitted derivative is itself differentiated in reverse, a plain product with a cotangent

@@ -1,4 +1,4 @@
-//! The tables of bars and of nodes, in SI units.
+//! The tables of bars and of nodes, in SI units, to nine decimals: nanometres, micrograms, nanonewtons.
 
 use super::layers::joints;
 use super::member::{MM, Member, place};
@@ -10,6 +10,9 @@ use cosmic::design::Material;
 use cosmic::error::Result;
 use cosmic::simulator::BarLoad;
 use std::f64::consts::PI;
+
+/// Decimals of all numbers.
+const DECIMALS: usize = 9;
 
 /// A row for each bar.
 pub(super) fn bars(
@@ -65,7 +68,7 @@ pub(super) fn bars(
             "of a plate whose strip weighs as much as the bar, kg/m3",
             |(_, m)| mass(m) / (volume(m) / MM.powi(3)),
         );
-    Ok(table.done())
+    Ok(table.rounded(DECIMALS).done())
 }
 
 /// A row for each node at which a bar ends.
@@ -83,6 +86,8 @@ pub(super) fn nodes(
         here.fold(0.0, |sum, p| sum + p.mass.unwrap_or(physics.payload_mass))
     };
     let span = |node: usize| pattern.map(|pattern| &pattern.stack.at_node[&node]);
+    let truss = robot.scene.lattice.file.truss();
+    let given = "number of the node in the truss file that the user wrote, from 0";
     let number = |layer: Option<usize>| Cell::from(layer.map(|layer| layer as f64 + 1.0));
     Table::of("", "", &nodes)
         .column("node", "number of the node", |node| *node)
@@ -103,6 +108,11 @@ pub(super) fn nodes(
             "through all layers from one to the other, m",
             |node| span(*node).map(|s| (s.end() - s.start() + 1) as f64 * sizes.thickness / MM),
         )
+        .column("given_node", given, |node| match truss {
+            Some(truss) => truss.given_number(*node),
+            None => *node,
+        })
+        .rounded(DECIMALS)
         .done()
 }
 

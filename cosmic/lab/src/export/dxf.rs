@@ -79,7 +79,10 @@ fn name(layer: usize, is_actuator: bool) -> String {
 /// The drawing.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let mut dxf = Dxf::default();
-    dxf.pair(999, "flat pattern, one unit is a millimetre");
+    dxf.pair(
+        999,
+        "flat pattern, one unit is a millimetre, numbers to 6 decimals",
+    );
     dxf.section("HEADER", |dxf| {
         dxf.pair(9, "$ACADVER");
         dxf.pair(1, "AC1009");

@@ -190,18 +190,21 @@ impl Frame {
             ]
         };
         let [_, skeleton, actuator] = self.radii.of;
+        // To nanometres, 1e-6 cubic millimetres and micrograms.
         let columns = [
-            ("part", "what is weighed"),
-            ("count", "how many struts or joints"),
-            ("radius", "radius of the struts, m"),
-            ("volume", "m3"),
+            ("part", "what is weighed", 0),
+            ("count", "how many struts or joints", 0),
+            ("radius", "radius of the struts, m", 9),
+            ("volume", "m3", 15),
             (
                 "density",
                 "with which all weigh what the body's bars do, kg/m3",
+                9,
             ),
-            ("mass", "kg"),
+            ("mass", "kg", 9),
         ];
-        let columns = columns.map(|(name, says)| Column::new(name, says));
+        let column = |(name, says, decimals)| Column::new(name, says).rounded(decimals);
+        let columns = columns.map(column);
         let rows = [
             row("skeleton", &[1], Some(skeleton)),
             row("actuators", &[2], Some(actuator)),

@@ -31,16 +31,96 @@ impl Prism {
     }
 }
 
-/// The file of some prisms. Normals are left for readers to take from the corners, as the format allows.
+/// The unit normal of a triangle, to the side from which its corners are counterclockwise.
+fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
+    let edge = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
+    let (u, v) = (edge(b), edge(c));
+    let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
+    let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // A triangle without an area has no normal, for which the format has zeros.
+    cross.map(|x| {
+        if length > 0.0 {
+            (x / length) as f32
+        } else {
+            0.0
+        }
+    })
+}
+
+/// The file of some prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
     // 80 bytes that must not begin with "solid", which would mean text.
     let mut bytes = format!("{:<80}", "cosmic, millimetres").into_bytes();
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for corners in triangles {
-        bytes.extend([0; 12]);
-        bytes.extend(corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+        let numbers = normal(corners)
+            .into_iter()
+            .chain(corners.as_flattened().iter().copied());
+        bytes.extend(numbers.flat_map(f32::to_le_bytes));
         bytes.extend([0; 2]);
     }
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Prism, normal};
+
+    /// A hexagon that is pushed to the side and up.
+    fn prism() -> Prism {
+        let corner = |k: usize| {
+            let (sin, cos) = (k as f64 * std::f64::consts::TAU / 6.0).sin_cos();
+            [10.0 + 3.0 * cos, -20.0 + 3.0 * sin, 5.0]
+        };
+        Prism {
+            base: (0..6).map(corner).collect(),
+            along: [2.0, 1.0, 7.0],
+        }
+    }
+
+    #[test]
+    fn normals_are_of_unit_length_and_point_outwards() {
+        let prism = prism();
+        let middle = [11.0, -19.5, 8.5];
+        let triangles = prism.triangles();
+        assert_eq!(triangles.len(), 4 * 6 - 4);
+        let (mut volume, mut vector_area) = (0.0, [0.0; 3]);
+        for corners in triangles {
+            let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+            let n = normal(corners).map(f64::from);
+            let dot = |x: [f64; 3]| (0..3).map(|k| n[k] * x[k]).sum::<f64>();
+            // A unit vector in single precision is off by a few of its roundings, 6e-8 each.
+            assert!((dot(n) - 1.0).abs() < 1e-6, "{n:?}");
+            let minus = |x: [f64; 3], y: [f64; 3]| [0, 1, 2].map(|k| x[k] - y[k]);
+            assert!(dot(minus(b, a)).abs() < 1e-5 && dot(minus(c, a)).abs() < 1e-5);
+            // A convex solid is behind each of its faces.
+            assert!(dot(minus(middle, a)) < -1.0);
+            let (u, v) = (minus(b, a), minus(c, a));
+            let doubled = [
+                u[1] * v[2] - u[2] * v[1],
+                u[2] * v[0] - u[0] * v[2],
+                u[0] * v[1] - u[1] * v[0],
+            ];
+            let area = 0.5 * dot(doubled);
+            assert!(area > 0.0);
+            volume += area * dot(a) / 3.0;
+            (0..3).for_each(|k| vector_area[k] += area * n[k]);
+        }
+        // Corners of 20 mm are rounded to 1e-6 mm, on faces of 20 mm2.
+        let expected = 1.5 * 3.0_f64.sqrt() * 9.0 * 7.0;
+        assert!(
+            (volume / expected - 1.0).abs() < 1e-5,
+            "{volume}, not {expected}"
+        );
+        assert!(
+            vector_area.iter().all(|x| x.abs() < 1e-4),
+            "{vector_area:?}"
+        );
+    }
+
+    #[test]
+    fn a_triangle_without_an_area_has_no_normal() {
+        assert_eq!(normal([[1.0; 3]; 3]), [0.0; 3]);
+    }
 }

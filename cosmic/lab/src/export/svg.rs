@@ -14,7 +14,7 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.6}mm\" height=\"{height:.6}mm\" \
          viewBox=\"0 0 {width:.6} {height:.6}\" fill=\"none\" stroke-width=\"0.1\" \
-         font-family=\"sans-serif\">\n<title>Flat pattern, millimetres</title>\n"
+         font-family=\"sans-serif\">\n<title>Flat pattern, millimetres to 6 decimals</title>\n"
     );
     for (number, layer) in pattern.layers.iter().enumerate() {
         // Writing to a string cannot fail.

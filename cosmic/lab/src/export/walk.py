@@ -29,7 +29,7 @@ if __name__ == "__main__":
     mujoco.mj_resetDataKeyframe(model, data, 0)
     viewer = given.view and importlib.import_module("mujoco.viewer").launch_passive(model, data)
     path, began = [data.qpos.copy()], time.time()
-    while len(path) <= (given.steps or net["steps"]) and (not viewer or viewer.is_running()):
+    while len(path) <= (net["steps"] if given.steps is None else given.steps) and (not viewer or viewer.is_running()):
         step(model, [data], net, len(path) - 1)
         path.append(data.qpos.copy())
         if viewer:

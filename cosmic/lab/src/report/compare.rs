@@ -5,7 +5,7 @@ use super::{html, page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::run::read_scene_to_show;
+use cosmic::record::run::{SCENE, read_scene_to_show};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -27,10 +27,13 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
-/// The summary of a run whose scene is the one that it began with.
+/// The summary of a run, whose scene, if it is there, must be the one that the run began with.
 fn read(folder: &Path) -> Result<Summary> {
     let summary = Summary::read(folder)?;
-    read_scene_to_show(folder).map(|_| summary)
+    if folder.join(SCENE).exists() {
+        read_scene_to_show(folder)?;
+    }
+    Ok(summary)
 }
 
 impl Comparison {

@@ -1,5 +1,6 @@
 //! The history of an optimisation as charts over the iterations.
 
+use super::data::horizon_diverged;
 use super::files::RunFiles;
 use super::plot::{Axes, Line, range};
 use super::svg::{MUTED_LINE, MUTED_MIDDLE, Svg};
@@ -70,15 +71,21 @@ impl Chart {
 /// The four charts of a run, the first on top.
 fn charts(run: &RunFiles) -> [Chart; 4] {
     type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
-    // A line of the records that have a number, in the k-th colour.
+    // A line of the records that have a number, in the k-th colour. It has gaps where that is not finite.
     let line = |name: &str, k: usize, number: Number| {
-        let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
+        let point = |r: &Record| Some([r.iteration as f64, number(r)?]);
         let points = run.history.iter().filter_map(point);
         Line::new(name.to_owned(), k, "", points)
     };
     let displacement = vec![
-        line("gradient's horizon", 1, &|r| r.displacement_horizon),
-        line("full rollout", 0, &|r| r.displacement),
+        line("gradient's horizon", 1, &|r| {
+            let gap = horizon_diverged(r).then_some(f64::NAN);
+            gap.or(r.displacement_horizon)
+        }),
+        line("full rollout", 0, &|r| {
+            let gap = r.diverged.then_some(f64::NAN);
+            gap.or(r.displacement)
+        }),
     ];
     let delivered = run.summary.displacement_p50.into_iter().collect();
     let volumes = vec![

@@ -95,9 +95,21 @@ fn walk(motion: &Motion) -> Option<Walk> {
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
+/// True if the robot flew apart in the rollout of an iteration's gradient: files have no displacement then.
+pub(super) fn horizon_diverged(record: &Record) -> bool {
+    let displacement = record.displacement_horizon;
+    record.pass.is_some() && !displacement.is_some_and(f64::is_finite)
+}
+
 /// The numbers of the history, a list each with a number an iteration.
 fn history(run: &RunFiles) -> Value {
     type Number = fn(&Record) -> Option<f64>;
+    // A curve has a gap where a rollout diverged, and goes on across iterations without one.
+    let is_gap = |name: &str, record: &Record| match name {
+        "displacement" => record.diverged,
+        "horizon" => horizon_diverged(record),
+        _ => false,
+    };
     let columns: [(&str, Number); 11] = [
         ("displacement", |r| r.displacement),
         ("horizon", |r| r.displacement_horizon),
@@ -112,7 +124,11 @@ fn history(run: &RunFiles) -> Value {
         ("controller", |r| r.controller_gradient),
     ];
     let column = |(name, number): (&str, Number)| {
-        let numbers = run.history.iter().map(|record| number(record).map(brief));
+        let number = |record: &Record| match number(record) {
+            _ if is_gap(name, record) => json!("diverged"),
+            number => json!(number.map(brief)),
+        };
+        let numbers = run.history.iter().map(number);
         (name.to_owned(), json!(numbers.collect::<Vec<_>>()))
     };
     let columns: Map<String, Value> = columns.into_iter().map(column).collect();

@@ -87,5 +87,6 @@ fn trajectory(walk: &Walk) -> TrajectoryFile {
         dt: walk.every,
         steps: (0..states.len()).collect(),
         states,
+        bars: Vec::new(),
     }
 }

@@ -42,10 +42,11 @@ impl RobotFiles {
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
+        // First: of a file that is not a design, its scene is not the matter.
+        let design = DesignFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
-        let design = DesignFile::read(path)?;
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
@@ -146,9 +147,14 @@ impl RunFiles {
     /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the like for the other files.
     pub fn read(folder: &Path) -> Result<Self> {
         // Written last: without it the run is not finished.
-        let summary = Summary::read(folder)?;
+        let mut summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
         let trajectory = read_trajectory(folder, &robot)?;
+        // Earlier versions counted the bars of designs that had none yet.
+        if !robot.design.is_snapped() {
+            summary.undecided = Some(true);
+            (summary.structure, summary.loads) = (None, None);
+        }
         let check = if robot.lacks().is_empty() {
             check_one_run
         } else {
@@ -198,6 +204,13 @@ pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<Traje
     let fits = |what: &str, found, expected| fits(name, what, found, expected);
     let states = file.steps.len().max(1);
     fits("`states`", file.states.len(), states)?;
+    if !file.bars.is_empty() {
+        fits(
+            "entries in `bars`",
+            file.bars.len(),
+            robot.lattice.edges.len(),
+        )?;
+    }
     let (dt, steps) = (robot.scene.physics.dt, robot.scene.physics.steps);
     let last = file.steps.last().copied().unwrap_or(0);
     if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != dt {

@@ -1,5 +1,6 @@
 //! How a robot walks, for the scripts of a page: which nodes stand when, what its actuators are told and do, what
-//! its bars bear, and its energies. All of it is taken from the states of the trajectory.
+//! its bars bear, and its energies. All of it is taken from the states of the trajectory, except for the loads over
+//! all steps, which the run kept.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +27,7 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
-    /// The loads of every edge.
+    /// The loads of every edge, over all steps if the run kept them; otherwise in the states of the trajectory.
     pub(super) loads: Vec<BarLoad>,
 }
 
@@ -45,14 +46,31 @@ impl<'r> Gait<'r> {
         };
         let (task, mixture) = (case.task(), case.own_mixture());
         let moments = task.moments(&mixture, &case.controller, &trajectory);
-        let edges = 0..case.lattice.edges.len();
-        let loads = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
+        let kept = &run.trajectory.bars;
+        let load = |edge: usize| match kept.get(edge) {
+            Some(bar) => bar.unwrap_or_default(),
+            None => BarLoad::of(edge, &moments),
+        };
+        let loads = (0..case.lattice.edges.len()).map(load).collect();
         Ok(Self {
             run,
             case,
             moments,
             loads,
         })
+    }
+
+    /// From which states the loads come, as the end of a sentence.
+    pub(super) fn loads_over(&self) -> String {
+        let states = self.run.trajectory.states.len();
+        if self.run.trajectory.bars.is_empty() {
+            format!(
+                "in the {states} states of trajectory.json; between them it may be larger, and runs of \
+                 earlier versions did not keep it"
+            )
+        } else {
+            "over all steps of the rollout".to_owned()
+        }
     }
 
     /// The last periods of the clock: feet, commands as target strains, strains; and peaks of strains and forces.
@@ -186,7 +204,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force are those of the summary, which the run took from the same states.
+        // The largest strain and force are those of the summary, over all steps of the rollout.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {
@@ -198,6 +216,7 @@ mod tests {
         let near = |a: f64, b: f64| assert!((a - b).abs() <= 6e-4 * b, "{a} is not {b}");
         let strain = actuators.iter().map(|&edge| gait.loads[edge].strain.peak);
         assert_eq!(strain.fold(0.0, f64::max), summary.strain.peak);
+        assert_eq!(gait.loads_over(), "over all steps of the rollout");
         near(most(|peak| peak[2]), summary.compression);
 
         // A rollout shorter than a period is shown whole; the robot begins on its three feet.
@@ -225,5 +244,17 @@ mod tests {
         let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * square(v));
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
+
+        // A file of an earlier version has states alone, and the page says so.
+        let mut earlier = RunFiles::read(&folder).unwrap();
+        earlier.trajectory.bars.clear();
+        let gait = Gait::new(&earlier).unwrap();
+        let said = gait.loads_over();
+        assert!(
+            said.starts_with("in the 11 states of trajectory.json"),
+            "{said}"
+        );
+        let seen = actuators.iter().map(|&edge| gait.loads[edge].speed.peak);
+        assert!(seen.fold(0.0, f64::max) < summary.speed.peak);
     }
 }

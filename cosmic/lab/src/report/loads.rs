@@ -6,7 +6,7 @@ use crate::table::{Column, Table, decimals};
 use cosmic::Result;
 use cosmic::simulator::BarLoad;
 
-/// The loads of every edge in the states of a run's trajectory; nothing is simulated again.
+/// The loads of every edge, over all steps if the run kept them; nothing is simulated again.
 ///
 /// # Errors
 /// If the design does not fit its scene.
@@ -40,6 +40,9 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
 /// The numbers of every actuator, folded away.
 pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
+    if actuators.is_empty() {
+        return String::new();
+    }
     let table = Table::of("", "", actuators)
         .column("edge", "its number in design.json", |edge| *edge)
         .add(number("shortest", "", 3), |edge| loads[*edge].strains[0])

@@ -33,7 +33,14 @@ pub(super) fn with_numbers<'r, S>(
     let nodes = count("nodes", "nodes with a bar");
     let ends = count("free ends", "ends of bars without another bar");
     let crossings = count("crossings", "pairs of bars that cross");
-    let structure = |run| of(run).structure;
+    // What an undecided design does not have yet is not missing.
+    let decided = move |run, number: fn(&Summary) -> Option<f64>| {
+        let summary: &Summary = of(run);
+        match summary.is_undecided() {
+            true => Cell::from("undecided"),
+            false => number(summary).into(),
+        }
+    };
     let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
     let has = |number: fn(&Summary) -> Option<f64>| {
         let mut runs = table.subjects().iter();
@@ -51,13 +58,21 @@ pub(super) fn with_numbers<'r, S>(
         .add(single, |run| of(run).displacement_along)
         .add(solid, |run| of(run).volume)
         .add(actuators, |run| of(run).actuator_volume)
-        .add(pieces, move |run| structure(run).map(|s| s.pieces as f64))
-        .add(nodes, move |run| structure(run).map(|s| s.nodes as f64))
-        .add(ends, move |run| structure(run).map(|s| s.free_ends as f64))
-        .add(crossings, move |run| {
-            structure(run).map(|s| s.crossings as f64)
+        .add(pieces, move |run| {
+            decided(run, |s| s.structure.map(|s| s.pieces as f64))
         })
-        .add(strain, |run| of(run).loads.as_ref().map(|l| l.strain.peak))
+        .add(nodes, move |run| {
+            decided(run, |s| s.structure.map(|s| s.nodes as f64))
+        })
+        .add(ends, move |run| {
+            decided(run, |s| s.structure.map(|s| s.free_ends as f64))
+        })
+        .add(crossings, move |run| {
+            decided(run, |s| s.structure.map(|s| s.crossings as f64))
+        })
+        .add(strain, move |run| {
+            decided(run, |s| s.loads.as_ref().map(|l| l.strain.peak))
+        })
         .add(seed, |run| Cell::Count(of(run).seed))
         .add(seconds.decimals(1, "-"), |run| of(run).seconds);
     let table = if has_behind {

@@ -12,6 +12,10 @@ use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
 
+/// What a page says in place of the actuators of an undecided design.
+const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
+    There are no bars and no actuators yet.";
+
 /// The page of a run: the robot in motion, its design, gait, energy and, if it has a history, the convergence.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     let summary = &run.summary;
@@ -28,7 +32,11 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         format!(
             include_str!("page/run.html"),
-            peaks = loads::peaks(&gait.loads, &actuators, motion.limit),
+            peaks = match summary.is_undecided() {
+                true => UNDECIDED.to_owned(),
+                false => loads::peaks(&gait.loads, &actuators, motion.limit),
+            },
+            states = gait.loads_over(),
             table = loads::table(&gait.loads, &actuators),
         )
     });
@@ -70,6 +78,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
         dt: robot.scene.physics.dt,
         steps: vec![0],
         states: vec![robot.lattice.state_at_rest()],
+        bars: Vec::new(),
     };
     let motion = Motion::new(robot, &at_rest);
     let body = [
@@ -151,7 +160,11 @@ fn figures(summary: &Summary) -> String {
         (kept, "of it by the clock alone, without feedback"),
         (
             format!("{solid} / {actuators}"),
-            "of the edges are solid / are actuators",
+            if summary.is_undecided() {
+                "of the undecided material is solid / is actuator"
+            } else {
+                "of the edges are solid / are actuators"
+            },
         ),
     ];
     let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");

@@ -30,7 +30,7 @@ pub struct Line {
     pub colour: &'static str,
     /// The pattern of its dashes as in SVG; empty for a whole line.
     pub dashes: &'static str,
-    /// Its points. One that cannot be drawn is left out, without a gap.
+    /// Its points. Where one is not finite, the line has a gap.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -113,8 +113,12 @@ impl Axes {
             svg.line([left, y - 4.0], [left + 16.0, y - 4.0], &key);
         }
         for line in lines {
-            let places: Vec<[f64; 2]> = line.points.iter().map(|&p| self.place(p)).collect();
-            svg.polyline(&places, &line.stroke());
+            for part in line.points.split(|[_, y]| !y.is_finite()) {
+                let places: Vec<[f64; 2]> = part.iter().map(|&p| self.place(p)).collect();
+                if !places.is_empty() {
+                    svg.polyline(&places, &line.stroke());
+                }
+            }
         }
     }
 }

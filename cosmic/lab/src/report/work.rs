@@ -36,6 +36,12 @@ pub struct Animations {
 /// an evolution that was not kept; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
 pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
+        if path.extension().is_none_or(|name| name != "json") {
+            return Err(Error::Usage(format!(
+                "{}: a report is of the folder of a run, or of a design.json",
+                path.display()
+            )));
+        }
         (path.with_file_name(""), path.to_owned())
     } else {
         (path.to_owned(), path.join(DESIGN))

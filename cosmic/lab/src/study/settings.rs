@@ -48,7 +48,11 @@ impl Study {
     /// # Errors
     /// The errors of [`trials`].
     pub(super) fn plan(&self) -> Result<SweepPlan> {
-        let scene = |Trial { name, scene, .. }| PlannedScene { name, scene };
+        let scene = |Trial { name, scene, .. }| PlannedScene {
+            name,
+            swept: Vec::new(),
+            scene,
+        };
         let python = || self.python.display().to_string();
         let study = PlannedStudy {
             kind: self.kind.name().to_owned(),

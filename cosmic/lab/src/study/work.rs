@@ -41,7 +41,7 @@ impl Study {
     fn checked_plan(&self) -> Result<SweepPlan> {
         Measurement::of(self).check()?;
         let plan = self.plan()?;
-        for PlannedScene { name, scene } in &plan.scenes {
+        for PlannedScene { name, scene, .. } in &plan.scenes {
             with_half_steps(scene).check().map_err(|error| {
                 Error::Usage(format!(
                     "{name}: its designs are rolled out with half the time step and twice the \

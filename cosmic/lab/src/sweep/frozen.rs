@@ -99,10 +99,13 @@ impl SweepPlan {
             ],
         ];
         let own = own.map(|setting| setting.map(str::to_owned)).into_iter();
-        let of_scenes = self.scenes.iter().flat_map(|PlannedScene { name, scene }| {
-            let settings = scene.settings().into_iter();
-            settings.map(move |s| [format!("{name}: {}", s.key), s.value])
-        });
+        let of_scenes = self
+            .scenes
+            .iter()
+            .flat_map(|PlannedScene { name, scene, .. }| {
+                let settings = scene.settings().into_iter();
+                settings.map(move |s| [format!("{name}: {}", s.key), s.value])
+            });
         own.chain(of_scenes).collect()
     }
 }

@@ -1,9 +1,10 @@
 //! The grid of a plan: every combination of some settings.
 
-use super::PlannedScene;
+use super::{PlannedScene, SweptValue};
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
 use cosmic::scene::Scene;
+use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// A key of a scene and the values that it takes in turn.
@@ -45,12 +46,31 @@ pub fn on_grid(
         .flat_map(|named| grid.iter().map(move |combination| (named, combination)));
     let planned = pairs.map(|((name, scene), combination)| {
         let settings = [settings, &combination.settings].concat();
+        let scene = scene.set(&settings)?;
         Ok(PlannedScene {
             name: format!("{name}{}", combination.suffix),
-            scene: scene.set(&settings)?,
+            swept: swept(&scene, &combination.settings),
+            scene,
         })
     });
     planned.collect()
+}
+
+/// The values that a scene has for the keys of some settings, which are `KEY=VALUE` each.
+fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
+    let known = scene.settings();
+    let of = |setting: &String| {
+        let (key, written) = setting.split_once('=')?;
+        let as_read = known.iter().find(|known| known.key == key);
+        let value = as_read.map_or(written, |known| &known.value);
+        // Numbers, truth values, lists of them and most texts are written alike in TOML and JSON.
+        let value = serde_json::from_str(value);
+        Some(SweptValue {
+            key: key.to_owned(),
+            value: value.unwrap_or_else(|_| Value::from(written.trim_matches(['"', '\'']))),
+        })
+    };
+    settings.iter().filter_map(of).collect()
 }
 
 impl GridAxis {
@@ -189,7 +209,35 @@ fn tell_apart(all: &mut [Combination]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{GridAxis, LONGEST, combinations};
+    use super::{GridAxis, LONGEST, combinations, on_grid};
+    use cosmic::scene::Scene;
+    use serde_json::{Value, json};
+
+    #[test]
+    fn a_planned_scene_has_the_values_of_the_grid() {
+        let axes = [
+            "physics.friction=0.6,1",
+            "physics.contact='coulomb',infinite",
+            "controller.goal=[3, 0.1]",
+        ];
+        let scenes = [("a".to_owned(), Scene::default())];
+        let planned = on_grid(&scenes, &[], &axes.map(str::to_owned)).unwrap();
+        let swept = |k: usize| -> Vec<(&str, &Value)> {
+            let swept = planned[k].swept.iter();
+            swept.map(|swept| (&swept.key[..], &swept.value)).collect()
+        };
+        let [friction, contact, goal] = ["physics.friction", "physics.contact", "controller.goal"];
+        let rest = (goal, &json!([3.0, 0.1]));
+        assert_eq!(
+            swept(0),
+            [(friction, &json!(0.6)), (contact, &json!("coulomb")), rest]
+        );
+        assert_eq!(
+            swept(3),
+            [(friction, &json!(1.0)), (contact, &json!("infinite")), rest]
+        );
+        assert_eq!(on_grid(&scenes, &[], &[]).unwrap()[0].swept, []);
+    }
 
     fn suffixes(axes: &[&str]) -> Vec<String> {
         let axes: Vec<_> = axes.iter().map(|a| GridAxis::parse(a).unwrap()).collect();

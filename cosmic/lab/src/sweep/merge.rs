@@ -11,6 +11,7 @@ use cosmic::record::summary::{NUMBERS, SummaryNumber};
 use rayon::prelude::*;
 use serde::ser::{Error as _, SerializeSeq};
 use serde::{Serialize, Serializer};
+use serde_json::{Map, Value};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
@@ -27,6 +28,8 @@ pub struct SurveyedRun {
     pub index: usize,
     /// Its scene's name.
     pub scene: String,
+    /// Its values of the keys that the sweep varies, by key; empty without a grid.
+    pub swept: Map<String, Value>,
     /// Its seed.
     pub seed: u64,
     /// Its state.
@@ -69,9 +72,11 @@ pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
 impl SurveyedRun {
     fn new<S>(plan: &SweepPlan<S>, index: usize, state: RunState, iterations: usize) -> Self {
         let (scene, seed) = plan.parts(index);
+        let swept = scene.swept.iter().cloned();
         Self {
             index,
             scene: scene.name.clone(),
+            swept: swept.map(|swept| (swept.key, swept.value)).collect(),
             seed,
             state,
             iterations,
@@ -113,6 +118,7 @@ pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
         runs: Runs {
             sweep,
             plan,
+            keys: &plan.swept_keys(),
             progress: &progress,
         },
     };
@@ -149,6 +155,7 @@ struct Results<'p, S: Sync> {
 struct Runs<'p, S> {
     sweep: &'p Path,
     plan: &'p SweepPlan<S>,
+    keys: &'p [&'p str],
     progress: &'p RefCell<Progress>,
 }
 
@@ -185,7 +192,7 @@ impl<S: Sync> Serialize for Runs<'_, S> {
                     merged
                         .iter()
                         .try_for_each(|run| list.serialize_element(run))?;
-                    progress.add(&merged);
+                    progress.add(&merged, self.keys);
                 }
                 Err(error) => {
                     progress.failed = Some(error);
@@ -198,10 +205,10 @@ impl<S: Sync> Serialize for Runs<'_, S> {
 }
 
 impl Progress {
-    fn add(&mut self, merged: &[MergedRun]) {
+    fn add(&mut self, merged: &[MergedRun], keys: &[&str]) {
         let left = merged.iter().filter(|merged| !merged.run.state.is_over());
         self.missing += left.count();
-        let rows = table(merged).to_csv();
+        let rows = table(merged, keys).to_csv();
         let head = rows.find('\n').map_or(0, |end| end + 1);
         self.table += if self.table.is_empty() {
             &rows
@@ -211,8 +218,8 @@ impl Progress {
     }
 }
 
-/// A row per run; a number that a run lacks is left empty.
-fn table(runs: &[MergedRun]) -> Table {
+/// A row per run, with a column for each key that the sweep varies; a number that a run lacks is left empty.
+fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
     let more: [(_, SummaryNumber); 2] = [
         ("loss_p50", |summary| summary.loss_p50),
         ("displacement_behind_p50", |summary| {
@@ -226,6 +233,7 @@ fn table(runs: &[MergedRun]) -> Table {
     Table::of("", "", runs)
         .column("index", "", |merged| merged.run.index)
         .column("scene", "", |merged| &merged.run.scene[..])
+        .columns(keys, "", |merged, k| swept(merged.run.swept.get(keys[k])))
         .column("seed", "", |merged| Cell::Count(merged.run.seed))
         .column("state", "", |merged| merged.run.state.name())
         .column("iterations", "", |merged| merged.run.iterations)
@@ -233,4 +241,14 @@ fn table(runs: &[MergedRun]) -> Table {
         .column("reliability", "", verdict)
         .decimals(3, "-")
         .done()
+}
+
+/// The cell of a swept value.
+fn swept(value: Option<&Value>) -> Cell {
+    match value {
+        None => Cell::Missing,
+        Some(Value::Number(number)) => number.as_f64().into(),
+        Some(Value::String(text)) => text[..].into(),
+        Some(other) => other.to_string().into(),
+    }
 }

@@ -24,9 +24,21 @@ pub const PLAN: &str = "plan.json";
 pub struct PlannedScene<S = Scene> {
     /// Its name, unique within a sweep.
     pub name: String,
+    /// Its values of the keys that the sweep varies; empty without a grid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub swept: Vec<SweptValue>,
     /// The scene; in the file as TOML.
     #[serde(deserialize_with = "S::read", serialize_with = "S::write")]
     pub scene: S,
+}
+
+/// A key that a sweep varies, and the value that a scene has for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweptValue {
+    /// The key, such as `physics.friction`.
+    pub key: String,
+    /// The value.
+    pub value: Value,
 }
 
 /// What a plan holds of a scene: the scene, or nothing where names are enough.
@@ -175,7 +187,7 @@ impl<S: HasScene> SweepPlan<S> {
     /// # Errors
     /// The errors of [`HasScene::scene`].
     pub fn run(&self, index: usize) -> Result<RunPlan> {
-        let (PlannedScene { name, scene }, seed) = self.parts(index);
+        let (PlannedScene { name, scene, .. }, seed) = self.parts(index);
         Ok(RunPlan {
             iterations: self.iterations,
             ..RunPlan::new(name, scene.scene()?, seed)
@@ -223,6 +235,17 @@ impl<S> SweepPlan<S> {
         self.scenes.len() * self.seeds.get()
     }
 
+    /// The keys that the sweep varies, each once, in the order of the grid.
+    pub fn swept_keys(&self) -> Vec<&str> {
+        let mut keys = Vec::new();
+        for swept in self.scenes.iter().flat_map(|planned| &planned.swept) {
+            if !keys.contains(&&swept.key[..]) {
+                keys.push(&swept.key[..]);
+            }
+        }
+        keys
+    }
+
     /// The number of runs that are over, judged by their files.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
@@ -257,6 +280,7 @@ pub(super) mod tests {
     pub(in crate::sweep) fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
         let scene = |name: &&str| PlannedScene {
             name: (*name).to_owned(),
+            swept: Vec::new(),
             scene: Scene::paper(),
         };
         SweepPlan {

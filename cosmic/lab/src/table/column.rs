@@ -1,6 +1,6 @@
 //! Cells, columns, and the formats of their numbers.
 
-use super::words::{decimals, quoted, three_digits};
+use super::words::{decimals, plain, quoted, three_digits};
 use serde::Serialize;
 
 /// A value of a table. JSON keeps every bit of a number; one that is not finite is `null`.
@@ -73,6 +73,8 @@ pub struct Column {
     decimals: Option<usize>,
     /// The word for a missing number.
     missing: &'static str,
+    /// Decimals in CSV, at most; `None` for every bit.
+    rounded: Option<usize>,
 }
 
 impl Column {
@@ -84,7 +86,15 @@ impl Column {
             unit: "",
             decimals: None,
             missing: "-",
+            rounded: None,
         }
+    }
+
+    /// Writes at most this many decimals in CSV, without an exponent: for programs that know no exponents, and
+    /// for people who copy numbers by hand.
+    pub fn rounded(mut self, decimals: usize) -> Self {
+        self.rounded = Some(decimals);
+        self
     }
 
     /// Shows numbers to this many decimals, and a word in place of a missing one.
@@ -126,15 +136,16 @@ impl Column {
         }
     }
 
-    /// The text of a cell in CSV. Numbers keep every bit.
+    /// The text of a cell in CSV. Numbers keep every bit, unless the column is [rounded](Self::rounded).
     pub(super) fn csv(&self, cell: &Cell) -> String {
-        match (cell, self.decimals) {
-            (Cell::Text(text), _) => quoted(text),
-            (Cell::Count(count), _) => count.to_string(),
-            (Cell::Missing, _) => String::new(),
-            (Cell::Number(x), Some(_)) => x.to_string(),
+        match (cell, self.rounded, self.decimals) {
+            (Cell::Text(text), ..) => quoted(text),
+            (Cell::Count(count), ..) => count.to_string(),
+            (Cell::Missing, ..) => String::new(),
+            (Cell::Number(x), Some(places), _) => plain(*x, places),
+            (Cell::Number(x), None, Some(_)) => x.to_string(),
             // Without an exponent a very large or small number would be hundreds of digits long.
-            (Cell::Number(x), None) => format!("{x:e}"),
+            (Cell::Number(x), None, None) => format!("{x:e}"),
         }
     }
 }

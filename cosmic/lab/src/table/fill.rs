@@ -55,6 +55,13 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
+    /// Makes all columns so far write at most this many decimals in CSV, see [`Column::rounded`].
+    pub fn rounded(mut self, decimals: usize) -> Self {
+        let columns = self.table.columns.into_iter();
+        self.table.columns = columns.map(|column| column.rounded(decimals)).collect();
+        self
+    }
+
     /// Marks the rows of some subjects; the last mark of a row counts.
     pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {

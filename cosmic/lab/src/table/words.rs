@@ -7,6 +7,17 @@ pub fn decimals(x: f64, places: usize) -> String {
     text.replace('-', if is_zero { "" } else { "\u{2212}" })
 }
 
+/// A number to at most `places` decimals, as programs read it: without an exponent, and without zeros at the
+/// end.
+pub(super) fn plain(x: f64, places: usize) -> String {
+    let text = format!("{x:.places$}");
+    let text = match text.split_once('.') {
+        Some(_) => text.trim_end_matches('0').trim_end_matches('.'),
+        None => &text,
+    };
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
 /// A number to three digits.
 pub(super) fn three_digits(x: f64) -> String {
     if x == 0.0 {
@@ -60,7 +71,24 @@ pub(super) fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{decimals, prose};
+    use super::{decimals, plain, prose};
+
+    #[test]
+    fn plain_numbers_have_no_exponent_and_no_digits_of_rounding() {
+        for (x, text) in [
+            (3.4999999999999996e-2, "0.035"),
+            (1e-4, "0.0001"),
+            (-4e-10, "0"),
+            (0.0, "0"),
+            (100.0, "100"),
+            (1e9, "1000000000"),
+            (-0.5, "-0.5"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(plain(x, 9), text);
+        }
+        assert_eq!(plain(1200.0, 0), "1200");
+    }
 
     #[test]
     fn numbers_have_a_minus_unless_they_are_shown_as_zero() {

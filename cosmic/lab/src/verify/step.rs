@@ -41,7 +41,20 @@ pub fn stable_steps(case: &Case) -> Section {
         .column("bound_s", bound, |offer| Cell::if_finite(limits(offer)[1]))
         .column("limit_s", limit, |offer| Cell::if_finite(limits(offer)[0]))
         .mark(Standing::Default, |offer| *offer == asked)
-        .mark(Standing::Failed, is_unstable)
+        .column(
+            "at_dt_s",
+            "the scene's time step with this integrator",
+            |offer| {
+                if is_unstable(offer) {
+                    "unstable"
+                } else {
+                    "stable"
+                }
+            },
+        )
+        .mark(Standing::Failed, |offer| {
+            *offer == asked && is_unstable(offer)
+        })
         .done();
     let mut section = Section {
         title: "Stability".to_owned(),

@@ -21,7 +21,12 @@ pub(super) fn status(sweep: &Path, as_json: bool) -> Result<()> {
     let line = |run: &SurveyedRun| {
         let (index, scene, seed) = (run.index, &run.scene, run.seed);
         let (state, done) = (run.state.name(), counted(run.iterations, "iteration"));
-        format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {done}\n")
+        let swept: String = run
+            .swept
+            .iter()
+            .map(|(k, v)| format!("  {k} = {v}"))
+            .collect();
+        format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {done}{swept}\n")
     };
     let lines: String = survey.runs.iter().map(line).collect();
     let left = match &left[..] {

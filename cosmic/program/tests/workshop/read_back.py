@@ -30,7 +30,8 @@ def close(found, wanted, tolerance, what):
     assert abs(found - wanted) <= tolerance, f"{what}: {found}, not {wanted} within {tolerance}"
 
 
-# --- The tables. Numbers are written with every bit, so lengths are exact.
+# --- The tables. Their last digit is a nanometre: a number is half of that off at most, and a distance of two
+# points, each off by that along both axes, 1.5 of it.
 bars = {int(row["edge"]): row for row in table("bars.csv")}
 assert sorted(bars) == sorted(int(edge) for edge in expected["bars"]), "not the solid edges"
 for edge, row in bars.items():
@@ -39,10 +40,10 @@ for edge, row in bars.items():
     assert [int(row["from"]), int(row["to"])] == wanted["nodes"], what
     assert row["material"] == wanted["material"], what
     ends = [float(row[key]) for key in ("from_x", "from_y", "to_x", "to_y")]
-    close(float(row["rest_length"]), wanted["rest_length"], 1e-12, what)
-    close(math.hypot(ends[2] - ends[0], ends[3] - ends[1]), wanted["rest_length"], 1e-12, what)
+    close(float(row["rest_length"]), wanted["rest_length"], 6e-10, what)
+    close(math.hypot(ends[2] - ends[0], ends[3] - ends[1]), wanted["rest_length"], 1.5e-9, what)
     strain = expected["max_strain"] if wanted["material"] == "actuator" else 0
-    close(float(row["stroke"]), strain * wanted["rest_length"], 1e-12, what)
+    close(float(row["stroke"]), strain * wanted["rest_length"], 6e-10, what)
 
 # --- Peak forces, from the equations of the controller and of a spring, over the recorded states.
 robot, run = expected["robot"], json.loads(Path(expected["trajectory"]).read_text())

@@ -199,12 +199,15 @@ impl Run {
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             self.judge_slopes(&record, observer);
             self.judge_loss(&record, observer);
-            let judged = (self.judge_step(observer)).and(self.progress.check_loss(&record));
+            // The iteration is not saved: what goes on with the run does it again, and ends again.
+            (self.progress.check_loss(&record))
+                .map_err(|lost| self.or_divergence(lost, observer))?;
+            let judged = self.judge_step(observer);
             if interrupted || judged.is_err() || due || next_ends > SNAPSHOT_WITHIN {
                 self.save()?;
                 saved = Instant::now();
             }
-            judged.map_err(|error| self.or_divergence(error, observer))?;
+            judged?;
             if interrupted {
                 return Err(self.interrupted());
             }
@@ -272,9 +275,6 @@ impl Run {
     /// The error of a run without a loss, or the divergence of its robot, if that is the cause. Then the
     /// last states are written.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
-        if !error.is_of_rollouts() {
-            return error;
-        }
         let delivery = self.codesign.deliver(&self.progress);
         if delivery.divergence.is_none() {
             return error;
@@ -326,7 +326,13 @@ impl Run {
         self.write_design(delivery)?;
         let Trajectory { steps, states } = delivery.trajectory.clone();
         let dt = self.plan.scene.physics.dt;
-        let moves = TrajectoryFile { dt, steps, states };
+        let bars = delivery.bars.clone();
+        let moves = TrajectoryFile {
+            dt,
+            steps,
+            states,
+            bars,
+        };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;

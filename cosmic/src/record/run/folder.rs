@@ -1,6 +1,6 @@
 //! The folder of a run: its lock, its beginning and its scene.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_shell};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::SUMMARY;
@@ -90,14 +90,31 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
         return Ok(None);
     }
     // First without a lock: a folder without a run stays as it is.
-    Snapshot::read(folder)?;
+    snapshot(folder)?;
     let lock = Lock::take(folder)?;
     // Another process may have continued or finished the run before it released the lock.
     if is_finished() {
         lock.finish();
         return Ok(None);
     }
-    Ok(Some((lock, Snapshot::read(folder)?)))
+    Ok(Some((lock, snapshot(folder)?)))
+}
+
+/// A folder's snapshot.
+///
+/// # Errors
+/// The errors of [`Snapshot::read`]; those about its content say how to do without it.
+fn snapshot(folder: &Path) -> Result<Snapshot<'static>> {
+    Snapshot::read(folder).map_err(|mut error| {
+        if let Error::Malformed { report, .. } = &mut error {
+            let scene = in_shell(&folder.join(SCENE));
+            *report += &format!(
+                "\n  = the run cannot go on from this file: put back a copy of it, or begin again with: \
+                 cosmic optimize {scene} --seed SEED --out NEW"
+            );
+        }
+        error
+    })
 }
 
 /// Writes the scene for readers of the folder, if it is not there, and beside it the truss of its

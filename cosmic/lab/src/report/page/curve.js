@@ -34,7 +34,8 @@ class Curve extends Drawing {
     canvas.style.cursor = "crosshair";
   }
 
-  // `series`: {name, colour, points: [[x, y], …]} with a colour's name; `x`: range along; `unit`: of x. What may
+  // `series`: {name, colour, points: [[x, y], …]} with a colour's name; where a y is no number, the line has a gap,
+  // and a word is its reading; `x`: range along; `unit`: of x. What may
   // be left out: `title`, `cursor`, `digits` after the point in readings (2), `levels`: numbers with dashed
   // lines, `phases`: {name, from, to} behind the lines, and `log` for a logarithmic axis up.
   paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false }, width, height) {
@@ -96,9 +97,17 @@ class Curve extends Drawing {
   }
 
   #paintLine(points, place, colour, log) {
-    const drawn = points.filter(point => Number.isFinite(point[1]) && (!log || point[1] >= 0)).map(place);
-    if (drawn.length === 1) this.disc(...drawn[0], 2, colour);
-    this.line(drawn, colour, 1.75);
+    let part = [];
+    const end = () => {
+      if (part.length === 1) this.disc(...part[0], 2, colour);
+      if (part.length > 1) this.line(part, colour, 1.75);
+      part = [];
+    };
+    for (const point of points) {
+      if (Number.isFinite(point[1]) && (!log || point[1] >= 0)) part.push(place(point));
+      else end();
+    }
+    end();
   }
 
   #dashed(points, colour) {
@@ -115,6 +124,7 @@ class Curve extends Drawing {
 
   #reading(points, cursor, digits, log) {
     const point = this.#at(points, cursor);
+    if (typeof point?.[1] === "string") return point[1];
     if (!point || !Number.isFinite(point[1])) return "\u2013";
     return log ? point[1].toExponential(1).replace("-", "\u2212") : decimals(point[1], digits);
   }

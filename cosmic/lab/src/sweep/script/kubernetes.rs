@@ -6,14 +6,20 @@ use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 const DEEP: &str = "\n              ";
 
 pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
+    // Kubernetes takes `$$` for a dollar sign, and `$(NAME)` for a variable of the container.
+    let escaped = &Tasks {
+        sweep: tasks.sweep.replace('$', "$$"),
+        ..tasks.clone()
+    };
     let (title, index, command) = (
         title(hand_over, tasks),
         index(hand_over).trim_end().replace('\n', DEEP),
-        limited(hand_over, tasks),
+        limited(hand_over, escaped),
     );
     let Tasks {
         count, sweep, name, ..
     } = tasks;
+    let in_container = &escaped.sweep;
     let (ranges, cores) = (tasks.ranges().join(" "), hand_over.cores);
     let at_once = hand_over.throttle.map_or(*count, |throttle| throttle.get());
     let version = env!("CARGO_PKG_VERSION");
@@ -72,7 +78,7 @@ spec:
               done
               task=$((first + number))
               {index}
-              exec {command} >>{sweep}/logs/"$task".log 2>&1
+              exec {command} >>{in_container}/logs/"$task".log 2>&1
           resources:
             requests:
               cpu: "{cores}"

@@ -8,7 +8,7 @@ mod slurm;
 mod parallel;
 mod kubernetes;
 
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
 use task::Tasks;
 
@@ -29,8 +29,10 @@ impl HandOver<'_> {
     /// The script or manifest. Makes the folder of the logs, which Slurm expects.
     ///
     /// # Errors
-    /// [`Error::Write`](cosmic::Error::Write) if that folder cannot be made.
+    /// [`Error::Usage`] if the sweep's folder has a name that the script cannot hold; [`Error::Write`] if the
+    /// folder of the logs cannot be made.
     pub fn script(&self, scheduler: Scheduler) -> Result<String> {
+        self.check_name(scheduler)?;
         make_folder(&self.sweep.join("logs"))?;
         let tasks = &Tasks::of(self);
         Ok(match scheduler {
@@ -38,5 +40,23 @@ impl HandOver<'_> {
             Scheduler::Parallel => parallel::script(self, tasks),
             Scheduler::Kubernetes => kubernetes::manifest(self, tasks),
         })
+    }
+
+    /// Refuses a name that is not text, and in YAML one with characters that end a line or are not printable.
+    fn check_name(&self, scheduler: Scheduler) -> Result<()> {
+        let shown = self.sweep.display();
+        let refuse = |says: &str| {
+            Err(Error::Usage(format!(
+                "the sweep's folder {shown:?} {says}; rename the folder"
+            )))
+        };
+        let Some(name) = self.sweep.to_str() else {
+            return refuse("has a name that is not UTF-8 text, which a script cannot hold");
+        };
+        let is_odd = |c: char| c.is_control() || "\u{2028}\u{2029}\u{feff}".contains(c);
+        if scheduler == Scheduler::Kubernetes && name.contains(is_odd) {
+            return refuse("has a control character in its name, which a manifest cannot hold");
+        }
+        Ok(())
     }
 }

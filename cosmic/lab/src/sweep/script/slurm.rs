@@ -1,6 +1,30 @@
 //! A batch script for Slurm.
 
 use super::task::{GRACE, HandOver, Tasks, command, index, title};
+use cosmic::error::in_shell;
+
+/// The file that Slurm writes the output of a task to, and the lines by which the script writes it itself where
+/// Slurm could not: Slurm gives backslashes and the words for jobs of several parts another meaning, and a
+/// directive ends with its line.
+fn output(hand_over: &HandOver, tasks: &Tasks) -> [String; 2] {
+    let sweep = hand_over.sweep.display().to_string();
+    let lower = sweep.to_ascii_lowercase();
+    let is_other = |c: char| c == '\\' || c.is_control();
+    if sweep.contains(is_other)
+        || ["hetjob", "packjob"]
+            .iter()
+            .any(|word| lower.contains(word))
+    {
+        let redirect = format!(
+            "exec >>{}/logs/\"$SLURM_ARRAY_TASK_ID\".log 2>&1\n\n",
+            tasks.sweep
+        );
+        return ["/dev/null".to_owned(), redirect];
+    }
+    // A pattern: `%a` is the task, `%%` a percent sign.
+    let sweep = in_shell(sweep.replace('%', "%%").as_ref());
+    [format!("{sweep}/logs/%a.log"), String::new()]
+}
 
 pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
     let (title, index, command) = (
@@ -8,12 +32,8 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         index(hand_over),
         command(hand_over, tasks),
     );
-    let Tasks {
-        numbers,
-        sweep,
-        name,
-        ..
-    } = tasks;
+    let Tasks { numbers, name, .. } = tasks;
+    let [output, redirect] = output(hand_over, tasks);
     let cores = hand_over.cores;
     let throttle = hand_over
         .throttle
@@ -37,9 +57,9 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
 {time}#SBATCH --signal=B:TERM@{GRACE}
 #SBATCH --requeue
 #SBATCH --open-mode=append
-#SBATCH --output={sweep}/logs/%a.log
+#SBATCH --output={output}
 
-# Slurm signals this shell alone, which passes the signal on.
+{redirect}# Slurm signals this shell alone, which passes the signal on.
 run=
 trap 'if [ -n "$run" ]; then kill -TERM "$run"; fi' TERM
 

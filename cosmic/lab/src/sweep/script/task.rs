@@ -28,6 +28,7 @@ pub struct HandOver<'s> {
 }
 
 /// The tasks that have runs left. Task k has the runs from `k * per_task` on.
+#[derive(Clone)]
 pub(super) struct Tasks {
     /// Their numbers as ranges, `3-17,40`.
     pub(super) numbers: String,

@@ -4,7 +4,7 @@ use super::reference::{FINER, RESOLVED};
 use super::{Accuracy, Method, Precision, Run};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
-use crate::table::{Standing, Table, TableOf};
+use crate::table::{Cell, Standing, Table, TableOf};
 use std::iter::once;
 
 /// The index of the time that the plots show: the second, before chaos dominates.
@@ -16,10 +16,26 @@ impl Run {
         self.finite && self.stable
     }
 
+    /// True if it diverged although its time step is stable, or although it is the run of the scene itself.
+    pub(super) fn is_failed(&self) -> bool {
+        !self.finite && (self.stable || self.is_default)
+    }
+
+    /// A number of the run. One that is not finite is missing where the time step is beyond the stable one: it
+    /// does not look failed, because nothing else was expected.
+    fn number(&self, x: f64) -> Cell {
+        if self.stable || self.is_default {
+            x.into()
+        } else {
+            Cell::if_finite(x)
+        }
+    }
+
     /// Its state in a few words.
     pub fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
-            (false, _) => "diverged",
+            _ if self.is_failed() => "diverged",
+            (false, _) => "diverged as expected: step beyond the stable one",
             (true, false) => "step beyond the stable one",
             (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
             (true, true) => "ok",
@@ -129,11 +145,13 @@ impl Accuracy {
         let drift = "last quarter less first, a share";
         let status = "what is to be said of the row";
         self.rows("accuracy", "Error against run time")
-            .column("time_s", time, |run| run.time)
-            .columns(self.timed("error"), error, |run, k| run.error[k])
+            .column("time_s", time, |run| run.number(run.time))
+            .columns(self.timed("error"), error, |run, k| {
+                run.error[k].map_or(Cell::Missing, |x| run.number(x))
+            })
             .column("order", order, |run| run.order)
-            .column("energy_ripple", ripple, |run| run.energy.ripple)
-            .column("energy_drift", drift, |run| run.energy.drift)
+            .column("energy_ripple", ripple, |run| run.number(run.energy.ripple))
+            .column("energy_drift", drift, |run| run.number(run.energy.drift))
             .column("status", status, |run| run.status(self.spacing))
             .done()
     }
@@ -144,8 +162,12 @@ impl Accuracy {
         let rounding = "m, from double-double with the same steps";
         let title = "The integrator's own error, and rounding";
         self.rows("accuracy_parts", title)
-            .columns(self.timed("held"), held, |run, k| run.held[k])
-            .columns(self.timed("rounding"), rounding, |run, k| run.rounding[k])
+            .columns(self.timed("held"), held, |run, k| {
+                run.held[k].map_or(Cell::Missing, |x| run.number(x))
+            })
+            .columns(self.timed("rounding"), rounding, |run, k| {
+                run.number(run.rounding[k])
+            })
             .done()
     }
 
@@ -175,7 +197,7 @@ impl Accuracy {
         let dt = "time step of the controller, s";
         Table::of(name, title, &self.runs)
             .mark(Standing::Default, |run| run.is_default)
-            .mark(Standing::Failed, |run| !run.finite)
+            .mark(Standing::Failed, Run::is_failed)
             .column("method", method, |run| run.method.name())
             .column("dt_s", dt, |run| run.dt)
             .column("precision", "number type", |run| run.precision.name())

@@ -1,0 +1,108 @@
+//! The rest of a reverse sweep, from the first zero cotangent on that meets an infinite partial.
+//!
+//! Such a zero may have two causes. If no result depends on the entry, a choice left it aside: it passes
+//! nothing. If a result does, the zero was computed. Its product with the infinity is unknown, so it is NaN,
+//! until it meets an operand that does not move: a partial of exactly zero stops it, as it stops a tangent
+//! in forward mode. `sqrt(x * x)^2` at 0 has the derivative 0, and `1 / (1 / x)` has NaN.
+
+use std::ops::Range;
+
+use super::arena::{Entry, LongEntries};
+use super::index::{FUSED, LINEAR, NONE};
+use crate::real::{Mask, Real};
+use crate::rule::vanishes;
+
+pub(super) struct Careful<'a, R> {
+    bars: &'a mut [R],
+    /// The parts of the cotangents that are unknown: zero, or NaN somewhere.
+    unknown: Vec<R>,
+    /// Whether a result depends on the entry, other than by a choice.
+    reached: Vec<bool>,
+}
+
+impl<'a, R: Real> Careful<'a, R> {
+    /// Sweeps back over the entries in `range`. `bars` has complete cotangents of all later ones that have
+    /// several parents or outputs, and of the range's last.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn sweep(
+        entries: &[Entry<R>],
+        long: &mut LongEntries<R>,
+        bars: &'a mut [R],
+        range: Range<usize>,
+    ) {
+        let mut sweep = Self {
+            unknown: vec![R::zero(); range.end],
+            reached: vec![false; entries.len()],
+            bars,
+        };
+        for i in (range.end..entries.len()).rev() {
+            if sweep.is_reached(i) {
+                let reached = &mut sweep.reached;
+                each_partial(entries[i], long, |_, parent| reached[parent] = true);
+            }
+        }
+        for i in range.clone().rev() {
+            if let [FUSED, place] = entries[i].parents {
+                sweep.reverse_fused(i, place, long);
+            } else if sweep.is_reached(i) || !sweep.unknown[i].is_zero() {
+                each_partial(entries[i], long, |partial, parent| {
+                    sweep.give(i, partial, parent);
+                });
+            }
+        }
+        for (bar, &unknown) in sweep.bars[..range.start].iter_mut().zip(&sweep.unknown) {
+            *bar += unknown;
+        }
+    }
+
+    /// A seed, or a cotangent from a fused function, shows in the cotangent alone.
+    fn is_reached(&mut self, i: usize) -> bool {
+        self.reached[i] |= !self.bars[i].is_zero();
+        self.reached[i]
+    }
+
+    fn give(&mut self, i: usize, partial: R, parent: usize) {
+        let (bar, unknown) = (self.bars[i], self.unknown[i]);
+        if self.reached[i] {
+            self.reached[parent] = true;
+            if vanishes(bar) && !partial.finite().all() {
+                self.unknown[parent] += partial * bar;
+            } else {
+                self.bars[parent] = R::chain_add(partial, bar, self.bars[parent]);
+            }
+        }
+        // The partial takes the place of a tangent: zero stops what is unknown.
+        if !unknown.is_zero() {
+            self.unknown[parent] += R::chain(unknown, partial);
+        }
+    }
+
+    /// Zeros that a fused function passes are its own choice.
+    fn reverse_fused(&mut self, i: usize, place: u32, long: &mut LongEntries<R>) {
+        let fused = &mut long.fused[place as usize];
+        let outputs = i..self.unknown.len().min(i + fused.outputs);
+        for output in outputs {
+            self.bars[output] += self.unknown[output];
+        }
+        fused.reverse(i, self.bars);
+    }
+}
+
+/// Calls `visit` with each partial of an entry that is not a fused one, and its parent.
+fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl FnMut(R, usize)) {
+    match entry.parents {
+        [LINEAR, place] => {
+            let terms = long.terms_of(place).iter();
+            terms.for_each(|&(partial, parent)| visit(partial, parent as usize));
+        }
+        [first, second] if first < FUSED => {
+            visit(entry.partials[0], first as usize);
+            if second != NONE {
+                visit(entry.partials[1], second as usize);
+            }
+        }
+        // A choice of lanes is never recorded here, and others pass nothing.
+        _ => {}
+    }
+}

@@ -1,0 +1,63 @@
+//! A law along bars: rubber beside every bar, which pulls when the bar is stretched and goes slack when it is
+//! shortened, or the other way round.
+//!
+//! The law is added to the bar's own spring. It does not replace the spring.
+//!
+//! `cargo run --release -p cosmic-program --example tendon -- optimize --iterations 8 --out runs/tendon`
+
+use std::process::ExitCode;
+
+use autodiff::Real;
+use cosmic::laws::{Bar, BarForce, Law, on_bars};
+use cosmic::settings::within;
+use cosmic_program::Program;
+
+cosmic::settings! {
+    /// The side on which a tendon pulls.
+    enum Side {
+        /// A rubber band: it resists stretching.
+        Stretched = "stretched",
+        /// A rubber buffer: it resists shortening.
+        Shortened = "shortened",
+    }
+}
+
+cosmic::settings! {
+    /// Rubber beside every bar.
+    struct Tendon {
+        /// The side on which it pulls.
+        side: Side = Side::Stretched, source "an example";
+        /// Stiffness of the rubber.
+        stiffness: f64 = 20.0, allowed within(0.0, 1e4), unit "N/m", source "an example";
+        /// Strain of the bar up to which the rubber is slack.
+        slack: f64 = 0.1, allowed within(0.0, 0.9), source "an example";
+    }
+}
+
+impl Law for Tendon {
+    const NAME: &'static str = "tendon";
+}
+
+impl BarForce for Tendon {
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        // A bar of void has no rubber: its share of solid material is as small as its stiffness.
+        let share = bar.stiffness / (bar.stiffness + R::lit(1.0));
+        let change = bar.length - bar.rest_length;
+        let slack = R::lit(self.slack) * bar.rest_length;
+        // A choice by a setting may branch. A choice by a `Real` must select, as `max` does.
+        let pulled = match self.side {
+            Side::Stretched => (change - slack).max(R::zero()),
+            Side::Shortened => -(-change - slack).max(R::zero()),
+        };
+        R::lit(self.stiffness) * share * pulled
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "[physics]\nforces = [\"tendon\"]\n[tendon]\nside = \"shortened\"";
+    Program::new()
+        .with(on_bars::<Tendon>())
+        .scene("tendon", scene)
+        .run()
+}

@@ -1,0 +1,211 @@
+//! Files, folders and numbers that are not what a command expects: what is said, and which remedy.
+
+use crate::common::{Bench, scene};
+use std::fs;
+
+/// A finished run of a few iterations in `run`.
+fn finished() -> Bench {
+    let bench = Bench::with(&scene(24, 64, ""));
+    bench.run("run", "--iterations 3 --quiet");
+    bench
+}
+
+#[test]
+fn a_decimal_comma_is_told_from_other_faults() {
+    let bench = Bench::default();
+    let says = ["`9,81` is not a number", "use a decimal point: 9.81"];
+    bench
+        .cosmic("scene show stability --set physics.gravity=9,81")
+        .fails(2, &says);
+    bench.write(
+        "comma.toml",
+        "[physics]\nsteps = 64\ngravity = 9,81 # 1,5\n",
+    );
+    let place = ["comma.toml:3:11"];
+    bench
+        .cosmic("scene check comma.toml")
+        .fails(2, &[&says[..], &place].concat());
+    bench.write("text.toml", "[physics]\ngravity = \"9,81\"\n");
+    let says = ["is a text: \"9,81\"", "use a decimal point: 9.81"];
+    bench.cosmic("scene check text.toml").fails(2, &says);
+    bench.write("list.toml", "[volume]\nsolid = [0,5, 0,6]\n");
+    let told = bench.cosmic("scene check list.toml");
+    assert!(
+        told.code == 2 && !told.error.contains("decimal point"),
+        "{told:?}"
+    );
+    bench
+        .cosmic("robustness run --friction 0,2")
+        .fails(2, &["use a decimal point: 0.2"]);
+}
+
+#[test]
+fn a_file_of_a_run_that_holds_no_robot_is_called_what_it_is() {
+    let bench = finished();
+    for (file, kind) in [
+        ("summary.json", "the summary of a run"),
+        ("snapshot.json", "the saved state of a run"),
+        ("history.jsonl", "the history of a run"),
+        ("designs.jsonl", "the history of a run's designs"),
+        ("trajectory.json", "the motion of a robot"),
+        ("history.csv", "a table"),
+    ] {
+        let says =
+            format!("run/{file} is {kind}, which holds no robot; the robot of its run is run\n");
+        for command in ["evaluate", "explain", "gradcheck"] {
+            bench
+                .cosmic(&format!("{command} run/{file}"))
+                .fails(2, &[&says]);
+        }
+    }
+    fs::rename(bench.path("run/summary.json"), bench.path("summary.json")).unwrap();
+    let says = "name the folder of a run, a design.json, a reference case or a scene";
+    bench.cosmic("evaluate summary.json").fails(2, &[says]);
+}
+
+#[test]
+fn a_folder_that_is_not_a_run_is_called_so() {
+    let bench = finished();
+    fs::create_dir(bench.path("empty")).unwrap();
+    let lacks = |folder: &str, file: &str| {
+        format!("cannot read {folder}: it is not the folder of a run, because it has no {file}; ")
+    };
+    for (command, file) in [
+        ("report", "summary.json"),
+        ("export --csv", "summary.json"),
+        ("compare", "summary.json"),
+        ("robustness", "design.json"),
+        ("evaluate", "design.json"),
+        ("resume", "snapshot.json"),
+    ] {
+        let says = lacks("empty", file) + "name the folder that `cosmic optimize` wrote";
+        bench.cosmic(&format!("{command} empty")).fails(4, &[&says]);
+        let says = lacks(".", file) + "a run is in ./run";
+        bench.cosmic(&format!("{command} .")).fails(4, &[&says]);
+        if command != "evaluate" {
+            let told = bench.cosmic(&format!("{command} nowhere"));
+            told.fails(4, &["cannot read nowhere: No such file"]);
+        }
+    }
+    let says = "tiny.toml: a report is of the folder of a run, or of a design.json";
+    bench.cosmic("report tiny.toml").fails(2, &[says]);
+    let says = "cannot read tiny.toml: it is a file; name the folder of a run";
+    bench.cosmic("resume tiny.toml").fails(4, &[says]);
+}
+
+#[test]
+fn a_snapshot_that_is_cut_off_says_so_and_what_to_do() {
+    let bench = finished();
+    bench.remove("run/summary.json");
+    let text = bench.read("run/snapshot.json");
+    let begin_again = "put back a copy of it, or begin again with: cosmic optimize run/scene.toml";
+    for (kept, says) in [
+        (text.len() / 2, "the file is truncated or damaged"),
+        (0, "the file is empty"),
+    ] {
+        bench.write("run/snapshot.json", &text[..kept]);
+        let place = format!("run/snapshot.json:1:{}", kept.max(1));
+        let told = bench.cosmic("resume run");
+        told.fails(2, &[says, &place, begin_again]);
+    }
+    bench.write("run/snapshot.json", &text);
+    bench.cosmic("resume run --quiet").ok();
+}
+
+/// Every file of a run that is read back: each names NaN, which Python's `json` writes.
+#[test]
+fn a_number_that_is_not_finite_is_named_in_every_file() {
+    let bench = finished();
+    for (file, key, command) in [
+        ("design.json", "\"b1\":[", "evaluate run"),
+        ("summary.json", "\"V\":", "report run"),
+        ("trajectory.json", "\"dt\":", "report run"),
+        ("history.jsonl", "\"V\":", "report run"),
+        ("snapshot.json", "\"seconds\":", "resume run"),
+    ] {
+        let path = format!("run/{file}");
+        let text = bench.read(&path);
+        assert!(text.contains(key), "{file}: {text}");
+        bench.write(&path, text.replacen(key, &format!("{key}NaN, \"x\": "), 1));
+        if command == "resume run" {
+            bench.remove("run/summary.json");
+        }
+        let column = text.find(key).unwrap() + key.len() + 1;
+        let place = format!("{path}:1:{column}");
+        let says = "NaN is not a JSON number; write null for a number that is not finite";
+        bench.cosmic(command).fails(2, &[says, &place]);
+        bench.write(&path, text);
+    }
+    let truss =
+        r#"{"format": "cosmic-truss", "version": 1, "nodes": [[0, -Infinity]], "edges": []}"#;
+    bench.write("truss.json", truss);
+    let told = bench.cosmic("scene check tiny.toml --set lattice.file=truss.json");
+    told.fails(2, &["-Infinity is not a JSON number", "truss.json:1:56"]);
+}
+
+/// Sweeps name folders so.
+#[test]
+fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
+    let bench = Bench::default();
+    fs::create_dir(bench.path("tiny+friction=0.6-0")).unwrap();
+    let truss = r#"{"format": "cosmic-truss", "version": 1,
+        "nodes": [[0, 0], [0.1, 0], [0.05, 0.1]], "edges": [[0, 1], [1, 2], [0, 2]]}"#;
+    bench.write("tiny+friction=0.6-0/truss.json", truss);
+    for begin in ["", "./"] {
+        let file = format!("lattice.file={begin}tiny+friction=0.6-0/truss.json");
+        let shown = bench.cosmic(&format!("explain tiny.toml --json --set {file}"));
+        assert_eq!(shown.json()["rollout"]["nodes"], 3);
+    }
+}
+
+/// `/dev/full` answers as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_says_to_free_space_and_the_run_goes_on() {
+    use std::os::unix::fs::symlink;
+    let bench = finished();
+    let remedy = "free some space there, then resume the run or repeat the command";
+    bench.cosmic("evaluate run --out /dev/full").fails(
+        4,
+        &["cannot write /dev/full: No space left on device", remedy],
+    );
+    let before = bench.results("run");
+    for name in ["summary.json", "trajectory.json"] {
+        bench.remove(&format!("run/{name}"));
+    }
+    symlink("/dev/full", bench.path("run/trajectory.json")).unwrap();
+    let told = bench.cosmic("resume run --quiet");
+    let go_on = "the run is saved; with free space go on with: cosmic resume run\n";
+    told.fails(
+        4,
+        &[
+            "run/trajectory.json: No space left on device",
+            remedy,
+            go_on,
+        ],
+    );
+    bench.remove("run/trajectory.json");
+    bench.cosmic("resume run --quiet").ok();
+    assert_eq!(bench.results("run"), before);
+}
+
+/// A file or a pipe gets whole lines: bars are for terminals.
+#[test]
+fn progress_in_a_pipe_has_no_carriage_returns() {
+    let bench = Bench::default();
+    for (line, lines) in [
+        ("optimize tiny.toml --out a", 3),
+        ("optimize tiny.toml --starts 2 --out b", 6),
+        ("sweep plan tiny.toml --seeds 2 --iterations 3 --out s", 0),
+        ("sweep run s", 2),
+        (
+            "study ablation --base tiny.toml --seeds 1 --iterations 2 --out t",
+            8,
+        ),
+        ("report a", 0),
+    ] {
+        let told = bench.cosmic(line).ok();
+        assert!(!told.error.contains(['\r', '\u{1b}']), "{told:?}");
+        assert!(told.error.lines().count() >= lines, "{told:?}");
+    }
+}

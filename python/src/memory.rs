@@ -1,0 +1,126 @@
+//! Memory. An allocation that fails within the library ends the process, so that sizes are looked at before.
+
+use crate::arrays::Sizes;
+use crate::errors::OutOfMemoryError;
+use cosmic::lattice::Lattice;
+use cosmic::scene::Scene;
+use pyo3::PyResult;
+use std::fs;
+use std::hint::black_box;
+
+/// Less is not looked at: to ask takes some 20 us.
+const LITTLE: f64 = 16e6;
+
+/// Refuses work that needs more bytes than the process can get. `what` begins the message, `remedy` ends it.
+pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
+    if bytes < LITTLE {
+        return Ok(());
+    }
+    let free = free();
+    if free.is_none_or(|free| bytes <= free) && is_granted(bytes) {
+        return Ok(());
+    }
+    let beyond = free.filter(|free| bytes > *free).map_or_else(
+        || "the system does not grant so much".to_owned(),
+        |free| format!("{} are free", in_words(free)),
+    );
+    let bytes = in_words(bytes);
+    Err(OutOfMemoryError::new_err(format!(
+        "{what} needs {bytes} of memory, and {beyond}; {remedy}"
+    )))
+}
+
+/// Whether the system reserves so many bytes, which are given back at once.
+fn is_granted(bytes: f64) -> bool {
+    let mut probe: Vec<u8> = Vec::new();
+    // Beyond the largest number the cast saturates, and the allocation is refused.
+    let granted = probe.try_reserve_exact(bytes as usize).is_ok();
+    // Without this the compiler may leave the allocation out.
+    black_box(&probe);
+    granted
+}
+
+/// The bytes that the machine, or the process's container, has left; `None` where neither says it.
+fn free() -> Option<f64> {
+    let number = |path: &str| fs::read_to_string(path).ok()?.trim().parse::<f64>().ok();
+    let container = [
+        "/sys/fs/cgroup/memory.max",
+        "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+    ];
+    let machine = fs::read_to_string("/proc/meminfo").ok().map(|lines| {
+        let of = |name: &str| {
+            let line = lines.lines().find_map(|line| line.strip_prefix(name));
+            let kilobytes = line.and_then(|line| line.trim_end_matches("kB").trim().parse().ok());
+            kilobytes.unwrap_or(0.0) * 1024.0
+        };
+        of("MemAvailable:") + of("SwapFree:")
+    });
+    (container.into_iter().filter_map(number))
+        .chain(machine)
+        .reduce(f64::min)
+}
+
+fn in_words(bytes: f64) -> String {
+    match bytes {
+        ..1e9 => format!("{:.0} MB", bytes / 1e6),
+        1e9..1e12 => format!("{:.1} GB", bytes / 1e9),
+        _ => format!("{:.1e} GB", bytes / 1e9),
+    }
+}
+
+/// Refuses scenes whose simulator is too large.
+pub(crate) fn simulator_fits(scene: &Scene) -> PyResult<()> {
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let sizes = Sizes::of(&lattice, &scene.controller);
+    let (edges, steps) = (sizes.edges, scene.physics.steps);
+    // A sine and a cosine a step, and the time. They are gathered in a list that doubles as it grows, and
+    // copied. An edge takes 400 bytes.
+    let bytes = 72.0 * steps as f64 + 1e3 * edges as f64;
+    has_room(
+        bytes,
+        &format!("a simulator of {edges} edges and {steps} steps"),
+        "take a smaller lattice, or set physics.steps lower",
+    )
+}
+
+/// Refuses scenes whose start is too large, of which there are a number of copies.
+pub(crate) fn start_fits(scene: &Scene, sizes: &Sizes, copies: f64) -> PyResult<()> {
+    let (edges, hidden) = (sizes.edges, scene.controller.hidden);
+    has_room(
+        8.0 * copies * sizes.numbers(),
+        &format!("a controller of {hidden} hidden neurons for {edges} edges"),
+        "take a smaller lattice, or set controller.hidden lower",
+    )
+}
+
+/// Refuses scenes whose optimisation is too large: the gradient keeps a record of every step of its horizon,
+/// unless the scene has a budget for it.
+pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
+    simulator_fits(scene)?;
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let sizes = Sizes::of(&lattice, &scene.controller);
+    // With gradients, and the moments of two optimisers.
+    start_fits(scene, &sizes, 10.0)?;
+    let horizon = scene.schedule.horizon.into_iter().max().unwrap_or(0);
+    let record = kept(scene, &sizes, horizon, 8.0);
+    has_room(
+        record,
+        &format!("the gradient over {horizon} steps"),
+        "set gradient.memory, or schedule.horizon lower",
+    )
+}
+
+/// The bytes that a gradient keeps of a rollout: a state and the results of a step's operations, for every step.
+pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64 {
+    let Sizes {
+        nodes,
+        edges,
+        hidden,
+        ..
+    } = *sizes;
+    // Found by measuring lattices of 6 x 6 and 16 x 16, and 32 and 512 hidden neurons.
+    let row = 5 * nodes + 4 * edges + 6 * hidden;
+    let all = steps as f64 * row as f64 * size;
+    let budget = scene.gradient.memory.map(|megabytes| megabytes * 1e6);
+    budget.map_or(all, |budget| all.min(budget))
+}
