@@ -81,12 +81,14 @@ impl<R: Real> Arena<R> {
         let LongEntries {
             terms,
             linear,
+            stopped,
             selects,
             fused,
         } = &self.long;
         allocated(&self.entries)
             + allocated(terms)
             + allocated(linear)
+            + allocated(stopped)
             + allocated(selects)
             + allocated(fused)
     }
