@@ -35,7 +35,8 @@ fn what_a_key_was_before_is_a_value_of_it() {
             .all(|is_right| is_right)
     );
     assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
-    assert_eq!(scene.physics, Scene::paper().physics);
+    assert_eq!(scene.physics.speed_bound, None);
+    assert_eq!(scene.robust, Scene::paper().robust);
 }
 
 #[test]
