@@ -9,3 +9,4 @@ mod property_files;
 mod record_files;
 mod scene_builtin;
 mod scene_reader;
+mod scene_unread;

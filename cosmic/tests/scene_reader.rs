@@ -34,21 +34,50 @@ fn refusal(text: &str) -> (String, String) {
 }
 
 /// Wrong scenes, what is said of them, and what is allowed there.
-const WRONG: [(&str, &str, &str); 38] = [
+const WRONG: [(&str, &str, &str); 43] = [
     (
         "base = ^\"eart\"",
-        "unknown base \"eart\"",
+        "`base` names no built-in scene: \"eart\"",
         "did you mean `earth`?",
     ),
     (
         "base = ^\"my.toml\"",
-        "unknown base \"my.toml\"",
+        "`base` names no built-in scene: \"my.toml\"",
         "known: earth, stability",
     ),
-    ("base = ^3", "`base` is a whole number: 3", "known: earth"),
+    (
+        "base = ^3",
+        "`base` is not the name of a scene: 3",
+        "known: earth",
+    ),
     (
         "[physics]\n^base = \"earth\"",
         "unknown key `base` in [physics]",
+        "above the first section",
+    ),
+    (
+        "format = \"cosmic-scene\"\nversion = ^2",
+        "`version` is out of range: 2",
+        "reads versions up to 1",
+    ),
+    (
+        "format = ^\"cosmic-design\"\nversion = 1",
+        "`format` is wrong: \"cosmic-design\"",
+        "allowed: \"cosmic-scene\"",
+    ),
+    (
+        "version = ^1",
+        "`version` must not stand alone: 1",
+        "begins with format = \"cosmic-scene\" and a version",
+    ),
+    (
+        "^format = \"cosmic-scene\"\nversion = 1\nphysics.dt = 0.001",
+        "`lattice.columns`, `lattice.rows`, `lattice.spacing` and ",
+        "must hold every key of its version",
+    ),
+    (
+        "[loss]\n^version = 1",
+        "unknown key `version` in [loss]",
         "above the first section",
     ),
     (
@@ -335,6 +364,49 @@ fn what_is_left_out_is_the_base_s() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
+/// The scene of a run lacks no key of its version; keys that are newer have the values of before.
+#[test]
+fn the_scene_of_a_run_is_complete() {
+    let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
+    let text = earth.to_run_toml();
+    for read in [
+        Scene::parse("run", &text),
+        Scene::parse_of_run("run", &text),
+    ] {
+        assert_eq!(read.unwrap(), earth);
+    }
+    let without = |text: &str, key: &str| {
+        let keep = |line: &&str| !line.starts_with(&format!("{key} = "));
+        text.lines().filter(keep).collect::<Vec<_>>().join("\n")
+    };
+    let lacking = without(&text, "gravity");
+    for read in [
+        Scene::parse("run", &lacking),
+        Scene::parse_of_run("run", &lacking),
+    ] {
+        let says = read.unwrap_err().to_string();
+        assert!(says.contains("`physics.gravity` is missing"), "{says}");
+    }
+    // A law that the scene chooses has its keys too.
+    let says = Scene::parse("run", &without(&text, "at"))
+        .unwrap_err()
+        .to_string();
+    assert!(says.contains("`stops.at` is missing"), "{says}");
+    // From before scenes of runs had versions: nothing comes from a base, and keys that did not exist yet were off.
+    let old = without(&without(&without(&text, "format"), "version"), "base");
+    assert_eq!(Scene::parse_of_run("old", &old).unwrap(), earth);
+    let older = ["one_piece", "polish_trials", "integrator"];
+    let older = older
+        .iter()
+        .fold(old.clone(), |text, key| without(&text, key));
+    let read = Scene::parse_of_run("older", &older).unwrap();
+    assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
+    for text in ["", &without(&old, "gravity")] {
+        let says = Scene::parse_of_run("old", text).unwrap_err().to_string();
+        assert!(says.contains(" missing"), "{says}");
+    }
+}
+
 #[test]
 fn departures_are_named_and_can_all_be_switched_off() {
     let options = |scene: &Scene| -> Vec<_> {
@@ -458,7 +530,7 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
         "base=stability",
         "error: `base` cannot be changed here\n",
         "| --set base=\"stability\"
-  |       ^^^^ it says where a scene file takes its missing keys from: set it in that file",
+  |       ^^^^ it describes a whole scene file: set it at the top of that file",
     ),
     (
         "physics.gravity=1e9",

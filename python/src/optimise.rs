@@ -68,6 +68,9 @@ pub(crate) fn optimise(
         Ok((codesign, progress))
     };
     let (codesign, start) = caught(|| or_failure(&failure, py.detach(begin)))?;
+    for doubt in plan.scene.doubts() {
+        warning.call1((doubt.to_string(),))?;
+    }
     let listener = Listener {
         progress: progress.as_ref(),
         warning: Some(&warning),
@@ -137,7 +140,6 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let scene = folder.join(record::run::SCENE);
-    let make = || codesign(&cosmic::scene::Scene::read(&scene)?, loss, failure);
+    let make = || codesign(&record::run::read_scene(folder)?, loss, failure);
     caught(|| or_failure(failure, py.detach(make)).map(Some))
 }

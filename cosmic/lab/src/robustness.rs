@@ -125,7 +125,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),
-        None => Scene::read(&folder.join(run::SCENE))?,
+        None => run::read_scene(folder)?,
     };
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;

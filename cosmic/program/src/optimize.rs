@@ -7,9 +7,9 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::run::SCENE;
+use cosmic::record::run::{SCENE, read_scene};
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
-use cosmic::scene::{self, Scene, UnstableStep, fault};
+use cosmic::scene::{self, Scene, Setting, UnstableStep, fault};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -58,6 +58,21 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
+/// The world in a line, and warnings about settings that are probably a mistake.
+fn introduction(plan: &RunPlan) -> Vec<String> {
+    let world = format!("world: {}", plan.scene.world());
+    let doubts = plan.scene.doubts().into_iter();
+    let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
+    let changed = plan.scene.changed().into_iter();
+    let unread = changed.filter(|s| plan.search == Search::Full && s.key.starts_with("search."));
+    let unread = unread.map(|Setting { key, value }| {
+        format!(
+            "warning: this setting has no effect: it is read only with --search halving ({key} = {value})"
+        )
+    });
+    [world].into_iter().chain(doubts).chain(unread).collect()
+}
+
 /// The scene to optimise in.
 struct Origin {
     scene: Scene,
@@ -90,14 +105,19 @@ impl Arguments {
         let folder = self.out.clone().unwrap_or_else(default);
         let from = self.from.as_deref();
         let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
-        runs::carry_out(&folder, &self.work, |observer| match robot {
-            None => optimise(&folder, &plan, observer),
-            Some((z, controller)) => {
-                let codesign = CoDesign::new(&plan.scene)?;
-                let progress = codesign.begin_with(plan.seed, z, controller)?;
-                optimise_with(&folder, &plan, codesign, progress, observer)
-            }
-        })
+        runs::carry_out(
+            &folder,
+            &self.work,
+            introduction(&plan),
+            |observer| match robot {
+                None => optimise(&folder, &plan, observer),
+                Some((z, controller)) => {
+                    let codesign = CoDesign::new(&plan.scene)?;
+                    let progress = codesign.begin_with(plan.seed, z, controller)?;
+                    optimise_with(&folder, &plan, codesign, progress, observer)
+                }
+            },
+        )
         .map_err(|error| self.with_place(error, &origin.source))
     }
 
@@ -106,9 +126,10 @@ impl Arguments {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
-            let summary = Summary::read(file.parent().unwrap_or(Path::new("")));
+            let folder = file.parent().unwrap_or(Path::new(""));
+            let summary = Summary::read(folder);
             return Ok(Origin {
-                scene: self.settings.apply(Scene::read(&file)?)?,
+                scene: self.settings.apply(read_scene(folder)?)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
                 source: file.display().to_string(),
             });

@@ -8,6 +8,7 @@ use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
+use std::mem;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -22,6 +23,8 @@ pub(super) struct Progress {
     /// Hidden with `--quiet`, where there is no terminal, or one on which nothing can be drawn twice.
     bars: MultiProgress,
     interrupt: Interrupt,
+    /// Lines that are shown when the first run begins.
+    introduction: Vec<String>,
     /// The runs by their seeds.
     runs: BTreeMap<u64, Shown>,
 }
@@ -38,7 +41,7 @@ struct Shown {
 }
 
 impl Progress {
-    pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
+    pub(super) fn new(output: &Output, interrupt: Interrupt, introduction: Vec<String>) -> Self {
         let bars = MultiProgress::new();
         if output.quiet {
             bars.set_draw_target(ProgressDrawTarget::hidden());
@@ -47,6 +50,7 @@ impl Progress {
             quiet: output.quiet,
             bars,
             interrupt,
+            introduction,
             runs: BTreeMap::new(),
         }
     }
@@ -100,6 +104,10 @@ impl Shown {
 
 impl Observer for Progress {
     fn begin(&mut self, run: &Run) {
+        let introduction = mem::take(&mut self.introduction);
+        for line in introduction.iter().filter(|_| !self.quiet) {
+            self.bars.suspend(|| note(line));
+        }
         let shown = Shown::new(run, &self.bars);
         self.runs.insert(run.plan().seed, shown);
     }

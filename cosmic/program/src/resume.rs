@@ -27,7 +27,7 @@ impl Arguments {
             allow_unstable(&self.run)?;
         }
         let is_finished = self.run.join(SUMMARY).exists();
-        let done = runs::carry_out(&self.run, &self.work, |observer| {
+        let done = runs::carry_out(&self.run, &self.work, Vec::new(), |observer| {
             resume(&self.run, observer)
         });
         match done {

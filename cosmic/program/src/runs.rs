@@ -16,17 +16,18 @@ use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Carries out a run and shows its result.
+/// Carries out a run and shows its result. Once it has begun, the lines of `introduction` are shown.
 ///
 /// # Errors
 /// The errors of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
 pub(super) fn carry_out(
     folder: &Path,
     Work { threads, output }: &Work,
+    introduction: Vec<String>,
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
     let pool = pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen()?);
+    let mut progress = Progress::new(output, Interrupt::listen()?, introduction);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
     let diverged = folder.join(DIVERGED);

@@ -39,7 +39,8 @@ enum Action {
         json: bool,
     },
     /// Check a scene file: exit 2 with line, column and what is allowed where it is wrong, or
-    /// where `optimize` would refuse to begin; warn of settings that are hardly meant
+    /// where `optimize` would refuse to begin; warn about settings that are probably a mistake or have no
+    /// effect
     Check {
         /// A TOML file
         #[arg(value_name = "FILE")]
@@ -99,7 +100,11 @@ fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
     if output.json || output.quiet {
         return Ok(());
     }
-    print(&format!("{}: ok\n", file.display()))
+    print(&format!(
+        "world: {}\n{}: ok\n",
+        scene.world(),
+        file.display()
+    ))
 }
 
 /// The error for a refusal, shown where the file or `--set` sets one of its keys.

@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::reading::{MARK, placed, read_whole};
-use cosmic::record::run::{DESIGN, SCENE};
+use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{self, Scene};
@@ -90,7 +90,7 @@ impl Source {
     /// The robot of a design file, in the scene beside the file.
     fn of_design(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
         let design = DesignFile::parse(path, bytes)?;
-        let scene = settings.apply(Scene::read(&path.with_file_name(SCENE))?)?;
+        let scene = settings.apply(read_scene(path.parent().unwrap_or(Path::new("")))?)?;
         Ok(Self {
             case: fitted((path, bytes), |file| design.case(&scene, file))?,
             scene: Some(scene),

@@ -141,8 +141,10 @@ fn robustness_says_where_the_nominal_robot_diverges() {
     said.fails(3, &[]);
     assert_eq!(said.out.lines().count(), 2, "{said:?}");
     assert!(said.out.contains("diverged"), "{said:?}");
-    fs::copy(bench.path("wild.toml"), bench.path("a/scene.toml")).unwrap();
-    let evaluated = bench.cosmic("evaluate a");
+    fs::create_dir(bench.path("w")).unwrap();
+    fs::copy(bench.path("a/design.json"), bench.path("w/design.json")).unwrap();
+    bench.write("w/scene.toml", bench.cosmic("scene show wild.toml").out);
+    let evaluated = bench.cosmic("evaluate w");
     let (_, place) = evaluated.error.rsplit_once("error: ").unwrap();
     assert!(place.starts_with("diverged in step "), "{place}");
     assert_eq!(said.error, format!("error: a: the nominal robot {place}"));

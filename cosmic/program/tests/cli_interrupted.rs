@@ -263,7 +263,11 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     resume(&bench, "a").fails(2, &[says]);
     assert_eq!(histories(), before);
     bench.write("a/history.jsonl", history);
-    bench.write("a/scene.toml", "");
+    let scene = bench.read("a/scene.toml");
+    bench.write(
+        "a/scene.toml",
+        scene.replace("gravity = 4.8", "gravity = 4.9"),
+    );
     resume(&bench, "a").fails(2, &["not the scene that the run began with"]);
 }
 
@@ -292,7 +296,7 @@ fn a_broken_scene_in_a_snapshot_is_told_once_and_by_its_place() {
     bench.write("a/snapshot.json", broken);
     let said = resume(&bench, "a");
     said.fails(2, &[" --> a/snapshot.json:1:"]);
-    let line = "error: `plan.scene`: the scene, line 7, column 11: not TOML: ";
+    let line = "error: `plan.scene`: the scene, line 10, column 11: not TOML: ";
     assert!(said.error.starts_with(line), "{said:?}");
     assert_eq!(said.error.matches("error:").count(), 1, "{said:?}");
 }

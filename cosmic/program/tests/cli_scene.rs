@@ -1,6 +1,6 @@
 //! `cosmic scene` and `cosmic completions` as a user meets them: output, messages, exit codes.
 
-use crate::common::Bench;
+use crate::common::{Bench, scene};
 use crate::program::{Told, command, cosmic};
 use cosmic::scene::{BUILTIN, Scene};
 use std::fs;
@@ -94,6 +94,57 @@ fn check_warns_of_nonsense_that_runs() {
     for warning in expected {
         assert!(told.error.lines().any(|line| line == warning), "{told:?}");
     }
+}
+
+/// One line on the world, on standard output, which stays clean for `--json` and `--quiet`.
+#[test]
+fn the_world_is_described() {
+    let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
+                 (damper.time = 0.00025); end stops (stops.at = 0.27, stops.stiffness = 1300.0)\n";
+    assert_eq!(check("").ok().out, format!("{earth}my.toml: ok\n"));
+    let moon =
+        "base = \"rough\"\n[physics]\ngravity = 1.6\nincline_deg = 5\nforces = [\"stops\"]\n";
+    let says = "world: gravity 1.6 m/s2; contact infinite; incline 5 degrees; ground rough; drag 20 1/s; \
+                no damping in bars; end stops (stops.at = 0.35, stops.stiffness = 400.0)\n";
+    assert!(check(moon).ok().out.starts_with(says));
+    let bench = Bench::new(2, 32);
+    bench.write("moon.toml", moon);
+    assert_eq!(bench.cosmic("scene check moon.toml --quiet").ok().out, "");
+    bench.cosmic("scene check moon.toml --json").json();
+}
+
+/// What `scene check` warns about, `optimize` warns about.
+#[test]
+fn optimize_describes_the_world_and_warns_as_check_does() {
+    let bench = Bench::with(&scene(2, 32, "gravity = -4.8\nfriction = 0.8"));
+    bench.write(
+        "more.toml",
+        bench.read("tiny.toml") + "[search]\nwindow = 5\n",
+    );
+    let expected = [
+        "world: gravity -4.8 m/s2; contact infinite; drag 20 1/s; no damping in bars; no end stops",
+        "warning: gravity points up (physics.gravity = -4.8)",
+        "warning: this setting has no effect: it is read only with a contact law that slips (physics.friction = 0.8)",
+    ];
+    let told = bench.cosmic("scene check more.toml");
+    let optimised = bench.cosmic("optimize more.toml --out a");
+    for line in expected {
+        assert!(
+            (told.out.clone() + &told.error).lines().any(|l| l == line),
+            "{told:?}"
+        );
+        assert!(optimised.error.lines().any(|l| l == line), "{optimised:?}");
+    }
+    let of_search = "read only with --search halving (search.window = 5)";
+    assert!(optimised.error.contains(of_search), "{optimised:?}");
+    let quiet = bench.cosmic("optimize more.toml --quiet --out b");
+    assert!(
+        !quiet.error.contains("warning: ") && !quiet.error.contains("world: "),
+        "{quiet:?}"
+    );
+    bench.cosmic("optimize more.toml --json --out c").json();
+    let halving = bench.cosmic("optimize more.toml --search halving --starts 2 --out d");
+    assert!(!halving.error.contains(of_search), "{halving:?}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod cli_explain;
 mod cli_files;
 mod cli_gradcheck;
 mod cli_interrupted;
+mod cli_kept;
 mod cli_lattice;
 mod cli_laws;
 mod cli_misread;

@@ -79,6 +79,10 @@ mod tests {
                 "gravity points up (physics.gravity = -4.8)",
             ),
             ("physics.contact=none", "the robot falls for good"),
+            (
+                "ground.profile=rough",
+                "the rough ground ends within eight lengths of the robot",
+            ),
             ("lattice.drop=-0.1", "below the ground"),
             ("controller.omega=0", "the clock stands still"),
             ("controller.omega=2000", "half a period"),
@@ -88,6 +92,17 @@ mod tests {
             assert!(
                 doubts[0].to_string().contains(warning),
                 "{setting}: {doubts:?}"
+            );
+        }
+        // Of a robot of six nodes in a row 0.5 m long, from 0.6 m on.
+        for (count, warns) in [(11, true), (13, false)] {
+            let rough = [
+                "ground.profile=rough".to_owned(),
+                format!("ground.count={count}"),
+            ];
+            assert_eq!(
+                !Scene::paper().set(&rough).unwrap().doubts().is_empty(),
+                warns
             );
         }
         let ice = Scene::paper().set(&["physics.contact=coulomb", "physics.friction=0"]);

@@ -83,6 +83,9 @@ pub(crate) const SECTIONS: [&str; 19] = [
     "ground",
 ];
 
+/// The keys of a scene file that stand above its first section.
+pub(crate) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
+
 /// Makes a law known to all scenes that this process reads from now on.
 ///
 /// # Panics
@@ -98,8 +101,8 @@ pub fn add(choice: Choice) {
     let is_built_in = built_in().iter().any(|law| law.name() == name);
     assert!(!is_built_in, "there is a law {name:?} already");
     assert!(
-        !SECTIONS.contains(&name),
-        "a scene has a section {name:?} already"
+        !SECTIONS.contains(&name) && !TOP_KEYS.contains(&name),
+        "a scene has a section or a key {name:?} already"
     );
     ADDED.add("law", name, Arc::new(choice));
 }

@@ -33,10 +33,10 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
-pub(crate) use choice::choosing;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
 #[cfg(test)]
 pub(crate) use choice::{SECTIONS, force_names};
+pub(crate) use choice::{TOP_KEYS, choosing};
 pub(crate) use contact::AnyContact;
 pub use contact::{Contact, Drifting, Flying, Impact};
 pub use coulomb::Coulomb;

@@ -127,7 +127,7 @@ pub mod toml {
     /// # Errors
     /// The errors of the serializer.
     pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
-        let text = scene.to_toml();
+        let text = scene.to_run_toml();
         match scene.lattice.file.truss() {
             None => to.serialize_str(&text),
             Some(truss) => OfTruss {
@@ -157,13 +157,13 @@ pub mod toml {
         }
 
         fn visit_str<E: Error>(self, text: &str) -> Result<Scene, E> {
-            Scene::parse("scene", text).map_err(told)
+            Scene::parse_of_snapshot(text, None).map_err(told)
         }
 
         fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Scene, A::Error> {
             let parts = OfTruss::deserialize(MapAccessDeserializer::new(map))?;
             let truss = TrussFile::new(TrussFile::COPY, Arc::new(parts.truss));
-            Scene::parse_with_truss("scene", &parts.scene, truss).map_err(told)
+            Scene::parse_of_snapshot(&parts.scene, Some(truss)).map_err(told)
         }
     }
 
@@ -255,6 +255,28 @@ impl Snapshot<'_> {
             )));
         }
         Ok((plan, progress))
+    }
+
+    /// The scene of a folder's snapshot; `None` if there is no snapshot.
+    ///
+    /// # Errors
+    /// The errors of [`read_json`].
+    pub(super) fn scene(folder: &Path) -> Result<Option<Scene>> {
+        #[derive(Deserialize)]
+        struct Planned {
+            plan: Plan,
+        }
+        #[derive(Deserialize)]
+        struct Plan {
+            #[serde(with = "toml")]
+            scene: Scene,
+        }
+        let path = folder.join(SNAPSHOT);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let read: Planned = read_json(&path, FORMAT)?;
+        Ok(Some(read.plan.scene))
     }
 
     /// A folder's snapshot.

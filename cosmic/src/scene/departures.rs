@@ -230,11 +230,6 @@ impl Scene {
             .collect()
     }
 
-    /// Whether there are iterations of the design: a given layout has none.
-    fn designs(&self) -> bool {
-        self.start.kind != StartKind::Layout
-    }
-
     /// Whether there are passes of a kind, or none are needed.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)

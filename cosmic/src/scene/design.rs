@@ -1,5 +1,6 @@
 //! Settings of the design vectors: projections, start, volume bounds, binarisation.
 
+use super::Scene;
 use crate::settings;
 use crate::settings::{ITERATIONS, SHARE, above, within};
 
@@ -7,16 +8,23 @@ settings! {
     /// The softmax projections from design vectors to mixtures.
     struct ProjectionSettings {
         /// Sharpness of the performance projection.
-        beta: f64 = 20.0, allowed above(0.0, 1e4), source "paper, table 2";
+        beta: f64 = 20.0, allowed above(0.0, 1e4),
+            read "with a start other than a layout" if Scene::designs,
+            source "paper, table 2";
         /// Sharpness of the stability projection's value.
-        beta_stability: f64 = 500.0, allowed above(0.0, 1e4), source "paper, table 2";
+        beta_stability: f64 = 500.0, allowed above(0.0, 1e4),
+            read "with a start other than a layout" if Scene::designs,
+            source "paper, table 2";
         /// Sharpness of the stability projection's straight-through derivative.
-        beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4), source "paper, table 2";
+        beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
+            read "with a start other than a layout" if Scene::designs,
+            source "paper, table 2";
         /// What keeps the pairwise measures from dividing zero by zero.
         delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
         /// How much is taken off the solid entry that an edge does not have in the layout "filled",
         /// before every projection: the materials are held, and topology alone is designed.
-        hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
+        hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
+            read "with a start other than a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
     }
 }
@@ -27,15 +35,21 @@ settings! {
         /// Mixture of the edges at the start; "layout" is one-hot and trains the controller alone.
         kind: StartKind = StartKind::Stability, source "paper, design b";
         /// Surplus of void at the topmost edge, for "stability".
-        void_shift: f64 = 0.12, allowed within(-0.33, 0.66), source "paper: 0.12";
+        void_shift: f64 = 0.12, allowed within(-0.33, 0.66),
+            read "with the start `stability`" if |s: &Scene| s.start.kind == StartKind::Stability,
+            source "paper: 0.12";
         /// Share of void where the layout is void for "three_legged", everywhere for "filled"; less
         /// where `projection.beta` is so small that no design vector has as much.
-        void: f64 = 0.6, allowed within(0.001, 0.999), source "paper silent";
+        void: f64 = 0.6, allowed within(0.001, 0.999),
+            read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
+            source "paper silent";
         /// Layout that "three_legged" and "layout" refer to.
-        layout: Layout = Layout::Short, source "paper: tall";
+        layout: Layout = Layout::Short,
+            read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
+            source "paper: tall";
         /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
         /// opposite one, and twice as much here.
-        tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
+        tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
 
@@ -74,13 +88,19 @@ settings! {
     struct DesignSettings {
         /// Whether all bars are to hang together with the payload. Then a node counts in the mean
         /// position, and is observed, as much as its edges are solid: not at all without a bar.
-        one_piece: bool = true, source "paper: false";
+        one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
-        free_ends: bool = true, source "paper silent";
+        free_ends: bool = true, since 1,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper silent";
         /// Whether bars may cross.
-        crossings: bool = true, source "paper: true";
+        crossings: bool = true, since 1,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: true";
         /// Least number of nodes of the lowest row that have a bar.
-        feet: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
+        feet: usize = 0, allowed within(0.0, 1e4), since 1,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: 0";
     }
 }
 
@@ -94,7 +114,9 @@ settings! {
         /// How far each bound is widened in the end.
         widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
         /// First and last iteration of the widening.
-        widening_over: [usize; 2] = [110, 150], allowed ITERATIONS, source "paper: 110 to 150";
+        widening_over: [usize; 2] = [110, 150], allowed ITERATIONS,
+            read "with a `widening` above 0" if |s: &Scene| s.volume.widening > 0.0,
+            source "paper: 110 to 150";
     }
 }
 
@@ -103,15 +125,19 @@ settings! {
     struct BinarisationSettings {
         /// What holds the measures below their thresholds: augmented terms of the objective, or
         /// constraints of the design's optimiser.
-        method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
+        method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// What each measure's threshold comes down to, from the measure's first value.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
         /// First and last iteration of the thresholds' descent.
         threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS, source "found by experiment";
         /// Penalty weight at the start.
-        penalty: f64 = 0.3, allowed within(0.0, 1e6), source "paper, table 2";
+        penalty: f64 = 0.3, allowed within(0.0, 1e6),
+            read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
+            source "paper, table 2";
         /// Factor on a penalty weight where a violation grew, divisor where it fell.
-        penalty_growth: f64 = 1.01, allowed within(1.0, 10.0), source "paper, table 2";
+        penalty_growth: f64 = 1.01, allowed within(1.0, 10.0),
+            read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
+            source "paper, table 2";
         /// Confidence above which an edge is attracted, first and last.
         confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
         /// Nudge of an attracted edge's design vector per iteration, first and last.

@@ -116,12 +116,9 @@ const DOUBTS: [Doubt; 16] = [
         says: "the lowest nodes start below the profile of the ground",
     },
     Doubt {
-        holds: |s| {
-            let ground = &s.physics.ground;
-            ground.profile != ProfileKind::Points && !ground.points.is_flat()
-        },
-        keys: &["ground.points", "ground.profile"],
-        says: "points of the ground that nothing reads",
+        holds: ends_soon,
+        keys: &["ground.count", "ground.spacing"],
+        says: "the rough ground ends within eight lengths of the robot, and the ground beyond is level",
     },
     Doubt {
         holds: |s| {
@@ -161,12 +158,38 @@ fn starts_inside(scene: &Scene) -> bool {
     (0..lattice.columns).any(|column| is_inside([place(column), lattice.drop]))
 }
 
+/// True if rough ground ends within eight lengths of the robot ahead of it: good robots walk further.
+fn ends_soon(scene: &Scene) -> bool {
+    const LENGTHS: f64 = 8.0;
+    let (lattice, ground) = (&scene.lattice, &scene.physics.ground);
+    if ground.profile != ProfileKind::Rough || !scene.physics.contact.has_ground() {
+        return false;
+    }
+    let profile = ground.resolved();
+    let Some([end, _]) = profile.points().last() else {
+        return false;
+    };
+    let [back, front] = match lattice.file.truss() {
+        None => [0.0, (lattice.columns - 1) as f64 * lattice.spacing].map(|x| lattice.origin_x + x),
+        Some(truss) => {
+            let along = truss.nodes.iter().map(|node| node[0]);
+            [
+                along.clone().fold(f64::INFINITY, f64::min),
+                along.fold(f64::NEG_INFINITY, f64::max),
+            ]
+        }
+    };
+    *end < front + LENGTHS * (front - back)
+}
+
 impl Scene {
-    /// Settings that run and are probably a mistake, such as void that is stiffer than skeleton.
+    /// Settings that run and are probably a mistake, such as void that is stiffer than skeleton, and settings that
+    /// nothing reads.
     pub fn doubts(&self) -> Vec<Finding> {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt
             .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
+            .chain(self.unread())
             .collect()
     }
 }

@@ -16,13 +16,17 @@ mod design;
 mod optimisation;
 mod beyond;
 mod layout;
+mod version;
 mod base;
 mod keys;
 mod departures;
+mod unread;
+mod world;
 mod doubts;
 mod check;
 mod diagnostic;
 mod read;
+mod whole;
 mod write;
 mod builtin;
 
@@ -53,6 +57,7 @@ pub use robot::{
 
 pub use terrain::{GroundSettings, ProfileKind};
 pub use truss_file::TrussFile;
+pub use version::VERSION;
 
 use crate::settings;
 
@@ -65,40 +70,40 @@ settings! {
     /// A complete experiment. The default is the built-in scene `earth`.
     scene Scene over Base {
         /// The lattice's size and place.
-        lattice: LatticeSettings,
+        lattice: LatticeSettings;
         /// Time step, forces and ground.
-        physics: PhysicsSettings,
+        physics: PhysicsSettings;
         /// Library of materials.
-        materials: MaterialSettings,
+        materials: MaterialSettings;
         /// Design vector to mixture.
-        projection: ProjectionSettings,
+        projection: ProjectionSettings;
         /// The neural controller.
-        controller: ControllerSettings,
+        controller: ControllerSettings;
         /// The design at the start.
-        start: StartSettings,
+        start: StartSettings;
         /// What layouts are to be like.
-        design: DesignSettings,
+        design: DesignSettings;
         /// Bounds on the volume fractions.
-        volume: VolumeSettings,
+        volume: VolumeSettings, read "with a start other than a layout" if Scene::designs;
         /// Which iteration does what.
-        schedule: ScheduleSettings,
+        schedule: ScheduleSettings;
         /// Augmented Lagrangian and attraction.
-        binarisation: BinarisationSettings,
+        binarisation: BinarisationSettings, read "with a start other than a layout" if Scene::designs;
         /// Optimiser of the design vectors.
-        mma: MmaSettings,
+        mma: MmaSettings, read "with a start other than a layout" if Scene::designs;
         /// Optimiser of the controller.
-        adam: AdamSettings,
+        adam: AdamSettings;
         /// Bounds on gradients.
-        gradient: GradientSettings,
+        gradient: GradientSettings;
         /// The displacement loss.
-        loss: LossSettings,
+        loss: LossSettings, read "without an `own_loss`" if Scene::has_task;
         /// Which iterate is delivered.
-        selection: SelectionSettings,
+        selection: SelectionSettings;
         /// What the robot is to do.
-        objective: ObjectiveSettings,
+        objective: ObjectiveSettings;
         /// Scatter of robots and surroundings.
-        robust: RobustSettings,
+        robust: RobustSettings;
         /// Which starts go on.
-        search: SearchSettings,
+        search: SearchSettings;
     }
 }

@@ -1,5 +1,6 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
 
+use super::Scene;
 use autodiff::Memory;
 
 use super::pass::Pass;
@@ -15,31 +16,44 @@ settings! {
         /// Steps that carry the gradient, first and last.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
         /// First and last iteration of the horizon's growth.
-        horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, source "paper: 80 to 150";
+        horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
+            read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
+            source "paper: 80 to 150";
         /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
         horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
         /// First iteration that attracts edges to one-hot.
-        attraction_from: usize = 170, allowed ITERATIONS, source "paper: 170";
+        attraction_from: usize = 170, allowed ITERATIONS,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: 170";
         /// Iteration of the hard snap; 0 with a "layout" start, which has none.
         snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
         /// Changes of one edge's material, of those of the least confidence, that are tried in full
         /// rollouts at the snap, of which the best is kept.
-        snap_trials: usize = 20, allowed within(0.0, 1e4), source "paper: 0";
+        snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: 0";
         /// Changes of one edge's material that are tried every so often after the snap, those from
         /// which a gradient promises most: each in a short rollout, the best quarter of them in full
         /// ones, of which the best is kept.
-        polish_trials: usize = 16, allowed within(0.0, 1e4), source "paper: 0";
+        polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: 0";
         /// Iterations of the fine-tuning from one such polish to the next, the first right after the
         /// snap; those that settle have none.
-        polish_every: usize = 3, allowed within(1.0, 1e5), source "paper silent";
+        polish_every: usize = 3, allowed within(1.0, 1e5), since 1,
+            read "with `polish_trials` above 0" if |s: &Scene| s.schedule.polish_trials > 0 && s.designs(),
+            source "paper silent";
         /// Passes, repeated: d of the design, c of the controller.
         cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
+            read "with a start other than a layout" if Scene::designs,
             source "paper: three to two";
         /// Share of the stability projection's update in a design pass.
-        stability_share: f64 = 1.0 / 3.0, allowed SHARE, source "found by experiment";
+        stability_share: f64 = 1.0 / 3.0, allowed SHARE,
+            read "with a start other than a layout" if Scene::designs,
+            source "found by experiment";
         /// Share of the fine-tuning at its end that goes on from the best controller and takes
         /// updates back that lose distance.
-        settle: f64 = 0.25, allowed SHARE, source "paper: 0";
+        settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
     }
 }
 
@@ -85,7 +99,9 @@ settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {
         /// Learning rate while design and controller move together.
-        rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
+        rate: f64 = 0.003, allowed within(0.0, 10.0),
+            read "with a start other than a layout" if Scene::designs,
+            source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when the controller moves alone.
         fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
         /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where
@@ -104,23 +120,29 @@ settings! {
     /// How far gradients are trusted.
     struct GradientSettings {
         /// Bound on the norm of the displacement's design gradient, or "off".
-        design_norm: Option<f64> = Some(0.3), allowed POSITIVE, source "found by experiment";
+        design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
+            read "with a start other than a layout" if Scene::designs,
+            source "found by experiment";
         /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean
         /// with the next; 0 takes every gradient as it is.
-        design_memory: f64 = 0.8, allowed DEVIATION, source "paper: 0";
+        design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
+            read "with a start other than a layout" if Scene::designs,
+            source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
         /// Steps from one check of the cotangent to the next.
-        cotangent_every: usize = 16, allowed STEPS, source "found by experiment";
+        cotangent_every: usize = 16, allowed STEPS,
+            read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
+            source "found by experiment";
         /// Memory for what a gradient keeps of the steps of its rollout, or of the rollouts that a thread
         /// runs side by side, or "off" for all that it takes. Within less, steps are run again. The
         /// gradient does not depend on it.
-        memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
+        memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
         /// Number type of the rollouts on the way: those that gradients are taken of, trials of
         /// other materials, and an iteration's full one. Medians over perturbed starts, by which
         /// controllers are chosen and results are quoted, are in f64 always.
-        precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
+        precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
     }
 }
 
@@ -148,9 +170,13 @@ settings! {
         /// Payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
         /// Steps at the horizon's end that the mean is taken over.
-        window: usize = 2048, allowed STEPS, source "found by experiment";
+        window: usize = 2048, allowed STEPS,
+            read "with the kind `mean`" if |s: &Scene| s.loss.kind == LossKind::Mean,
+            source "found by experiment";
         /// Steps from one position in the mean to the next.
-        every: usize = 16, allowed STEPS, source "found by experiment";
+        every: usize = 16, allowed STEPS,
+            read "with the kind `mean` or the task `economy`" if Scene::sees_several_states,
+            source "found by experiment";
     }
 }
 
@@ -171,7 +197,9 @@ settings! {
         /// robot counts as its 10 % quantile instead.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
         /// Controllers with the best single rollouts that the median is taken of.
-        candidates: usize = 6, allowed within(1.0, 1e4), source "found by experiment";
+        candidates: usize = 6, allowed within(1.0, 1e4),
+            read "with the kind `median`" if |s: &Scene| s.selection.kind == SelectionKind::Median,
+            source "found by experiment";
         /// Rollouts from perturbed starts per median.
         perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
         /// How far each coordinate of a perturbed start is moved.

@@ -1,11 +1,10 @@
 //! Reading a scene: TOML over its base, every value checked, every fault pointed at.
 
-use super::base::Base;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
-use crate::laws;
+use crate::laws::{self, TOP_KEYS};
 use crate::reading::with_decimal_point;
 use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
@@ -14,8 +13,18 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The key of a scene file that names its base.
-const BASE: &str = "base";
+/// What the files among the sources are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Settings in place of a scene's own.
+    Changes,
+    /// A scene. What it lacks comes from its base, unless it states a version.
+    Scene,
+    /// The scene of a run, which must not lack anything.
+    Run,
+    /// The scene in a snapshot. No person edits it, so that one without a version may lack keys.
+    Snapshot,
+}
 
 impl Scene {
     /// Reads a scene from TOML. Keys left out come from the scene that its key `base` names, from `earth` if
@@ -26,7 +35,30 @@ impl Scene {
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
-        Reader::of_own(&[SceneText::file(file, text)]).resolved()
+        Reader::over(Scene::paper(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
+    }
+
+    /// As [`parse`](Scene::parse), for the scene of a run: every key of its version must be there.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], and [`Error::Malformed`] if keys are missing.
+    pub fn parse_of_run(file: &str, text: &str) -> Result<Scene> {
+        Reader::over(Scene::paper(), Kind::Run, &[SceneText::file(file, text)]).resolved()
+    }
+
+    /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot, whose truss, if it has one, is
+    /// beside it.
+    ///
+    /// # Errors
+    /// As [`Scene::parse_of_run`].
+    pub(crate) fn parse_of_snapshot(text: &str, truss: Option<TrussFile>) -> Result<Scene> {
+        let source = [SceneText::file("scene", text)];
+        let mut reader = Reader::over(Scene::paper(), Kind::Snapshot, &source);
+        let Some(truss) = truss else {
+            return reader.resolved();
+        };
+        reader.scene.lattice.file = truss;
+        reader.finished()
     }
 
     /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
@@ -35,7 +67,7 @@ impl Scene {
     /// As [`Scene::parse`].
     pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
         let source = [SceneText::file(file, text)];
-        let mut reader = Reader::of_own(&source);
+        let mut reader = Reader::over(Scene::paper(), Kind::Scene, &source);
         reader.scene.lattice.file = truss;
         reader.finished()
     }
@@ -45,7 +77,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        Reader::over(self.clone(), &[SceneText::file(file, text)]).resolved()
+        Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
     }
 
     /// The scene with single settings in place of its own, each a key and a TOML value such as
@@ -58,18 +90,18 @@ impl Scene {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        Reader::over(self.clone(), &options(settings)).resolved()
+        Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
 
-    /// Reads a scene file for a reader that simulates nothing. A law or a loss that this program does not
+    /// Reads the scene of a run for a reader that simulates nothing. A law or a loss that this program does not
     /// have is no error: the scene is without it.
     ///
     /// # Errors
-    /// All other errors of [`Scene::read`].
+    /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
     pub fn read_to_show(path: &Path) -> Result<ShownScene> {
         let (file, text) = (path.display().to_string(), Scene::text(path)?);
         let sources = [SceneText::file(&file, &text)];
-        let mut reader = Reader::unread(&sources);
+        let mut reader = Reader::new(Scene::paper(), Kind::Run, &sources);
         reader.lacks = Some(Lacks::default());
         reader.read();
         reader.resolve()?;
@@ -128,7 +160,7 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::of_own(sources);
+    let mut reader = Reader::over(Scene::paper(), Kind::Scene, sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -140,16 +172,15 @@ pub(super) fn pointed(
 }
 
 /// Reads sources one after the other into a scene.
-struct Reader<'s, 't> {
-    sources: &'s [SceneText<'t>],
+pub(super) struct Reader<'s, 't> {
+    pub(super) sources: &'s [SceneText<'t>],
     /// The one that is being read.
-    source: usize,
-    scene: Scene,
-    /// Whether the files among the sources are whole scenes, which begin with their bases.
-    is_own: bool,
-    faults: Vec<Fault>,
+    pub(super) source: usize,
+    pub(super) scene: Scene,
+    pub(super) kind: Kind,
+    pub(super) faults: Vec<Fault>,
     /// Where `section.key` was set last.
-    places: HashMap<String, KeyPlace>,
+    pub(super) places: HashMap<String, KeyPlace>,
     /// Collects what this program lacks; `None` if that is a fault.
     lacks: Option<Lacks>,
     /// Laws named by values that could not be taken. Their sections are not read.
@@ -158,38 +189,26 @@ struct Reader<'s, 't> {
 
 /// A value's bytes in one of the sources.
 #[derive(Clone, Default)]
-struct KeyPlace {
+pub(super) struct KeyPlace {
     source: usize,
     span: Range<usize>,
 }
 
 impl<'s, 't> Reader<'s, 't> {
-    /// A scene with the settings of all sources.
-    fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Self::new(scene, false, sources);
+    /// A scene with the settings of all sources. A file that is a scene by itself replaces it by its base.
+    fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
+        let mut reader = Self::new(scene, kind, sources);
         reader.read();
         reader
     }
 
-    /// The scene of a file, and of options over it.
-    fn of_own(sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Self::unread(sources);
-        reader.read();
-        reader
-    }
-
-    /// As [`of_own`](Self::of_own), before any source is read.
-    fn unread(sources: &'s [SceneText<'t>]) -> Self {
-        // What the file's base replaces.
-        Self::new(Scene::paper(), true, sources)
-    }
-
-    fn new(scene: Scene, is_own: bool, sources: &'s [SceneText<'t>]) -> Self {
+    /// As [`over`](Self::over), before any source is read.
+    fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
             source: 0,
             scene,
-            is_own,
+            kind,
             faults: Vec::new(),
             places: HashMap::new(),
             lacks: None,
@@ -232,7 +251,7 @@ impl<'s, 't> Reader<'s, 't> {
         Err(malformed(self.sources, self.faults))
     }
 
-    fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
+    pub(super) fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
         self.faults.push(Fault {
             source: self.source,
             span,
@@ -250,16 +269,20 @@ impl<'s, 't> Reader<'s, 't> {
         }
         match DeTable::parse(text) {
             Ok(document) => {
-                if !self.begin(document.get_ref()) {
-                    return;
-                }
+                let version = match self.begin(document.get_ref()) {
+                    Ok(version) => version,
+                    Err(fault) => return self.faults.push(fault),
+                };
                 // Which laws there are, and so which sections, the physics say.
                 let sections = document.get_ref().iter();
-                let sections = sections.filter(|(name, _)| name.get_ref() != BASE);
+                let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
                 let (first, then): (Vec<_>, Vec<_>) =
                     sections.partition(|(name, _)| name.get_ref() == "physics");
                 for (name, value) in first.into_iter().chain(then) {
                     self.section(name.get_ref(), name.span(), value);
+                }
+                if let Some(version) = version {
+                    self.complete(version);
                 }
             }
             Err(error) => {
@@ -272,43 +295,6 @@ impl<'s, 't> Reader<'s, 't> {
                 self.fault(span, message, String::new());
             }
         }
-    }
-
-    /// Begins with the base of a whole scene. False if the base is wrong: the rest cannot be judged without it.
-    fn begin(&mut self, document: &DeTable) -> bool {
-        let is_whole = self.is_own && self.sources[self.source].file.is_some();
-        let Some((key, value)) = document.get_key_value(BASE) else {
-            if is_whole {
-                self.scene = Base::default().scene();
-            }
-            return true;
-        };
-        if !is_whole {
-            let message = "`base` cannot be changed here".to_owned();
-            let allowed =
-                "it says where a scene file takes its missing keys from: set it in that file";
-            self.fault(key.span(), message, allowed.to_owned());
-            return false;
-        }
-        let name = value.get_ref().as_str();
-        if let Some(base) = name.and_then(Base::named) {
-            self.scene = base.scene();
-            return true;
-        }
-        let written = value.span();
-        let text = self.sources[self.source].text.get(written.clone());
-        let text = abridged(text.unwrap_or_default());
-        let message = match name {
-            Some(_) => format!("unknown base {text}"),
-            None => format!("`base` is {}: {text}", kind(value)),
-        };
-        let known = Base::names();
-        self.fault(
-            written,
-            message,
-            suggest(name.unwrap_or_default(), known.into_iter()),
-        );
-        false
     }
 
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
@@ -324,7 +310,7 @@ impl<'s, 't> Reader<'s, 't> {
             let owner = known.iter().find(|section| section.keys.contains(&name));
             let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
             let names = known.iter().map(|section| section.name);
-            let names = suggest(name, names.chain([BASE]));
+            let names = suggest(name, names.chain(TOP_KEYS));
             let hint = path.unwrap_or_default() + &names;
             return self.fault(span, format!("unknown section `{name}`"), hint);
         }
@@ -390,7 +376,7 @@ impl<'s, 't> Reader<'s, 't> {
         let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {
             Some(owner) => format!("belongs to [{}]", owner.name),
-            None if key == BASE => "belongs above the first section".to_owned(),
+            None if TOP_KEYS.contains(&key) => "belongs above the first section".to_owned(),
             None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
@@ -450,7 +436,7 @@ pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Cl
 }
 
 /// The first line of what a file says, cut where it is long.
-fn abridged(written: &str) -> String {
+pub(super) fn abridged(written: &str) -> String {
     const LONGEST: usize = 40;
     let line = written.lines().next().unwrap_or_default();
     let short: String = line.chars().take(LONGEST).collect();

@@ -1,5 +1,6 @@
 //! Settings of the robot and its world: lattice, physics, materials, controller.
 
+use super::Scene;
 use std::sync::Arc;
 
 use super::terrain::GroundSettings;
@@ -16,20 +17,32 @@ settings! {
     /// The lattice: its size and where it stands (D1).
     struct LatticeSettings {
         /// Nodes in a row.
-        columns: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
+        columns: usize = 6, allowed within(2.0, 64.0),
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 6";
         /// How many rows.
-        rows: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
+        rows: usize = 6, allowed within(2.0, 64.0),
+            read "without a `file`" if Scene::is_generated,
+            source "paper: 6";
         /// Distance of neighbouring nodes.
-        spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m", source "D1";
+        spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Distance of column 0 from the ground's origin, along the ground.
-        origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
+        origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Height of row 0 above the ground line at the start.
-        drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m", source "D1";
+        drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m",
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Cells of squares with both diagonals, or rows of equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, source "D1";
+        kind: LatticeKind = LatticeKind::Rectangular, since 1,
+            read "without a `file`" if Scene::is_generated,
+            source "D1";
         /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
         /// the program was given. A path is relative to the scene's file.
-        file: TrussFile = TrussFile::default(), source "the paper has none";
+        file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
     }
 }
 
@@ -86,9 +99,9 @@ settings! {
         /// Steps of a rollout.
         steps: usize = 8192, allowed STEPS, source "paper, table 2";
         /// How a step is integrated.
-        integrator: Integrator = Integrator::SymplecticEuler, source "paper: symplectic Euler";
+        integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
         /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held.
-        substeps: usize = 1, allowed within(1.0, 64.0), source "paper: 1";
+        substeps: usize = 1, allowed within(1.0, 64.0), since 1, source "paper: 1";
         /// Gravity, straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
@@ -106,22 +119,25 @@ settings! {
         contact: ContactLaw = ContactLaw::infinite(),
             source "paper: infinite friction, Coulomb for one case";
         /// Coefficient of friction, read for Coulomb contact alone.
-        friction: f64 = 2.5, allowed within(0.0, 1e3), source "paper: 2.5";
+        friction: f64 = 2.5, allowed within(0.0, 1e3),
+            read "with a contact law that slips" if Scene::slips,
+            source "paper: 2.5";
         /// Cubic coefficient c of the spring force k (e + c e^3).
-        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", source "paper: 0, Hooke's law";
+        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
         /// Radius of gyration of the bars' section; above 0 bars in line resist bending.
-        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", source "paper: 0";
+        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
         /// Forces beside springs and bending, by the names of laws that the program was given.
-        forces: ForceLaws = ForceLaws::default(), source "the paper has none";
+        forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
         /// Whether void edges pull: dropped, those of an exactly one-hot layout do not.
-        void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";
+        void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
         /// The speed of a node above which a rollout counts as diverged, or "off": the robot has flown
         /// apart, and where it got to says nothing. Nodes of delivered robots reach 13 m/s and those of
         /// undecided ones that hold together about 50 m/s; in robots that fly apart they reach several
         /// hundred.
-        speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", source "found by experiment";
+        speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", since 1 before "off",
+            source "found by experiment";
         /// What an optimisation does about a time step with which the robot's vibrations grow.
-        unstable_step: UnstableStep = UnstableStep::Error, source "beyond the paper";
+        unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
     }
 }
 
@@ -219,7 +235,7 @@ settings! {
         max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
             source "paper, table 1; D8";
         /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP.
-        penalisation: usize = 1, allowed within(1.0, 10.0), source "paper: 1, none";
+        penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
     }
 }
 
@@ -233,16 +249,21 @@ settings! {
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", source "paper: 10";
         /// Goal: along the ground and above it, from the world's origin.
-        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", source "paper: 2, 0.1";
+        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m",
+            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            source "paper: 2, 0.1";
         /// Factor on the goal at the controller's input.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";
         /// Whether the goal is given relative to the mean node position.
-        goal_relative: bool = false, source "D3; paper: false";
+        goal_relative: bool = false,
+            read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
+            source "D3; paper: false";
         /// Whether the controller is trained for a second goal too, mirrored behind the origin,
         /// towards which the payload has to get as far back; reports and choices stay with the way
-        /// ahead.
-        two_goals: bool = false, source "paper: false";
+        /// ahead. It does not steer yet: with the default `goal_scale` the robot walks to the same side
+        /// for both goals, and of the scales 0.05, 0.5, 1.5 and 3 none walks well both ways.
+        two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets at the controller's input.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";

@@ -1,5 +1,6 @@
 //! Settings of the ground: what lies on its line.
 
+use super::Scene;
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -13,24 +14,42 @@ settings! {
     /// otherwise, and nothing moves the robot up to it.
     struct GroundSettings {
         /// The kind of profile on the ground line.
-        profile: ProfileKind = ProfileKind::Flat, source "paper: flat";
+        profile: ProfileKind = ProfileKind::Flat, since 1,
+            read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
+            source "paper: flat";
         /// For "points": the corners of the profile, each with its place along the ground and its height.
-        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m",
+        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
+            read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
         /// For "steps" and "rough": how far along the ground they begin.
-        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
-        /// For "steps" and "rough": how many steps, or heights that are drawn.
-        count: usize = 10, allowed within(1.0, 62.0), source "beyond the paper";
+        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
+            read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
+            source "beyond the paper";
+        /// For "steps" and "rough": how many steps, or heights that are drawn. Beyond the last one the ground is level:
+        /// rough ground ends after `count + 1` times `spacing`.
+        count: usize = 10, allowed within(1.0, 62.0), since 1,
+            read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
+            source "beyond the paper";
         /// For "steps" and "rough": the distance from one to the next.
-        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
+            read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
+            source "beyond the paper";
         /// For "steps": the height of a step; below 0 they lead down.
-        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
+            read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
+            source "beyond the paper";
         /// For "steps": the way on which a step rises, shorter than the distance to the next.
-        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1,
+            read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
+            source "beyond the paper";
         /// For "rough": the largest height above or below the ground line.
-        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", source "beyond the paper";
+        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", since 1,
+            read "with the profile `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Rough]),
+            source "beyond the paper";
         /// For "rough": the seed of the heights.
-        seed: usize = 0, allowed within(0.0, 1e9), source "beyond the paper";
+        seed: usize = 0, allowed within(0.0, 1e9), since 1,
+            read "with the profile `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Rough]),
+            source "beyond the paper";
     }
 }
 
@@ -48,6 +67,12 @@ settings! {
         /// Heights drawn at random.
         Rough = "rough",
     }
+}
+
+/// Whether there is a ground with one of these profiles.
+fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
+    let physics = &scene.physics;
+    physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
 /// The most steps: each has two corners.

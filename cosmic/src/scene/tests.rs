@@ -2,7 +2,7 @@
 
 use super::check::conflicts;
 use super::*;
-use crate::settings::{Limits, above, within};
+use crate::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
 /// `section.key` of every setting, in the order of the file.
@@ -16,6 +16,27 @@ fn no_law_can_have_the_name_of_a_section() {
     let sections = keys::sections(&mut Scene::paper());
     let names: Vec<_> = sections.iter().map(|section| section.name).collect();
     assert_eq!(names, crate::laws::SECTIONS);
+}
+
+/// A key that came later has a value that older runs are read with, and belongs to a version that there is.
+#[test]
+fn what_a_key_was_before_is_a_value_of_it() {
+    let mut scene = Scene::paper();
+    let fields = |_: &str, section: &mut dyn Settings| {
+        section
+            .fields()
+            .into_iter()
+            .all(|field| field.since <= VERSION && field.take_before())
+    };
+    assert!(
+        scene
+            .of_sections(fields)
+            .into_iter()
+            .all(|is_right| is_right)
+    );
+    assert!(!scene.design.one_piece && scene.schedule.settle == 0.0);
+    assert_eq!(scene.physics.speed_bound, None);
+    assert_eq!(scene.robust, Scene::paper().robust);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A scene as TOML: complete, one key a line, each with what it means and what it may be.
 
 use super::Scene;
+use super::version::{FORMAT, VERSION};
 use crate::error::Result;
 use crate::settings::{Settings, Values};
 use serde::{Serialize, Serializer};
@@ -35,6 +36,18 @@ impl Scene {
         let sections = self.clone().of_sections(write).join("\n");
         format!(
             "# The scene that supplies missing keys; none is missing here.\nbase = {base:?}\n\n{sections}"
+        )
+    }
+}
+
+impl Scene {
+    /// As [`to_toml`](Scene::to_toml), with format and version: the scene of a run, in which no key may be
+    /// missing.
+    pub fn to_run_toml(&self) -> String {
+        let text = self.to_toml();
+        format!(
+            "# The scene of a run: it has to hold every key of its version.\n\
+             format = {FORMAT:?}\nversion = {VERSION}\n{text}"
         )
     }
 }

@@ -15,6 +15,14 @@
 /// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
 /// their own.
 ///
+/// A key that is new says so: `since 2 before 0.5` (in the order of the macro: before `source`) for a key that
+/// scenes of runs have from `scene::VERSION` 2 on, which has to be raised with it. Read from an older run, the key
+/// has the value after `before`, written as in TOML, which must reproduce what programs did that lacked the key;
+/// without `before` it is the default.
+///
+/// A key that only some scenes read says which: `read "with the task reach" if |s: &Scene| ...` after that. A scene
+/// that sets the key and does not read it gets a warning.
+///
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
@@ -28,7 +36,9 @@ macro_rules! settings {
             $(
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
-                $(, allowed $limits:expr)? $(, unit $unit:literal)?, source $source:literal;
+                $(, allowed $limits:expr)? $(, unit $unit:literal)?
+                $(, since $since:literal $(before $before:expr)?)?
+                $(, read $when:literal if $is_read:expr)?, source $source:literal;
             )*
         }
     ) => {
@@ -74,6 +84,14 @@ macro_rules! settings {
                     doc: concat!($($doc),+).trim_ascii(),
                     unit: concat!("", $($unit)?),
                     source: $source,
+                    since: [$($since,)? 0][0],
+                    when: concat!("", $($when)?),
+                    is_read: {
+                        let conditions: &[fn(&dyn std::any::Any) -> bool] =
+                            &[$(|scene| $crate::settings::holds($is_read, scene),)? |_| true];
+                        conditions[0]
+                    },
+                    before: concat!($($(stringify!($before))?)?),
                     limits: [$($limits,)? $crate::settings::Limits::NONE][0],
                     value: &mut self.$key,
                 },)*]
@@ -83,7 +101,8 @@ macro_rules! settings {
     (
         $(#[doc = $about:literal])+
         scene $Scene:ident over $Base:ty {
-            $($(#[doc = $doc:literal])+ $section:ident: $Settings:ty,)+
+            $($(#[doc = $doc:literal])+ $section:ident: $Settings:ty
+                $(, read $when:literal if $is_read:expr)?;)+
         }
     ) => {
         $(#[doc = $about])+
@@ -105,6 +124,17 @@ macro_rules! settings {
             /// The defaults of the declarations.
             fn declared(base: $Base) -> Self {
                 Self { base, $($section: <$Settings>::default(),)+ }
+            }
+
+            /// When a section is read, in words, and whether a scene reads it; empty words where every scene does.
+            fn section_is_read(&self, section: &str) -> (&'static str, bool) {
+                match section {
+                    $($(stringify!($section) => {
+                        let is_read: fn(&Self) -> bool = $is_read;
+                        ($when, is_read(self))
+                    })?)+
+                    _ => ("", true),
+                }
             }
 
             /// Every section with its name, in the order in which they are written.

@@ -1,5 +1,7 @@
 //! A setting in place, with what its declaration says of it.
 
+use std::any::Any;
+
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 use toml::de::DeTable;
@@ -18,6 +20,14 @@ pub struct Field<'a> {
     pub unit: &'static str,
     /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
     pub source: &'static str,
+    /// The first version of a run's scene that has the key.
+    pub since: u32,
+    /// Its value in older scenes, as TOML; empty if that is the default.
+    pub before: &'static str,
+    /// When the key is read, in words; empty if every scene reads it.
+    pub when: &'static str,
+    /// Whether the scene reads the key.
+    pub is_read: fn(&dyn Any) -> bool,
     /// The allowed range of its numbers.
     pub limits: Limits,
     /// The value itself.
@@ -29,6 +39,22 @@ impl Field<'_> {
     pub fn allowed(&self) -> String {
         self.value.allowed(&self.limits)
     }
+
+    /// Gives the key the value that it had in effect before there was such a key. True unless the declaration is
+    /// wrong.
+    pub(crate) fn take_before(self) -> bool {
+        let text = format!("before = {}", self.before);
+        let Ok(table) = DeTable::parse(&text) else {
+            return self.before.is_empty();
+        };
+        let value = table.get_ref().get("before");
+        value.is_some_and(|value| self.value.read(value, &self.limits).is_ok())
+    }
+}
+
+/// Whether a condition on a scene holds. Settings are declared below the scene, whose type they do not know.
+pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
+    scene.downcast_ref().is_none_or(condition)
 }
 
 /// A section of a scene file; [`settings!`](crate::settings!) declares it.

@@ -6,7 +6,7 @@ mod value;
 mod field;
 mod declare;
 
-pub use field::{Field, Settings, Values, read_json};
+pub use field::{Field, Settings, Values, holds, read_json};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]

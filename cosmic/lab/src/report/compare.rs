@@ -5,6 +5,7 @@ use super::{html, page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
+use cosmic::record::run::{SCENE, read_scene_to_show};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -26,11 +27,20 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
+/// The summary of a run, whose scene, if it is there, must be the one that the run began with.
+fn read(folder: &Path) -> Result<Summary> {
+    let summary = Summary::read(folder)?;
+    if folder.join(SCENE).exists() {
+        read_scene_to_show(folder)?;
+    }
+    Ok(summary)
+}
+
 impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`].
+    /// The errors of [`Summary::read`] and [`read_scene_to_show`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {
@@ -39,7 +49,7 @@ impl Comparison {
             let path = || folder.display().to_string();
             Ok(ComparedRun {
                 name: if has_namesake { path() } else { name.clone() },
-                summary: Summary::read(folder)?,
+                summary: read(folder)?,
                 folder: folder.clone(),
             })
         };

@@ -44,8 +44,8 @@ impl RobotFiles {
     pub fn read(path: &Path) -> Result<Self> {
         // First: of a file that is not a design, its scene is not the matter.
         let design = DesignFile::read(path)?;
-        let ShownScene { scene, lacks, text } =
-            Scene::read_to_show(&path.with_file_name(run::SCENE))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);

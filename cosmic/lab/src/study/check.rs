@@ -40,7 +40,7 @@ impl Check {
     /// The errors of reading the run's files.
     pub(super) fn measure(folder: &Path) -> Result<Self> {
         let summary = Summary::read(folder)?;
-        let scene = Scene::read(&folder.join(run::SCENE))?;
+        let scene = run::read_scene(folder)?;
         let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         let controller = design.robot(&scene, &path.display().to_string())?;

@@ -9,7 +9,6 @@ use cosmic::laws::ContactLaw;
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::summary::ratio;
 use cosmic::record::{DesignFile, Summary, run};
-use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -84,7 +83,7 @@ impl Transfer {
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Option<Self>> {
         let summary = Summary::read(folder)?;
-        let scene = Scene::read(&folder.join(run::SCENE))?;
+        let scene = run::read_scene(folder)?;
         let path = folder.join(run::DESIGN);
         let case = DesignFile::read(&path)?.case(&scene, &path.display().to_string())?;
         let model = folder.join(MODEL);

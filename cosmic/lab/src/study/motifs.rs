@@ -6,7 +6,6 @@ use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, run};
-use cosmic::scene::Scene;
 use rand::RngExt;
 use serde::Serialize;
 
@@ -111,7 +110,7 @@ fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
     let mut designs = 0.0_f64;
     let mut stream = stream(0, Purpose::Shuffle);
     for RunRow { folder, .. } in trial.runs.iter().filter(|run| !run.diverged) {
-        let scene = Scene::read(&folder.join(run::SCENE))?;
+        let scene = run::read_scene(folder)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let mut materials = DesignFile::read(&folder.join(run::DESIGN))?.materials;
         designs += 1.0;

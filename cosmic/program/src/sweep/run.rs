@@ -116,7 +116,7 @@ fn one(
     work: &Work,
 ) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
-    let mut progress = Progress::new(&work.output, interrupt.clone());
+    let mut progress = Progress::new(&work.output, interrupt.clone(), Vec::new());
     let is_stopped = || interrupt.is_asked();
     let ended = pool.install(|| match index {
         None => sweep.run_next(&mut progress, &is_stopped),

@@ -4,7 +4,7 @@ use crate::error::{Error, Result, in_shell};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::SUMMARY;
-use crate::scene::{Scene, TrussFile};
+use crate::scene::{Lacks, Scene, ShownScene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -131,16 +131,65 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
         kept.lattice.file = TrussFile::new(TrussFile::COPY, Arc::clone(truss));
     }
     if !path.exists() {
-        return write_atomic(&path, |file| file.write_all(kept.to_toml().as_bytes()));
+        return write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()));
     }
-    if Scene::read(&path)? != *scene {
+    read_kept(&path, Some(scene)).map(drop)
+}
+
+/// The scene of the run in a folder, or of a design alone in it: `scene.toml`, which must hold every key. It must be
+/// the scene of the run's snapshot, if there is one, and is read from the snapshot if the file is missing. All
+/// commands read the scene of a run by this function.
+///
+/// # Errors
+/// [`Error::Usage`] if the file is not the scene of the snapshot; those of [`Scene::parse_of_run`]; [`Error::Read`].
+pub fn read_scene(folder: &Path) -> Result<Scene> {
+    let path = folder.join(SCENE);
+    let begun_with = || Snapshot::scene(folder);
+    if !path.exists()
+        && let Some(scene) = begun_with()?
+    {
+        return Ok(scene);
+    }
+    // A fault in the file comes before one in the snapshot.
+    let scene = read_kept(&path, None)?;
+    match begun_with()? {
+        Some(begun_with) => read_kept(&path, Some(&begun_with)),
+        None => Ok(scene),
+    }
+}
+
+/// As [`read_scene`], for a reader that simulates nothing: the scene may name laws or a loss that this program does
+/// not have. Such a scene cannot be compared with the snapshot.
+///
+/// # Errors
+/// As [`read_scene`].
+pub fn read_scene_to_show(folder: &Path) -> Result<ShownScene> {
+    let path = folder.join(SCENE);
+    if path.exists() {
+        let shown = Scene::read_to_show(&path)?;
+        if !shown.lacks.is_empty() {
+            return Ok(shown);
+        }
+    }
+    let scene = read_scene(folder)?;
+    Ok(ShownScene {
+        text: scene.to_run_toml(),
+        scene,
+        lacks: Lacks::default(),
+    })
+}
+
+/// The scene in a run's file, which must be the one that the run began with.
+fn read_kept(path: &Path, begun_with: Option<&Scene>) -> Result<Scene> {
+    let scene = Scene::parse_of_run(&path.display().to_string(), &Scene::text(path)?)?;
+    if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
-            "{}: not the scene that the run began with, which is in its snapshot; remove the \
-             file to get it back",
+            "{}: not the scene that the run began with, which is in its snapshot; remove the file to get it \
+             back, and try a design in another scene with --set or in another folder",
             path.display()
         )));
     }
-    Ok(())
+    Ok(scene)
 }
 
 /// Refuses a folder that is not empty: a run never mixes its files with others.

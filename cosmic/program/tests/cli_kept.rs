@@ -1,0 +1,56 @@
+//! The scene in a run's folder: every command reads it in the same way.
+
+use crate::common::Bench;
+use std::fs;
+
+/// Every command that reads a finished run, and its scene by that.
+const READERS: [&str; 7] = [
+    "report a",
+    "compare a a",
+    "robustness a --samples 1",
+    "evaluate a",
+    "evaluate a/design.json",
+    "export a --csv --out x",
+    "optimize --from a --iterations 1 --out on",
+];
+
+/// Each command refuses a scene of the run `a` for one reason.
+#[track_caller]
+fn refused(bench: &Bench, scene: &str, says: &str) {
+    bench.write("a/scene.toml", scene);
+    for line in READERS {
+        bench.cosmic(line).fails(2, &["a/scene.toml", says]);
+    }
+    assert!(!bench.path("on").exists() && !bench.path("x").exists());
+}
+
+#[test]
+fn every_command_refuses_a_scene_that_is_not_the_run_s() {
+    let bench = Bench::default();
+    bench.run("a", "");
+    let whole = bench.read("a/scene.toml");
+    refused(&bench, "", "more keys are missing");
+    refused(&bench, "base = \"stability\"\n", "more keys are missing");
+    refused(
+        &bench,
+        &whole.replace("\nfriction = 2.5", "\n#"),
+        "is missing",
+    );
+    let edited = whole.replace("gravity = 4.8", "gravity = 9.81");
+    refused(&bench, &edited, "not the scene that the run began with");
+    // Without the file the scene of the snapshot serves.
+    bench.remove("a/scene.toml");
+    for line in READERS.iter().filter(|line| !line.contains("--from")) {
+        bench.cosmic(line).ok();
+    }
+    // A design alone may lie in any complete scene; comments and the base are no settings.
+    fs::create_dir(bench.path("b")).unwrap();
+    fs::copy(bench.path("a/design.json"), bench.path("b/design.json")).unwrap();
+    bench.write("b/scene.toml", edited);
+    bench.cosmic("evaluate b").ok();
+    let based = whole.replace("base = \"stability\"", "base = \"rough\" # mine");
+    assert_ne!(based, whole);
+    bench.write("a/scene.toml", based);
+    bench.cosmic("evaluate a").ok();
+    bench.cosmic("scene check a/scene.toml").ok();
+}

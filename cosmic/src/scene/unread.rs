@@ -1,0 +1,59 @@
+//! Settings that a scene has and does not read.
+
+use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
+
+impl Scene {
+    /// The settings that differ from those of the scene's base.
+    pub fn changed(&self) -> Vec<Setting> {
+        let base = self.base.scene().settings();
+        let mut settings = self.settings();
+        settings.retain(|setting| !base.contains(setting));
+        settings
+    }
+
+    /// A remark on every setting that was changed although nothing reads it.
+    pub(super) fn unread(&self) -> Vec<Finding> {
+        let remark = |Setting { key, .. }: Setting| {
+            let when = self.clone().when_read(&key, self)?;
+            let says = format!("this setting has no effect: it is read only {when}");
+            Some(Finding::new(self, &[&key], says, String::new()))
+        };
+        self.changed().into_iter().filter_map(remark).collect()
+    }
+
+    /// When a key is read, in words, if the scene does not read it.
+    pub(super) fn when_read(&mut self, path: &str, scene: &Scene) -> Option<&'static str> {
+        let (section, _) = path.split_once('.')?;
+        let (when, is_read) = scene.section_is_read(section);
+        if !is_read {
+            return Some(when);
+        }
+        let field = self.field(path)?;
+        (!(field.is_read)(scene)).then_some(field.when)
+    }
+
+    /// Whether there are iterations of the design: a given layout has none.
+    pub(super) fn designs(&self) -> bool {
+        self.start.kind != StartKind::Layout
+    }
+
+    /// Whether the loss is that of the task.
+    pub(super) fn has_task(&self) -> bool {
+        self.objective.own_loss.name().is_none()
+    }
+
+    /// Whether the task looks at more states than the last one.
+    pub(super) fn sees_several_states(&self) -> bool {
+        self.loss.kind == LossKind::Mean || self.objective.task == TaskKind::Economy
+    }
+
+    /// Whether the nodes are those of columns and rows.
+    pub(super) fn is_generated(&self) -> bool {
+        !self.lattice.is_truss()
+    }
+
+    /// Whether the coefficient of friction counts; contact laws of other programs may read it.
+    pub(super) fn slips(&self) -> bool {
+        !["infinite", "none"].contains(&self.physics.contact.name())
+    }
+}

@@ -1,0 +1,142 @@
+//! The beginning of a scene file, its base and its version, and what a scene has to hold.
+
+use super::Scene;
+use super::base::Base;
+use super::diagnostic::Fault;
+use super::read::{Kind, Reader, abridged, suggest};
+use super::version::{FORMAT, VERSION};
+use crate::laws::TOP_KEYS;
+use crate::settings::{SettingValue, within};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The key of a scene file that names its base.
+const BASE: &str = "base";
+
+impl Reader<'_, '_> {
+    /// Begins a file that is a scene by itself: with its base, or, if it has to be complete, with the defaults.
+    /// Returns the version for which it has to be complete.
+    pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
+        if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
+            let mut stated = TOP_KEYS
+                .iter()
+                .filter_map(|key| document.get_key_value(*key));
+            return match stated.next() {
+                None => Ok(None),
+                Some((key, _)) => Err(Fault {
+                    source: self.source,
+                    span: key.span(),
+                    message: format!("`{}` cannot be changed here", key.get_ref()),
+                    allowed: "it describes a whole scene file: set it at the top of that file"
+                        .to_owned(),
+                }),
+            };
+        }
+        let base = self.base(document)?;
+        let version = self.version(document)?;
+        self.scene = match (version, base) {
+            (None, base) => base.unwrap_or_default().scene(),
+            (Some(_), Some(base)) => Scene {
+                base,
+                ..Scene::paper()
+            },
+            (Some(_), None) => Scene::paper(),
+        };
+        Ok(version)
+    }
+
+    /// The base that a scene names.
+    fn base(&self, document: &DeTable) -> Result<Option<Base>, Fault> {
+        let Some(value) = document.get(BASE) else {
+            return Ok(None);
+        };
+        let name = value.get_ref().as_str();
+        if let Some(base) = name.and_then(Base::named) {
+            return Ok(Some(base));
+        }
+        let says = match name {
+            Some(_) => "names no built-in scene:",
+            None => "is not the name of a scene:",
+        };
+        let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
+        Err(self.wrong(BASE, value, says, known))
+    }
+
+    /// The version for which a scene has to be complete: the one that it states; 0 for a run's without one.
+    fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
+        let [format, version] = ["format", "version"].map(|key| document.get(key));
+        let (format, version) = match (format, version) {
+            (None, None) => return Ok((self.kind != Kind::Scene).then_some(0)),
+            (Some(format), Some(version)) => (format, version),
+            (Some(lone), None) | (None, Some(lone)) => {
+                let says = "must not stand alone:".to_owned();
+                let allowed =
+                    format!("the scene of a run begins with format = {FORMAT:?} and a version");
+                let key = if format.is_some() {
+                    "format"
+                } else {
+                    "version"
+                };
+                return Err(self.wrong(key, lone, &says, allowed));
+            }
+        };
+        if format.get_ref().as_str() != Some(FORMAT) {
+            return Err(self.wrong(
+                "format",
+                format,
+                "is wrong:",
+                format!("allowed: {FORMAT:?}"),
+            ));
+        }
+        let mut number = 0_usize;
+        match number.read(version, &within(1.0, f64::from(VERSION))) {
+            Ok(()) => Ok(Some(number as u32)),
+            Err(misfit) => {
+                let allowed = format!("this program reads versions up to {VERSION}");
+                Err(self.wrong("version", version, &misfit.says, allowed))
+            }
+        }
+    }
+
+    /// A fault of the value of a key above the first section.
+    fn wrong(&self, key: &str, value: &Spanned<DeValue>, says: &str, allowed: String) -> Fault {
+        let text = &self.sources[self.source].text;
+        let written = abridged(text.get(value.span()).unwrap_or_default());
+        Fault {
+            source: self.source,
+            span: value.span(),
+            message: format!("`{key}` {says} {written}"),
+            allowed,
+        }
+    }
+
+    /// Requires every key of a version. Newer keys have the values that they had in effect before.
+    pub(super) fn complete(&mut self, version: u32) {
+        let is_lenient = self.kind == Kind::Snapshot && version == 0;
+        let (places, mut missing) = (&self.places, Vec::new());
+        self.scene.of_sections(|section, settings| {
+            for field in settings.fields() {
+                let path = format!("{section}.{}", field.key);
+                if places.contains_key(&path) {
+                    continue;
+                }
+                if field.since > version {
+                    field.take_before();
+                } else if !is_lenient {
+                    missing.push(format!("`{path}`"));
+                }
+            }
+        });
+        /// The keys that a message names.
+        const NAMED: usize = 3;
+        let (named, others) = missing.split_at(NAMED.min(missing.len()));
+        let message = match (named, others.len()) {
+            ([], _) => return,
+            ([one], _) => format!("{one} is missing"),
+            (several, 0) => format!("{} are missing", several.join(", ")),
+            (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
+        };
+        let allowed = "the scene of a run must hold every key of its version".to_owned();
+        self.fault(0..0, message, allowed);
+    }
+}

@@ -1,0 +1,59 @@
+//! The world of a scene in a line.
+
+use super::{ProfileKind, Scene};
+use crate::settings::Named;
+
+impl Scene {
+    /// The world in one line: gravity, contact and friction, drag, damping of the bars, end stops, and other forces
+    /// and ground that is not flat.
+    pub fn world(&self) -> String {
+        let physics = &self.physics;
+        let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];
+        parts.push(match physics.contact.name() {
+            "none" => "no ground".to_owned(),
+            name if self.slips() => format!("contact {name}, friction {}", physics.friction),
+            name => format!("contact {name}"),
+        });
+        if physics.incline_deg != 0.0 {
+            parts.push(format!("incline {} degrees", physics.incline_deg));
+        }
+        if physics.contact.has_ground() && physics.ground.profile != ProfileKind::Flat {
+            parts.push(format!("ground {}", physics.ground.profile.name()));
+        }
+        parts.push(match physics.damping {
+            0.0 => "no drag".to_owned(),
+            rate => format!("drag {rate} 1/s"),
+        });
+        let settings = self.settings();
+        let law = |name: &str| {
+            let of_law = |key: &str| {
+                key.strip_prefix(name)
+                    .is_some_and(|rest| rest.starts_with('.'))
+            };
+            let of_law = settings.iter().filter(|setting| of_law(&setting.key));
+            let values = of_law.map(|setting| format!("{} = {}", setting.key, setting.value));
+            values.collect::<Vec<_>>().join(", ")
+        };
+        let laws: Vec<_> = physics
+            .forces
+            .about()
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect();
+        for (name, says, missing) in [
+            ("damper", "damped bars", "no damping in bars"),
+            ("stops", "end stops", "no end stops"),
+        ] {
+            parts.push(if laws.contains(&name) {
+                format!("{says} ({})", law(name))
+            } else {
+                missing.to_owned()
+            });
+        }
+        let others = laws
+            .iter()
+            .filter(|name| !["damper", "stops"].contains(name));
+        parts.extend(others.map(|name| format!("force {name}")));
+        parts.join("; ")
+    }
+}

@@ -1,0 +1,252 @@
+//! Settings without effect: the warning about them, and that it tells the truth.
+
+use autodiff::Real;
+use cosmic::codesign::CoDesign;
+use cosmic::lattice::{self, Truss};
+use cosmic::objective::{self, Loss};
+use cosmic::scene::Scene;
+use cosmic::simulator::Trajectory;
+use std::collections::BTreeMap;
+
+/// The height of the payload.
+struct Height;
+
+impl Loss for Height {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps]
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        -trajectory.states[0].x[0][1]
+    }
+}
+
+const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
+    "nodes": [[0.1, 0.0], [0.2, 0.0], [0.1, 0.1], [0.2, 0.1]],
+    "edges": [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]}"#;
+
+/// A small robot on the move, and an optimisation with every phase.
+const SMALL: [&str; 19] = [
+    "lattice.columns=3",
+    "lattice.rows=3",
+    "lattice.drop=0.01",
+    "physics.steps=96",
+    "controller.hidden=3",
+    "controller.gain=[6, 6]",
+    "projection.hold_materials=0.1",
+    "volume.widening=0.2",
+    "volume.widening_over=[1, 4]",
+    "schedule.iterations=14",
+    "schedule.attraction_from=5",
+    "schedule.snap_at=8",
+    "schedule.horizon=[48, 96]",
+    "schedule.horizon_over=[2, 6]",
+    "schedule.snap_trials=4",
+    "schedule.polish_trials=4",
+    "binarisation.threshold_over=[1, 6]",
+    "loss.window=16",
+    "loss.every=4",
+];
+
+/// Other scenes, by what they set in the small one.
+const OTHERS: [&[&str]; 21] = [
+    // Controllers that differ, in worlds that differ: the best of one rollout is not the best of several.
+    &[
+        "selection.perturbation=0.001",
+        "adam.fine_rate=0.2",
+        "schedule.settle=0",
+        "schedule.polish_trials=0",
+    ],
+    &[
+        "lattice.columns=6",
+        "lattice.rows=6",
+        "start.kind=layout",
+        "schedule.snap_at=0",
+        "schedule.attraction_from=0",
+    ],
+    &[],
+    &["physics.contact=coulomb", "robust.samples=1"],
+    &["physics.contact=none"],
+    &[
+        "ground.profile=steps",
+        "ground.from=0.12",
+        "ground.spacing=0.02",
+        "ground.ramp=0.01",
+    ],
+    &[
+        "ground.profile=rough",
+        "ground.from=0.12",
+        "ground.spacing=0.02",
+    ],
+    &[
+        "ground.profile=points",
+        "ground.points=[[0.1, 0.0], [0.2, 0.01]]",
+    ],
+    &[
+        "start.kind=layout",
+        "start.layout=filled",
+        "schedule.snap_at=0",
+        "schedule.attraction_from=0",
+    ],
+    &["start.kind=filled", "start.void=0.4"],
+    &["start.kind=uniform"],
+    &["loss.kind=final"],
+    &["objective.task=reach"],
+    &["objective.task=economy", "loss.kind=final"],
+    &["objective.own_loss=height"],
+    &["controller.goal_scale=0"],
+    &["controller.goal_relative=true", "volume.widening=0"],
+    &[
+        "binarisation.method=constraints",
+        "schedule.polish_trials=0",
+    ],
+    &["gradient.cotangent_bound=off", "schedule.horizon=[96, 96]"],
+    &[
+        "selection.kind=last",
+        "gradient.cotangent_every=4",
+        "gradient.cotangent_bound=0.01",
+    ],
+    &["lattice.file=square", "lattice.drop=0"],
+];
+
+/// Names, and numbers that are further away.
+const NAMES: [&str; 14] = [
+    "design.feet=3",
+    "mma.asymin=0.2",
+    "mma.asymax=0.02",
+    "mma.albefa=0.9",
+    "selection.candidates=1",
+    "lattice.kind=triangular",
+    "ground.profile=rough",
+    "ground.points=[[0.1, 0.0], [0.15, 0.02]]",
+    "start.layout=filled",
+    "start.layout=tall",
+    "objective.task=climb",
+    "schedule.cycle=cd",
+    "loss.kind=final",
+    "binarisation.method=constraints",
+];
+
+/// Values near one of a file: every number a little more, or a little less, and the other truth value.
+fn others(key: &str, value: &str) -> Vec<String> {
+    let named = NAMES
+        .iter()
+        .filter(|name| name.starts_with(&format!("{key}=")));
+    let mut all: Vec<String> = named.map(|name| (*name).to_owned()).collect();
+    let is_text = value.contains('"');
+    for more in [true, false] {
+        let changed = |number: &str| match (number.parse::<i64>(), number.parse::<f64>()) {
+            (Ok(n), _) => (n + if more { 1 } else { -1 }).to_string(),
+            (_, Ok(x)) => format!("{:?}", if more { 1.2 * x + 0.01 } else { 0.8 * x }),
+            _ => match number {
+                "true" => "false".to_owned(),
+                "false" => "true".to_owned(),
+                other => other.to_owned(),
+            },
+        };
+        let inner = value.trim_start_matches('[').trim_end_matches(']');
+        let entries: Vec<_> = inner.split(", ").map(changed).collect();
+        let entries = entries.join(", ");
+        match value.starts_with('[') {
+            _ if is_text => {}
+            true => all.push(format!("{key}=[{entries}]")),
+            false => all.push(format!("{key}={entries}")),
+        }
+    }
+    all
+}
+
+/// What an optimisation delivers, with every number that is measured on it.
+fn outcome(scene: &Scene) -> Option<String> {
+    let delivery = CoDesign::new(scene).ok()?.optimise(0, |_| ());
+    delivery.ok().map(|delivery| format!("{delivery:?}"))
+}
+
+/// The warning about a key, if there is one.
+fn warning(scene: &Scene, key: &str) -> Option<String> {
+    let mut doubts = scene.doubts().into_iter();
+    let of_key = |doubt: &cosmic::scene::Finding| {
+        doubt.says.starts_with("this setting has no effect") && doubt.settings[0].key == key
+    };
+    doubts.find(of_key).map(|doubt| doubt.to_string())
+}
+
+/// A key with a warning changes nothing, not a bit. A key that has one in some scene changes something in
+/// another, so no condition is too wide; and no scene has a warning about what it reads.
+#[test]
+fn exactly_the_settings_without_effect_have_a_warning() {
+    objective::add("height", Height);
+    lattice::add("square", serde_json::from_str::<Truss>(TRUSS).unwrap());
+    let small = Scene::paper().set(&SMALL).unwrap();
+    // Whether a key that is not read everywhere changed something where it is read.
+    let mut matters: BTreeMap<String, bool> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    let scenes: Vec<_> = OTHERS
+        .iter()
+        .map(|other| small.set(other).unwrap())
+        .collect();
+    let outcomes: Vec<_> = scenes
+        .iter()
+        .map(|scene| outcome(scene).expect("it ends"))
+        .collect();
+    let changes = |scene: &Scene| -> Vec<(String, Scene)> {
+        let settings = scene.settings().into_iter();
+        let changed = settings.flat_map(|s| {
+            let others = others(&s.key, &s.value).into_iter();
+            others.filter_map(move |other| Some((s.key.clone(), scene.set(&[other]).ok()?)))
+        });
+        changed
+            .filter(|(key, changed)| changed.settings().iter().any(|s| s.key == *key))
+            .collect()
+    };
+    for (scene, before) in scenes.iter().zip(&outcomes) {
+        for (key, changed) in changes(scene) {
+            if warning(&changed, &key).is_some() {
+                matters.entry(key.clone()).or_insert(false);
+                if outcome(&changed).as_ref() != Some(before) {
+                    wrong.push(format!("{key} matters in {:?}", scene.changed()));
+                }
+            }
+        }
+    }
+    for (scene, before) in scenes.iter().zip(&outcomes) {
+        for (key, changed) in changes(scene) {
+            if matters.get(&key) == Some(&false) && warning(&changed, &key).is_none() {
+                let matters_here = outcome(&changed).is_none_or(|after| after != *before);
+                matters.insert(key, matters_here);
+            }
+        }
+    }
+    let idle = matters.iter().filter(|(_, matters)| !**matters);
+    wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));
+    assert!(
+        wrong.is_empty() && matters.len() > 40,
+        "{}: {}",
+        matters.len(),
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn a_setting_is_what_differs_from_the_base() {
+    let ice = "base = \"stability\"\n[physics]\nfriction = 0.8\n[ground]\nrise = 0.1\n[loss]\nwindow = 2048\n";
+    let warnings = |text: &str| -> Vec<String> {
+        let doubts = Scene::parse("ice", text).unwrap().doubts().into_iter();
+        doubts.map(|doubt| doubt.to_string()).collect()
+    };
+    let expected = [
+        "this setting has no effect: it is read only with a contact law that slips (physics.friction = 0.8)",
+        "this setting has no effect: it is read only with the profile `steps` (ground.rise = 0.1)",
+    ];
+    assert_eq!(warnings(ice), expected);
+    assert_eq!(
+        warnings(&ice.replace("0.8", "0.8\ncontact = \"coulomb\"")),
+        expected[1..]
+    );
+    // Friction is read on earth, and the window is the base's own.
+    assert_eq!(warnings(&ice.replace("stability", "earth")), expected[1..]);
+    assert_eq!(
+        warnings(&ice.replace("0.8", "2.5").replace("0.1", "0.02")),
+        [""; 0]
+    );
+}
