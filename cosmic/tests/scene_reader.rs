@@ -395,12 +395,13 @@ fn the_scene_of_a_run_is_complete() {
     // From before scenes of runs had versions: nothing comes from a base, and keys that did not exist yet were off.
     let old = without(&without(&without(&text, "format"), "version"), "base");
     assert_eq!(Scene::parse_of_run("old", &old).unwrap(), earth);
-    let older = ["one_piece", "polish_trials", "integrator"];
+    let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
     let older = older
         .iter()
         .fold(old.clone(), |text, key| without(&text, key));
     let read = Scene::parse_of_run("older", &older).unwrap();
     assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
+    assert_eq!(read.physics.speed_bound, None);
     for text in ["", &without(&old, "gravity")] {
         let says = Scene::parse_of_run("old", text).unwrap_err().to_string();
         assert!(says.contains(" missing"), "{says}");
