@@ -136,6 +136,7 @@ mod tests {
     struct Half;
 
     impl Kernel<1, 1> for Half {
+        #[inline(always)]
         fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
             [R::lit(0.5) * x]
         }
@@ -154,6 +155,7 @@ mod tests {
     struct Line;
 
     impl Summand for Line {
+        #[inline(always)]
         fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
             let sum = shared.iter().fold(R::zero(), |sum, &x| sum + x);
             sum * datum[0]

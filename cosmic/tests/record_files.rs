@@ -72,7 +72,7 @@ fn json_of_another_kind_or_cut_short_is_malformed() {
             "missing field `numbers`",
         ),
         ("{\"format\":\"cosmic-test\",\n\"vers", "body.json:2:5"),
-        ("", "EOF"),
+        ("", "the file is empty"),
     ] {
         let refused = refusal(text);
         assert!(refused.contains(says), "{refused}");

@@ -97,7 +97,7 @@ const WRONG: [(&str, &str, &str); 17] = [
     (
         "/scene/contact",
         "0",
-        "`scene.contact`: expected the name of a law, found 0",
+        "`scene.contact`: invalid type: integer `0`, expected the name of a law",
     ),
     (
         "/scene/integrator",

@@ -365,7 +365,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
         text.contains("\n[bounce]\n") && text.contains("\nrestitution = 0.25\n"),
         "{text}"
     );
-    assert_eq!(scene(&text), own);
+    assert_eq!(Scene::parse("own", &text).unwrap(), own);
     let set = own.set(&["bounce.restitution=0.75"]).unwrap();
     assert_ne!(set, own);
     // Named again, it keeps its settings.
