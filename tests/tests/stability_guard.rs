@@ -195,7 +195,10 @@ fn the_term_to_blame_is_named() {
     stiff.start.x[1] = stiff.start.x[0];
     let found = diverges(&stiff);
     assert!(
-        found.term.to_string().starts_with("mostly by the spring of edge"),
+        found
+            .term
+            .to_string()
+            .starts_with("mostly by the spring of edge"),
         "{found:?}"
     );
 }
@@ -212,7 +215,10 @@ fn richer_physics_are_blamed_for_what_they_do() {
     stiffening.start.x[1][0] += 0.05;
     let found = diverges(&stiffening);
     assert!(
-        found.term.to_string().starts_with("mostly by the spring of edge"),
+        found
+            .term
+            .to_string()
+            .starts_with("mostly by the spring of edge"),
         "{found:?}"
     );
 
