@@ -7,7 +7,7 @@ use cosmic::scene::{
 };
 
 #[test]
-fn what_is_left_out_is_the_base_s() {
+fn missing_keys_come_from_the_base() {
     let load = |name| Scene::load(name).unwrap();
     for name in ["", "base = \"earth\"", "# a scene\n"] {
         assert_eq!(Scene::parse("empty", name).unwrap(), load("earth"));
@@ -17,11 +17,11 @@ fn what_is_left_out_is_the_base_s() {
         let named = Scene::parse("named", &format!("base = {:?}", builtin.name)).unwrap();
         assert_eq!(named, load(builtin.name));
         assert_eq!(named.base.name(), builtin.name);
-        // The base goes with the complete text: a line taken out of it changes nothing.
+        // The complete text names its base, so removing a line changes nothing.
         let text = named.to_toml().replace("gravity = ", "# ");
         assert_eq!(Scene::parse("shown", &text).unwrap(), named);
     }
-    // The base has the laws whose settings a file changes.
+    // A file may change the settings of laws that its base uses.
     let softer = Scene::parse("softer", "[stops]\nstiffness = 900").unwrap();
     assert_eq!(softer.physics.gravity, 9.81);
     assert!(
@@ -43,7 +43,7 @@ fn what_is_left_out_is_the_base_s() {
     assert_eq!(scene.physics.gravity, 5.0);
 }
 
-/// The scene of a run lacks no key of its version; keys that are newer have the values of before.
+/// The scene of a run must have every key of its version. Newer keys get the values that reproduce the old behaviour.
 #[test]
 fn the_scene_of_a_run_is_complete() {
     let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
@@ -66,12 +66,12 @@ fn the_scene_of_a_run_is_complete() {
         let says = read.unwrap_err().to_string();
         assert!(says.contains("`physics.gravity` is missing"), "{says}");
     }
-    // A law that the scene chooses has its keys too.
+    // The keys of a law that the scene uses must be present too.
     let says = Scene::parse("run", &without(&text, "at"))
         .unwrap_err()
         .to_string();
     assert!(says.contains("`stops.at` is missing"), "{says}");
-    // From before scenes of runs had versions: nothing comes from a base, and keys that did not exist yet were off.
+    // In files from before versions, no key comes from a base, and keys that did not exist yet are off.
     let old = without(&without(&without(&text, "format"), "version"), "base");
     assert_eq!(Scene::parse_of_run("old", &old).unwrap(), earth);
     let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
