@@ -33,7 +33,7 @@ fi
 
 say 'the page in browsers'
 program=${CARGO_TARGET_DIR:-../target}/release/cosmic
-# A failure in one does not hide what the other has to say.
+# If one check fails, the other still runs.
 status=0
 node test/page.mjs --program "$program" ${1:+--shots "$1"} || status=1
 

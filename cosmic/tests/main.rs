@@ -10,3 +10,4 @@ mod record_files;
 mod scene_builtin;
 mod scene_reader;
 mod scene_unread;
+mod scene_values;

@@ -30,8 +30,8 @@ fn every_scene_of_the_folder_is_built_in_and_reads_back() {
     assert!(BUILTIN.iter().all(|builtin| builtin.about().len() > 10));
 }
 
-/// The settings that every built-in scene had before scenes named their bases: all of `stability`, and for each
-/// other scene what differs from them.
+/// `resolved_scenes.txt` has the settings of the built-in scenes from before scenes named their bases: all settings of
+/// `stability`, and for each other scene the settings that differ.
 #[test]
 fn no_built_in_scene_has_changed() {
     let mut scenes = include_str!("resolved_scenes.txt").split("\n[");
@@ -63,9 +63,9 @@ fn no_built_in_scene_has_changed() {
     assert_eq!(Scene::load("stability").unwrap(), Scene::paper());
 }
 
-/// So no chain of bases is a circle, and the changes of each can be laid over the paper's scene.
+/// This rules out cycles of bases: each scene is the paper's scene with some changes.
 #[test]
-fn the_base_of_every_built_in_scene_is_the_paper_s() {
+fn the_base_of_every_built_in_scene_is_stability() {
     for builtin in BUILTIN {
         let read = Scene::parse(builtin.name, builtin.text).unwrap();
         assert_eq!(read.base.name(), "stability");

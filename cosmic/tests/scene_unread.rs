@@ -1,4 +1,4 @@
-//! Settings without effect: the warning about them, and that it tells the truth.
+//! Warnings about settings without effect, and checks that the warnings are true.
 
 use autodiff::Real;
 use cosmic::codesign::CoDesign;
@@ -25,7 +25,7 @@ const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0.1, 0.0], [0.2, 0.0], [0.1, 0.1], [0.2, 0.1]],
     "edges": [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]}"#;
 
-/// A small robot on the move, and an optimisation with every phase.
+/// A small robot that moves, and an optimisation with every phase.
 const SMALL: [&str; 19] = [
     "lattice.columns=3",
     "lattice.rows=3",
@@ -48,7 +48,7 @@ const SMALL: [&str; 19] = [
     "loss.every=4",
 ];
 
-/// Other scenes, by what they set in the small one.
+/// Other scenes, as changes of the small scene.
 const OTHERS: [&[&str]; 20] = [
     &[
         "lattice.columns=6",
@@ -102,7 +102,7 @@ const OTHERS: [&[&str]; 20] = [
     &["lattice.file=square", "lattice.drop=0"],
 ];
 
-/// Names, and numbers that are further away.
+/// Further values to try: names, and numbers far from those in the scenes.
 const NAMES: [&str; 14] = [
     "design.feet=3",
     "mma.asymin=0.2",
@@ -120,7 +120,7 @@ const NAMES: [&str; 14] = [
     "binarisation.method=constraints",
 ];
 
-/// Values near one of a file: every number a little more, or a little less, and the other truth value.
+/// Values near the value of a file: every number a little larger or smaller, and booleans flipped.
 fn others(key: &str, value: &str) -> Vec<String> {
     let named = NAMES
         .iter()
@@ -149,7 +149,7 @@ fn others(key: &str, value: &str) -> Vec<String> {
     all
 }
 
-/// What an optimisation delivers, with every number that is measured on it.
+/// The delivered design of an optimisation, with every measured number, as text.
 fn outcome(scene: &Scene) -> Option<String> {
     let delivery = CoDesign::new(scene).ok()?.optimise(0, |_| ());
     delivery.ok().map(|delivery| format!("{delivery:?}"))
@@ -164,14 +164,14 @@ fn warning(scene: &Scene, key: &str) -> Option<String> {
     doubts.find(of_key).map(|doubt| doubt.to_string())
 }
 
-/// A key with a warning changes nothing, not a bit. A key that has one in some scene changes something in
-/// another, so no condition is too wide; and no scene has a warning about what it reads.
+/// Changing a key with a warning does not change a single bit of the result. A key with a warning in one scene has an
+/// effect in another scene, so no condition is too wide. No scene has a warning about a key that it reads.
 #[test]
 fn exactly_the_settings_without_effect_have_a_warning() {
     objective::add("height", Height);
     lattice::add("square", serde_json::from_str::<Truss>(TRUSS).unwrap());
     let small = Scene::paper().set(&SMALL).unwrap();
-    // Whether a key that is not read everywhere changed something where it is read.
+    // For keys that some scenes do not read: whether the key had an effect in the scenes that read it.
     let mut matters: BTreeMap<String, bool> = BTreeMap::new();
     let mut wrong = Vec::new();
     let scenes: Vec<_> = OTHERS
@@ -238,7 +238,7 @@ fn a_setting_is_what_differs_from_the_base() {
         warnings(&ice.replace("0.8", "0.8\ncontact = \"coulomb\"")),
         expected[1..]
     );
-    // Friction is read on earth, and the window is the base's own.
+    // `earth` reads the friction, and the window equals that of the base.
     assert_eq!(warnings(&ice.replace("stability", "earth")), expected[1..]);
     assert_eq!(
         warnings(&ice.replace("0.8", "2.5").replace("0.1", "0.02")),

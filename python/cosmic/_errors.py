@@ -31,14 +31,14 @@ class InterruptedError(Error):
 
 
 class OutOfMemoryError(Error, MemoryError):
-    """Results or a simulator that need more memory than there is. Nothing was begun."""
+    """Results or a simulator need more memory than is available. Raised before any work is done."""
 
 
 class InternalError(Error, RuntimeError):
-    """A fault of the library itself, which should be reported."""
+    """A bug in the library. Please report it."""
 
 
-#: A command of the program with a folder or file, which a shell may need in quotes, and options.
+#: A command of the program, with a folder or file (possibly quoted for a shell) and options.
 _COMMAND = re.compile(
     r"`?cosmic (?P<name>resume|evaluate|optimize)"
     r"(?P<path> (?!-)(?:'[^']*'|\\'|[^\s'`])+)?(?P<options>(?: --[a-z-]+(?: [A-Z]+)?)*)`?"
@@ -46,7 +46,7 @@ _COMMAND = re.compile(
 
 
 def in_python(message: str) -> str:
-    """A message of the library with the calls of this package in place of the program's commands."""
+    """Replaces the program's commands in a message by calls of this package."""
     message = re.sub(
         r"by record::resume_with, with its own loss, in (.*)$",
         lambda found: f"with: cosmic.resume({found[1]!r}, loss=...)",
@@ -57,7 +57,7 @@ def in_python(message: str) -> str:
 
 
 def _call(command: re.Match[str]) -> str:
-    # A folder in a message may be followed by the end of the sentence.
+    # Punctuation may follow a folder at the end of a sentence.
     path = (command["path"] or "").strip()
     ends = re.search(r"[;.,)]*$", path)
     end = ends[0] if ends else ""

@@ -15,7 +15,7 @@ from ._errors import InputError
 Floats = npt.NDArray[np.float64]
 #: Value, and gradients by positions and velocities, of states ``x`` and ``v``.
 ValueAndGradient = Callable[[Floats, Floats], tuple[float, Floats, Floats]]
-#: Steps of a rollout to look at: every so many, or a function of the number of steps that lists them.
+#: Steps to observe: an interval, or a function from the number of steps of a rollout to a list of steps.
 Steps = Union[int, Callable[[int], Sequence[int]]]
 
 
@@ -26,11 +26,12 @@ class Loss:
     the loss and its gradients by both, each of that shape. :func:`cosmic.jax.loss` and
     :func:`cosmic.torch.loss` make one of a function that returns the loss alone.
 
-    ``observed`` says which states the loss sees: those of every so many steps, or a function that
-    lists the steps in ascending order for a rollout of so many, as in ``lambda steps: [steps // 2]``.
-    The last state is always there, and by default it is the only one: rollouts get longer in the
-    course of a run, and their length need not be a multiple of anything. Robots are ranked by minus the loss, or, with ``is_far``, by how far
-    they get along the ground.
+    ``observed`` says which states the loss sees. It is an interval in steps, or a function that takes
+    the number of steps of a rollout and returns a list of steps in ascending order, as in
+    ``lambda steps: [steps // 2]``. The last state is always added; by default the loss sees only this
+    state. Rollouts get longer in the course of a run, and their length need not be a multiple of the
+    interval. Robots are ranked by minus the loss, or, with ``is_far``, by how far they get along the
+    ground.
     """
 
     def __init__(

@@ -86,7 +86,7 @@ class Run:
 
     def __init__(self, folder: _Path, *, keep: Any = None) -> None:
         self.folder = Path(folder)
-        # Whoever unpickles the run may be in another folder.
+        # The run may be unpickled in another working directory.
         self._absolute = self.folder.absolute()
         # A temporary folder lives as long as the run.
         self._keep = keep
@@ -136,7 +136,7 @@ class Run:
         return folder / "report.html"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A temporary folder goes with its run, so that its files travel along.
+        # The files of a temporary folder are pickled with the run.
         if self._keep is None:
             return Run, (self._absolute,)
         files = [path for path in self._absolute.rglob("*") if path.is_file()]
@@ -155,7 +155,7 @@ class Run:
         return f'<iframe srcdoc="{page}" style="{_STYLE}" onload="{_FIT}" title="{title}"></iframe>'
 
 
-#: The height of a page 1000 px wide. Where scripts run the frame takes the page's own, at any width.
+#: The height fits a page 1000 px wide. If scripts can run, the frame takes the height of the page at any width.
 _STYLE = "width: 100%; height: 800px; border: 0"
 _FIT = (
     "const page = this.contentDocument.body; "
@@ -164,7 +164,7 @@ _FIT = (
 
 
 def _unpacked(files: dict[str, bytes]) -> Run:
-    """A run from the files of its folder."""
+    """Makes a run from the files of its folder."""
     keep = _Temporary()
     for name, content in files.items():
         path = keep.path / name
@@ -244,9 +244,9 @@ def resume(
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
 ) -> Run:
-    """Continues the run in a folder; a finished one is only read. A run for a loss of Python is
-    continued with that loss or not at all. ``allow_unstable`` sets ``physics.unstable_step`` to
-    ``"warn"`` in the run's scene, for a run whose time step has become unstable."""
+    """Continues the run in a folder; a finished run is only read. A run with a loss in Python needs
+    this ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
+    scene, for a run whose time step has become unstable."""
     own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
         interrupted = _core.resume(folder, own, allow_unstable, pool, bar, _warn)

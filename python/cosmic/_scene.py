@@ -19,10 +19,11 @@ SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Scene]
 def as_scene(source: SceneLike) -> Scene:
     """The scene that a name, a path, a text or a dictionary stands for.
 
-    A text with a line break is TOML. Another text is a name or a path; if it has an equals sign, as
-    in ``"physics.friction = 0.6"``, it is TOML unless a file is called so or it ends with
-    ``.toml``: folders of sweeps have equals signs in their names. A dictionary has the settings of sections,
-    nested or with dots, and may name another scene than the default under ``"scene"``:
+    A string with a line break is TOML. A one-line string with an equals sign, such as
+    ``"physics.friction = 0.6"``, is TOML too, unless a file has this name or the string ends with
+    ``.toml``. (Folders of sweeps have equals signs in their names.) Any other string is a name or a
+    path. A dictionary has the settings of sections, nested or with dots, and may name another scene
+    than the default under ``"scene"``:
     ``{"scene": "stability", "physics": {"friction": 0.6}, "schedule.iterations": 100}``.
     """
     if isinstance(source, Scene):
@@ -43,7 +44,7 @@ def as_scene(source: SceneLike) -> Scene:
 
 
 def _is_toml(text: str) -> bool:
-    """Whether a text is a scene itself, not the name or the path of one."""
+    """Whether a string is the TOML text of a scene and not a name or a path."""
     if "\n" in text:
         return True
     return "=" in text and not text.endswith(".toml") and not os.path.exists(text)
@@ -70,7 +71,7 @@ def _toml(settings: Mapping[str, Any]) -> str:
 def _value(value: Any) -> str:
     """A value as TOML writes it."""
     if isinstance(value, str):
-        # As JSON but for characters beyond the first 65536, which JSON writes as two, and DEL.
+        # As in JSON, except for DEL and for characters above U+FFFF, which JSON writes as two escapes.
         return json.dumps(_encodable(value), ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
         return json.dumps(bool(value))
@@ -90,9 +91,9 @@ def _value(value: Any) -> str:
 
 
 def _encodable(text: str) -> str:
-    """The text, if it has no half of a surrogate pair, as a path that is not UTF-8 has."""
+    """Returns the text if it can be encoded. A path that is not UTF-8 contains lone surrogates."""
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise InputError(f"{text!r} is not a valid text: a scene is written in UTF-8") from None
+        raise InputError(f"{text!r} is not valid text: a scene must be UTF-8") from None
     return text

@@ -22,7 +22,7 @@ Array = npt.NDArray[Any]
 Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
 
 
-#: How design vectors become mixtures of materials.
+#: The projections from design vectors to mixtures of materials.
 PROJECTIONS = ("auto", "performance", "stability", "none")
 
 
@@ -113,7 +113,7 @@ class Simulator:
         return listed
 
     def check_span(self, observed: Sequence[int], first: int = 0) -> None:
-        """Raises :class:`InputError` for steps that a rollout of the scene does not have."""
+        """Raises :class:`InputError` if a rollout of the scene does not have these steps."""
         self._core.check_span(list(observed), first)
 
     def rollout(
@@ -129,11 +129,11 @@ class Simulator:
 
         ``first`` is the number of steps that were done before, for a rollout that goes on from
         another's last state. A rollout that diverges raises :class:`DivergedError` with where and
-        why. With ``check=False`` its states are NaN from the first one on that is not finite, or
-        beyond 1e6 m or 1e6 m/s; and a robot with inputs that are not finite has states of NaN.
+        why. With ``check=False`` its states are NaN from the first state that is not finite or is
+        beyond 1e6 m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
 
-        Ctrl-C stops a batch after the robots at hand. The states of those that are finished are the
-        attribute ``trajectory`` of the ``KeyboardInterrupt``, with NaN for the others.
+        Ctrl-C stops a batch after the current robots. The attribute ``trajectory`` of the
+        ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the others.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -162,8 +162,8 @@ class Simulator:
 
         With ``bounded`` cotangents are held back on their way as the scene's
         ``gradient.cotangent_bound`` says, which long rollouts of robots with contacts need to be
-        of use; without it the gradient is exact. For ``check`` see :meth:`rollout`: without it the
-        gradient of a robot that diverges is NaN.
+        of use; without it the gradient is exact. For ``check`` see :meth:`rollout`. With
+        ``check=False`` the gradient of a robot that diverges is NaN.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -186,8 +186,8 @@ class Simulator:
         first: int = 0,
         check: bool = True,
     ) -> tuple[Trajectory, Trajectory]:
-        """The states of :meth:`rollout`, but for last bits, and their derivatives along
-        ``tangents``. Without ``check`` all of them are NaN for a robot that diverges."""
+        """The states of :meth:`rollout`, up to rounding, and their derivatives along ``tangents``.
+        With ``check=False`` both are NaN for a robot that diverges."""
         arrays = _prepared(inputs)
         along = _prepared(tangents, arrays[0].dtype)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -197,13 +197,13 @@ class Simulator:
         return Trajectory(x, v), Trajectory(dx, dv)
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Arrays with 0 in place of what is not finite, and which robots had that, if any."""
+        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if any."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
         for array, shape in zip(arrays, self.shapes.values()):
             finite = np.isfinite(array)
             batch = array.ndim - len(shape)
-            # The library refuses other shapes, and batches of different sizes.
+            # Other shapes and batches of different sizes are left for the library to refuse.
             if batch in (0, 1) and not finite.all():
                 here = ~finite.all(axis=tuple(range(batch, array.ndim)))
                 if not lost.ndim or not here.ndim or lost.shape == here.shape:
@@ -220,7 +220,7 @@ class Simulator:
 
 
 def _without(lost: Optional[npt.NDArray[np.bool_]], arrays: Sequence[Array]) -> Sequence[Array]:
-    """The arrays with NaN for these robots."""
+    """Fills the arrays of the ``lost`` robots with NaN."""
     if lost is not None:
         for array in arrays:
             array[lost if lost.ndim else ...] = np.nan
@@ -228,7 +228,7 @@ def _without(lost: Optional[npt.NDArray[np.bool_]], arrays: Sequence[Array]) -> 
 
 
 def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
-    """The arrays in C order, aligned and of one type; copied only where they are not."""
+    """The arrays in C order, aligned and of one type. Copies only arrays that need it."""
     count = len(Inputs._fields)
     is_list = isinstance(inputs, (tuple, list))
     if not is_list or len(inputs) != count:
@@ -256,7 +256,7 @@ def _floats(
 
 
 def ordered(array: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> Array:
-    """The array in C order and aligned, as the library reads it; copied only where it is not. A field
-    of a structured array may lie at any byte."""
+    """The array in C order and aligned, as the library needs it. Copies only if necessary: a field of a
+    structured array may start at any byte."""
     made = np.ascontiguousarray(array, dtype)
     return made if made.flags.aligned else made.copy()

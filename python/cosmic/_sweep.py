@@ -56,12 +56,12 @@ class Sweep:
         return [executor.submit(run_one, str(self.folder), index) for index in self.left()]
 
     def run(self, threads: Optional[int] = None) -> None:
-        """Does every run that is left in threads of this process: one per core, or as many as
-        ``RAYON_NUM_THREADS`` says, unless given. An exception of a run is raised when the others
-        have ended.
+        """Does all unfinished runs in threads of this process. By default there is one thread per core,
+        or as many as ``RAYON_NUM_THREADS`` says. If a run raises an exception, it is raised after
+        the other runs have ended.
 
-        Ctrl-C stops the runs after the iteration at hand. Those that are finished are kept, and the
-        others go on from there when they are asked for again."""
+        Ctrl-C stops the runs after the current iteration. Finished runs are kept, and another call
+        continues the others."""
         usual = _core.usual_threads() if threads is None else whole("threads", threads, 1, 1024)
         stop, folder = _core.Stop(), str(self.folder)
         with ThreadPoolExecutor(usual) as executor:
@@ -75,7 +75,7 @@ class Sweep:
                     raise
                 done = len(self) - len(self.left())
                 raise KeyboardInterrupt(
-                    f"{done} of {len(self)} runs are finished; run() goes on with the others"
+                    f"{done} of {len(self)} runs are finished; call run() again to continue"
                 ) from None
         for future in futures:
             future.result()

@@ -28,8 +28,8 @@ from ._simulator import Simulator, ordered
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
-#: No observation is larger. Beyond 1e6 m or m/s a robot counts as diverged, goals are up to 1e6 m away, and scales
-#: are up to 1e6: an offset from the mean is at most 2e6 m, and turned to a slope 3e6 m, times 1e6.
+#: The bound on observations. Beyond 1e6 m or m/s a robot counts as diverged, and goals are at most 1e6 m away. An
+#: offset from the mean is then at most 2e6 m, rotated to a slope at most 3e6 m. Scales are at most 1e6.
 _BOUND = 1e13
 
 _Floats = npt.NDArray[np.float64]
@@ -76,11 +76,11 @@ class _Walk:
 
     @property
     def frames_per_second(self) -> int:
-        """The rate of a film: at least 1, for a film's player knows no slower one."""
+        """The frame rate of a video: at least 1, because video players need at least 1."""
         return max(1, round(1.0 / self.seconds))
 
     def picture(self, seen: list[_Floats]) -> Any:
-        """A robot in the last of these states, one at the start and one after each frame."""
+        """A picture of a robot in the last of these states. The states are those at the start and after each frame."""
         steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
         return _core.frame(self.scene, self.z, steps, np.array(seen))
 
@@ -206,11 +206,11 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
 class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]]):
     """Many robots of one design, stepped side by side in SIMD lanes and threads.
 
-    Arguments are those of :class:`WalkEnv`, and all else is as in gymnasium's ``SyncVectorEnv``:
+    It takes the arguments of :class:`WalkEnv`. Everything else is as in gymnasium's ``SyncVectorEnv``:
 
-    - ``autoreset_mode`` says when an episode that is over begins anew: in the next step, in the same
-      one, or when ``reset`` is called with a ``reset_mask`` among its options.
-    - ``max_episode_steps``: an episode is cut off after so many calls of ``step``.
+    - ``autoreset_mode`` says when a robot begins again after its episode is over: in the next step,
+      in the same step, or when ``reset`` is called with a ``reset_mask`` among its options.
+    - ``max_episode_steps`` is the number of calls of ``step`` after which an episode is truncated.
     """
 
     metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -263,10 +263,10 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return tuple(seed for _, seed in self._seeded([None] * self.num_envs))
 
     def _seeded(self, seeds: list[Optional[int]]) -> list[tuple[np.random.Generator, int]]:
-        """Generators of these seeds. Without a seed a robot keeps what it has."""
+        """The generators and seeds of all robots. A robot without a new seed keeps its generator."""
         drawn = gymnasium.utils.seeding.np_random
         is_new = not self._random
-        # As reset of a single environment draws: robot k is that of its seed.
+        # Draws as the reset of a single environment does, so that robot k depends only on its seed.
         self._random = [
             drawn(own) if is_new or own is not None else self._random[k]
             for k, own in enumerate(seeds)
@@ -293,7 +293,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return self._walk.observe(), self._info(begins)
 
     def _mask(self, options: Optional[dict[str, Any]]) -> npt.NDArray[np.bool_]:
-        """Which robots a reset is about: all, unless the options have a mask."""
+        """The robots to reset: all, unless the options have a mask."""
         if options is None or "reset_mask" not in options:
             return np.ones(self.num_envs, np.bool_)
         mask: npt.NDArray[np.bool_] = np.array(options["reset_mask"])
@@ -349,13 +349,13 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
     def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
-        """Keeps what a picture shows."""
+        """Records the states that a picture shows."""
         if self.render_mode is not None:
             for robot in map(int, np.flatnonzero(robots)):
                 self._seen[robot].append(self._walk.x[robot].copy())
 
     def _info(self, robots: npt.NDArray[np.bool_]) -> dict[str, Any]:
-        """Infos of some robots, with a mask that tells which: as gymnasium puts them together."""
+        """The infos of some robots, with the mask of these robots, in the format of gymnasium."""
         walk = self._walk
         of_each = {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
         info: dict[str, Any] = {}
@@ -364,7 +364,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return info
 
     def render(self) -> Any:
-        """A picture of every robot now, each an array of shape ``(240, 480, 3)``."""
+        """A current picture of every robot, each an array of shape ``(240, 480, 3)``."""
         if self.render_mode is None:
             gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
             return None

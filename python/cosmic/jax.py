@@ -9,9 +9,9 @@
 >>> gradient.z.shape
 (110, 3)
 
-JAX calls a rollout back on the CPU. On a machine with one core its callbacks can wait for one another
-forever, for example under ``jit(vmap(...))`` with 128 robots or more: start Python there with
-``XLA_FLAGS=--xla_force_host_platform_device_count=2`` in its environment.
+In JAX a rollout is a callback on the CPU. On a machine with one core, callbacks can wait for one another
+forever, for example under ``jit(vmap(...))`` with 128 robots or more. On such a machine, start Python
+with ``XLA_FLAGS=--xla_force_host_platform_device_count=2`` in the environment.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
 
 
 def _checked(simulator: Simulator, inputs: Any) -> Inputs:
-    """The arrays, if they are those of one robot. JAX would wrap an exception of a callback."""
+    """Checks that the arrays are those of one robot. (JAX would wrap an exception raised in a callback.)"""
     count = len(Inputs._fields)
     if not isinstance(inputs, (tuple, list)) or len(inputs) != count:
         found = len(inputs) if isinstance(inputs, (tuple, list)) else type(inputs).__name__
@@ -138,7 +138,7 @@ def _checked(simulator: Simulator, inputs: Any) -> Inputs:
 
 
 def _precision(inputs: Inputs) -> Any:
-    """The type that the library computes in: double precision if an array is in it, else single."""
+    """The type for the computation: double precision if any array has it, otherwise single."""
     is_double = jnp.result_type(*inputs, float) == jnp.float64
     return jnp.float64 if is_double else jnp.float32
 
@@ -173,7 +173,7 @@ def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inpu
 
 
 def _cotangent(gradient: Any, of: Any) -> Any:
-    """The gradient in the type of what it is by; JAX has none by whole numbers."""
+    """The gradient in the type of its input; JAX has no gradients for integers."""
     if not jnp.issubdtype(of.dtype, jnp.floating):
         return np.zeros(of.shape, jax.dtypes.float0)
     return gradient.astype(of.dtype)
@@ -193,11 +193,10 @@ def rollout(
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``.
 
-    In double precision where the inputs are, which JAX wants to be told by
-    ``jax.config.update("jax_enable_x64", True)``. A robot that diverges has states of NaN from
-    there on, and a gradient of NaN; one whose inputs are not finite has nothing but NaN. Other
-    robots of the same ``vmap`` are unaffected. For ``bounded`` see
-    :meth:`cosmic.Simulator.vjp`.
+    Computes in double precision if the inputs are in double precision, which JAX allows after
+    ``jax.config.update("jax_enable_x64", True)``. If a robot diverges, its later states and its
+    gradient are NaN. If its inputs are not finite, everything is NaN. Other robots of the same
+    ``vmap`` are unaffected. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
     """
     seen_at, first = simulator.observed(steps, observed), whole("first", first, 0)
     simulator.check_span(seen_at, first)

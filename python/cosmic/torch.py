@@ -71,8 +71,8 @@ def rollout(
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` of tensors, for ``autograd``.
 
-    A robot that diverges has states of NaN from there on, and a gradient of NaN. For ``bounded``
-    see :meth:`cosmic.Simulator.vjp`.
+    If a robot diverges, its later states and its gradient are NaN. For ``bounded`` see
+    :meth:`cosmic.Simulator.vjp`.
     """
     options = {
         "observed": simulator.observed(steps, observed),

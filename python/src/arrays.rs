@@ -41,7 +41,7 @@ impl Sizes {
         }
     }
 
-    /// How many numbers the arrays of [`Inputs`] have.
+    /// The total number of values in the arrays of [`Inputs`].
     pub(crate) fn numbers(&self) -> f64 {
         let counts = self.shapes();
         let counts = counts
@@ -124,7 +124,7 @@ impl<'py, R: Number> Given<'py, R> {
     pub(crate) fn numbers(&self) -> PyResult<&[R]> {
         self.array.as_slice().map_err(|_| {
             refused(format!(
-                "{}: expected an array that is aligned, and contiguous in C order",
+                "{}: expected an aligned array that is contiguous in C order",
                 self.name
             ))
         })
@@ -196,10 +196,10 @@ impl<R: Number> Batch<R> {
             }
         }
         if let Some((count, _)) = size {
-            // Every robot has its own copy of what is not the same for all.
+            // Every robot gets a copy of all arrays, including the shared ones.
             let bytes = count as f64 * sizes.numbers() * size_of::<R>() as f64;
             let what = format!("a copy of the inputs of {count} robots");
-            has_room(bytes, &what, "take fewer robots at once")?;
+            has_room(bytes, &what, "use fewer robots at once")?;
         }
         let part = |k: usize, robot: usize| {
             let length = data[k].len() / counts[k];

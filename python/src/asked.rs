@@ -107,9 +107,11 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// Writes positions and velocities of all robots to their places: NaN from the first absurd state on where
-    /// a robot diverges, and for robots whose turn has not come when the work is stopped. With `check` the
-    /// divergence of the first robot whose last state is absurd, with its number.
+    /// Writes positions and velocities of all robots to their places. Robots that diverge get NaN from the first
+    /// absurd state on. Robots that have not begun when the work is stopped get NaN.
+    ///
+    /// # Errors
+    /// With `check`, the number and the divergence of the first robot whose last state is absurd.
     pub(crate) fn fill(
         &self,
         task: &Task,
@@ -163,8 +165,8 @@ impl<R: Number> Asked<R> {
     }
 }
 
-/// Copies positions and velocities of the states to their places. Of a robot that diverges no state from the first
-/// absurd one on is copied: NaN takes its place.
+/// Copies positions and velocities of the states to their places. If the robot diverges, NaN replaces the states from
+/// the first absurd one on.
 fn copy<R: Number>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
     let nodes = seen.states.first().map_or(1, |state| 2 * state.x.len());
     let places = x.chunks_exact_mut(nodes).zip(v.chunks_exact_mut(nodes));
@@ -211,17 +213,17 @@ pub(crate) fn seen<R: Real>(
     flattened(&[seen]).concat()
 }
 
-/// Set once the work is to stop: what has not begun is left out then.
+/// Set when the work must stop. Robots that have not begun are then skipped.
 pub(crate) type Stop = AtomicBool;
 
-/// How often signals are looked for.
+/// The interval between checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The result of work that a signal may have interrupted, and the exception that the signal raised.
+/// The result of work, and the exception of a signal that interrupted it, if any.
 pub(crate) type Interruptible<T> = (T, Option<PyErr>);
 
-/// Runs without the interpreter's lock; several robots share the pool, and a signal stops them after those at
-/// hand.
+/// Runs without the interpreter's lock. Several robots share the pool. A signal stops the work after the current
+/// robots.
 pub(crate) fn in_pool<T: Send>(
     py: Python,
     robots: usize,
@@ -237,12 +239,12 @@ pub(crate) fn in_pool<T: Send>(
     let (stop, interrupt) = (&stop, &mut raised);
     let ended = py.detach(move || {
         pool.in_place_scope(|scope| {
-            // Nobody listens any more only after a panic.
+            // The receiver is gone only after a panic.
             scope.spawn(move |_| _ = sender.send(work(stop)));
             loop {
                 match receiver.recv_timeout(LOOK) {
                     Ok(done) => return Some(done),
-                    // The work panicked: the scope passes that on.
+                    // The work panicked; the scope propagates the panic.
                     Err(RecvTimeoutError::Disconnected) => return None,
                     Err(RecvTimeoutError::Timeout) => {}
                 }
@@ -257,7 +259,7 @@ pub(crate) fn in_pool<T: Send>(
     Ok((done, raised))
 }
 
-/// The result of work of which nothing is kept when a signal interrupts it.
+/// The result of work, or the exception of a signal: partial results are dropped.
 pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
     raised.map_or(Ok(done), Err)
 }
@@ -285,7 +287,7 @@ pub(crate) fn in_groups<T: Send>(
     })
 }
 
-/// A function of every robot's number, without those whose turn has not come when the work is stopped.
+/// Applies a function to every robot's number. Robots that have not begun when the work is stopped are skipped.
 pub(crate) fn each<T: Send>(
     robots: usize,
     stop: &Stop,

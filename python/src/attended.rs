@@ -92,8 +92,8 @@ impl Listener<'_, '_> {
     }
 }
 
-/// Does the work on other threads while this one passes on progress and signals. Returns `None` if a signal
-/// interrupted the work. Whoever shares `stop` may end the work too: that is an error.
+/// Does the work on other threads while the current thread passes on progress and signals. Returns `None` if a signal
+/// interrupted the work. If other code sets the shared `stop`, the work ends with an error.
 pub(crate) fn attended<T: Send + 'static>(
     py: Python,
     threads: usize,

@@ -1,5 +1,4 @@
-//! The library's errors as exceptions. Messages are the library's own, with Python's calls in place of
-//! commands.
+//! Converts the library's errors to exceptions. Messages name Python calls instead of the program's commands.
 
 use cosmic::Error as Library;
 use pyo3::prelude::*;
@@ -21,7 +20,7 @@ pub(crate) fn raised(error: Library) -> PyErr {
     of_class(&error, in_python(error.within()))
 }
 
-/// An exception of the class that an error belongs to.
+/// An exception with this message, in the class for the error.
 pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
     match error {
         Library::Diverged { .. } | Library::NotFinite { .. } | Library::NoFigure(_) => {
@@ -42,14 +41,14 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         Library::Malformed { .. } | Library::Misfit { .. } | Library::Usage(_) => {
             InputError::new_err(says)
         }
-        // Of several runs the first decides.
+        // For several runs, the first error decides the class.
         Library::PassedOver { error, .. } => of_class(error, says),
         Library::CheckFailed { .. } => Error::new_err(says),
         _ => Error::new_err(says),
     }
 }
 
-/// A message with the calls of this package in place of the program's commands.
+/// Replaces the program's commands in a message by calls of the Python package.
 pub(crate) fn in_python(says: String) -> String {
     let translate = |py: Python| -> PyResult<String> {
         let errors = py.import("cosmic._errors")?;
@@ -63,7 +62,7 @@ pub(crate) fn refused(says: String) -> PyErr {
     InputError::new_err(says)
 }
 
-/// Runs an entry point. A panic of the library becomes an exception, like any other error.
+/// Runs an entry point. A panic of the library becomes an exception.
 pub(crate) fn caught<T>(entry: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(entry)).unwrap_or_else(|panic| Err(panicked(&*panic)))
 }
@@ -74,7 +73,7 @@ pub(crate) fn panicked(panic: &(dyn Any + Send)) -> PyErr {
     let says = says.or(panic.downcast_ref::<&str>().copied());
     let says = says.unwrap_or("no message");
     InternalError::new_err(format!(
-        "the library failed in a way that it should not: {says}; please report it with the call that \
-         led to it"
+        "bug in the library: {says}; please report it, together with the call that \
+         caused it"
     ))
 }

@@ -50,7 +50,7 @@ impl Loss for PythonLoss {
                 .call_method1(py, "observed", (steps,))?
                 .extract(py)
         };
-        // A rollout ends with its last step, even one that nobody will look at.
+        // After an exception the states are not used, but a rollout must still end with its last step.
         noted(&self.failure, Python::attach(call)).unwrap_or_else(|| vec![steps])
     }
 

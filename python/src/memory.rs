@@ -1,4 +1,4 @@
-//! Memory. An allocation that fails within the library ends the process, so that sizes are looked at before.
+//! Checks of memory. A failed allocation in the library would end the process, so sizes are checked beforehand.
 
 use crate::arrays::Sizes;
 use crate::errors::OutOfMemoryError;
@@ -8,10 +8,10 @@ use pyo3::PyResult;
 use std::fs;
 use std::hint::black_box;
 
-/// Less is not looked at: to ask takes some 20 us.
+/// Smaller sizes are not checked, because a check takes about 20 us.
 const LITTLE: f64 = 16e6;
 
-/// Refuses work that needs more bytes than the process can get. `what` begins the message, `remedy` ends it.
+/// Refuses work that needs more bytes than are available. The error message begins with `what` and ends with `remedy`.
 pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
     if bytes < LITTLE {
         return Ok(());
@@ -21,26 +21,26 @@ pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
         return Ok(());
     }
     let beyond = free.filter(|free| bytes > *free).map_or_else(
-        || "the system does not grant so much".to_owned(),
-        |free| format!("{} are free", in_words(free)),
+        || "the system refuses to allocate it".to_owned(),
+        |free| format!("only {} are free", in_words(free)),
     );
     let bytes = in_words(bytes);
     Err(OutOfMemoryError::new_err(format!(
-        "{what} needs {bytes} of memory, and {beyond}; {remedy}"
+        "{what} needs {bytes} of memory, but {beyond}; {remedy}"
     )))
 }
 
-/// Whether the system reserves so many bytes, which are given back at once.
+/// Whether the system can allocate this many bytes. They are freed at once.
 fn is_granted(bytes: f64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
-    // Beyond the largest number the cast saturates, and the allocation is refused.
+    // For larger numbers the cast saturates, and the allocation is refused.
     let granted = probe.try_reserve_exact(bytes as usize).is_ok();
-    // Without this the compiler may leave the allocation out.
+    // Otherwise the compiler could remove the allocation.
     black_box(&probe);
     granted
 }
 
-/// The bytes that the machine, or the process's container, has left; `None` where neither says it.
+/// The bytes that are free on the machine, or the limit of the container if it is smaller; `None` if both are unknown.
 fn free() -> Option<f64> {
     let number = |path: &str| fs::read_to_string(path).ok()?.trim().parse::<f64>().ok();
     let container = [
@@ -73,44 +73,44 @@ pub(crate) fn simulator_fits(scene: &Scene) -> PyResult<()> {
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let sizes = Sizes::of(&lattice, &scene.controller);
     let (edges, steps) = (sizes.edges, scene.physics.steps);
-    // A sine and a cosine a step, and the time. They are gathered in a list that doubles as it grows, and
-    // copied. An edge takes 400 bytes.
+    // Each step has a sine, a cosine and a time. The list of them doubles as it grows, and is then copied. An edge
+    // takes 400 bytes.
     let bytes = 72.0 * steps as f64 + 1e3 * edges as f64;
     has_room(
         bytes,
         &format!("a simulator of {edges} edges and {steps} steps"),
-        "take a smaller lattice, or set physics.steps lower",
+        "use a smaller lattice, or lower physics.steps",
     )
 }
 
-/// Refuses scenes whose start is too large, of which there are a number of copies.
+/// Refuses scenes whose start is too large, if `copies` of it are needed.
 pub(crate) fn start_fits(scene: &Scene, sizes: &Sizes, copies: f64) -> PyResult<()> {
     let (edges, hidden) = (sizes.edges, scene.controller.hidden);
     has_room(
         8.0 * copies * sizes.numbers(),
         &format!("a controller of {hidden} hidden neurons for {edges} edges"),
-        "take a smaller lattice, or set controller.hidden lower",
+        "use a smaller lattice, or lower controller.hidden",
     )
 }
 
-/// Refuses scenes whose optimisation is too large: the gradient keeps a record of every step of its horizon,
-/// unless the scene has a budget for it.
+/// Refuses scenes whose optimisation is too large. The gradient records every step of its horizon, unless the scene
+/// sets a memory budget.
 pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
     simulator_fits(scene)?;
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let sizes = Sizes::of(&lattice, &scene.controller);
-    // With gradients, and the moments of two optimisers.
+    // The copies include gradients and the moments of two optimisers.
     start_fits(scene, &sizes, 10.0)?;
     let horizon = scene.schedule.horizon.into_iter().max().unwrap_or(0);
     let record = kept(scene, &sizes, horizon, 8.0);
     has_room(
         record,
         &format!("the gradient over {horizon} steps"),
-        "set gradient.memory, or schedule.horizon lower",
+        "set gradient.memory, or lower schedule.horizon",
     )
 }
 
-/// The bytes that a gradient keeps of a rollout: a state and the results of a step's operations, for every step.
+/// The bytes that a gradient records of a rollout: for every step, the state and the results of the operations.
 pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64 {
     let Sizes {
         nodes,
@@ -118,7 +118,7 @@ pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64
         hidden,
         ..
     } = *sizes;
-    // Found by measuring lattices of 6 x 6 and 16 x 16, and 32 and 512 hidden neurons.
+    // Measured on lattices of 6 x 6 and 16 x 16 nodes with 32 and 512 hidden neurons.
     let row = 5 * nodes + 4 * edges + 6 * hidden;
     let all = steps as f64 * row as f64 * size;
     let budget = scene.gradient.memory.map(|megabytes| megabytes * 1e6);

@@ -82,8 +82,8 @@ pub(crate) fn optimise(
     Ok(ended.is_none())
 }
 
-/// Continues the run in a folder, from now on whatever its time step if `allow_unstable` says so. Returns true if
-/// a signal interrupted it.
+/// Continues the run in a folder. With `allow_unstable` the run continues even if its time step is unstable. Returns
+/// true if a signal interrupted the run.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
 pub(crate) fn resume(

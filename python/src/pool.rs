@@ -27,13 +27,13 @@ pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
 /// The most threads that are started: starting more takes longer than a run.
 const MOST: usize = 1024;
 
-/// How many threads there are unless a number is given: one per core, or as many as `RAYON_NUM_THREADS` says.
+/// The default number of threads: one per core, or as many as `RAYON_NUM_THREADS` says.
 #[pyfunction]
 pub(crate) fn usual_threads() -> PyResult<usize> {
     Ok(shared()?.current_num_threads())
 }
 
-/// A pool of so many threads; 0 for [the usual number](usual_threads).
+/// A pool with this number of threads; 0 means [the default](usual_threads).
 pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
     if threads > MOST {
         return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));

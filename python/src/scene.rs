@@ -31,7 +31,7 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// The scene of a TOML text; keys that it lacks come from its `base`, by default the scene `earth`.
+    /// The scene of a TOML text. Missing keys come from its `base`, by default the scene `earth`.
     #[staticmethod]
     fn parse(text: &str) -> PyResult<Self> {
         let scene = caught(|| scene::Scene::parse("scene", text).map_err(raised))?;

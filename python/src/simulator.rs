@@ -57,8 +57,8 @@ impl Simulator {
         behind(batch, &[span.observed.len(), self.sizes.nodes, 2])
     }
 
-    /// Refuses rollouts whose results do not fit into memory: `copies` of positions and velocities, and so many
-    /// bytes more for each robot and for each thread.
+    /// Refuses rollouts whose results do not fit into memory. They need `copies` of positions and velocities, and
+    /// `each` bytes more per robot and `thread` bytes more per thread.
     fn results_fit<R: Number>(
         &self,
         asked: &Asked<R>,
@@ -68,16 +68,17 @@ impl Simulator {
         let (robots, states) = (asked.batch.robots(), asked.span.observed.len());
         let numbers = 4 * copies * states * self.sizes.nodes;
         let robot = numbers as f64 * size_of::<R>() as f64 + each;
-        // A single robot asks for no pool of threads.
+        // A single robot does not need the thread pool.
         let threads = if robots == 1 {
             1
         } else {
             usual_threads()?.min(robots)
         };
-        let [robots_are, states_are] = [(robots, "robot"), (states, "state")].map(|(n, what)| {
-            let plural = if n == 1 { "" } else { "s" };
-            format!("{n} {what}{plural}")
-        });
+        let [robots_are, states_are] =
+            [(robots, "robot"), (states, "observed state")].map(|(n, what)| {
+                let plural = if n == 1 { "" } else { "s" };
+                format!("{n} {what}{plural}")
+            });
         let [of, or] = if thread == 0.0 {
             ["a rollout", ""]
         } else {
@@ -88,8 +89,8 @@ impl Simulator {
         };
         has_room(
             robots as f64 * robot + threads as f64 * thread,
-            &format!("{of} of {robots_are} that shows {states_are}"),
-            &format!("take fewer robots at once, or fewer states (`observed`){or}"),
+            &format!("{of} of {robots_are} with {states_are}"),
+            &format!("use fewer robots at once, or observe fewer states (`observed`){or}"),
         )
     }
 
@@ -117,7 +118,7 @@ impl Simulator {
         let (done, interrupt) = in_pool(py, asked.batch.robots(), work)?;
         drop((x_place, v_place));
         if let Some(error) = interrupt {
-            // What is finished goes along with the exception, unless that takes no attributes.
+            // Attach the finished states to the exception. Exceptions that do not take attributes go without.
             _ = error.value(py).setattr("trajectory", (x, v));
             return Err(error);
         }
@@ -233,7 +234,7 @@ impl Simulator {
     }
 }
 
-/// The exception of a robot: in a batch with its number.
+/// The exception for a robot. In a batch it names the robot's number.
 fn of_robot(batch: Option<usize>, robot: usize, error: Error) -> PyErr {
     match batch {
         None => raised(error),
@@ -352,7 +353,7 @@ impl Simulator {
         })
     }
 
-    /// Refuses steps that no rollout of the scene has.
+    /// Refuses steps that a rollout of the scene does not have.
     fn check_span(&self, observed: Vec<usize>, first: usize) -> PyResult<()> {
         self.span(observed, first).map(drop)
     }

@@ -51,7 +51,7 @@ pub(crate) fn sweep_plan(
     caught(|| py.detach(freeze).map_err(raised))
 }
 
-/// Stops runs of a sweep that are at work in other threads, as a signal stops one of the calling thread.
+/// Stops runs of a sweep in other threads, as a signal stops a run in the calling thread.
 #[pyclass(frozen, module = "cosmic._core")]
 #[derive(Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);
@@ -63,7 +63,7 @@ impl Stop {
         Self::default()
     }
 
-    /// Tells the runs to save themselves and end.
+    /// Tells the runs to save their state and end.
     fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

@@ -195,7 +195,7 @@ def assert_equal_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
-def test_many_robots_are_those_of_gymnasiums_own_vector(mode: Any) -> None:
+def test_many_robots_match_gymnasiums_sync_vector_env(mode: Any) -> None:
     robots, random = 4, np.random.default_rng(1)
     kwargs = {"robot": SCENE, **FRAMES}
     ours = gymnasium.make_vec(NAME, robots, autoreset_mode=mode, **kwargs)
@@ -210,7 +210,7 @@ def test_many_robots_are_those_of_gymnasiums_own_vector(mode: Any) -> None:
         assert np.array_equal(both[0][0], both[1][0])
         assert_equal_infos(both[0][1], both[1][1])
     assert ours.np_random_seed == theirs.np_random_seed == (9, 6, 9, 8)
-    # One robot diverges now and then: its observation stays as it was.
+    # Sometimes a robot diverges; its observation then stays unchanged.
     for step in range(20):
         if mode.value == "Disabled" and ours._over.any() or step == 3:
             mask = ours._over.copy() if ours._over.any() else np.array([1, 0, 0, 1], np.bool_)
@@ -258,7 +258,7 @@ def test_a_robot_that_diverges_ends_its_episode_alone() -> None:
     assert np.all(np.isfinite(seen))
 
 
-#: Wrappers of gymnasium for one robot and for many, and what each needs.
+#: Wrappers of gymnasium for one robot and for many robots, with their arguments.
 WRAPPERS: list[tuple[str, dict[str, Any]]] = [
     ("TimeLimit", {"max_episode_steps": 3}),
     ("PassiveEnvChecker", {}),
@@ -284,7 +284,7 @@ WRAPPERS: list[tuple[str, dict[str, Any]]] = [
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.mark.parametrize(("name", "arguments"), WRAPPERS, ids=[name for name, _ in WRAPPERS])
-def test_gymnasiums_wrappers_go_around_it(name: str, arguments: dict[str, Any]) -> None:
+def test_gymnasiums_wrappers_work_for_one_robot(name: str, arguments: dict[str, Any]) -> None:
     env: Any = cosmic.gym.WalkEnv(SCENE, render_mode="rgb_array", **FRAMES)
     if name == "TimeAwareObservation":
         env = gymnasium.wrappers.TimeLimit(env, 100)
@@ -314,7 +314,7 @@ VECTOR_WRAPPERS: list[tuple[str, dict[str, Any]]] = [
 @pytest.mark.parametrize(
     ("name", "arguments"), VECTOR_WRAPPERS, ids=[name for name, _ in VECTOR_WRAPPERS]
 )
-def test_gymnasiums_wrappers_go_around_many(name: str, arguments: dict[str, Any]) -> None:
+def test_gymnasiums_wrappers_work_for_many_robots(name: str, arguments: dict[str, Any]) -> None:
     many = cosmic.gym.WalkVectorEnv(3, SCENE, render_mode="rgb_array", **FRAMES)
     wrapped = getattr(gymnasium.wrappers.vector, name)(many, **arguments)
     wrapped.reset(seed=0)
@@ -330,7 +330,7 @@ def test_gymnasiums_wrappers_go_around_many(name: str, arguments: dict[str, Any]
 def test_films_are_recorded(skip: int, tmp_path: Any) -> None:
     scene = {**SCENE, "physics.steps": 2048}
     env = cosmic.gym.WalkEnv(scene, frame_skip=skip, render_mode="rgb_array")
-    # A frame of 1024 steps takes 2 s: a film cannot be slower than 1 frame a second.
+    # A frame of 1024 steps lasts 2 s, but a video needs at least 1 frame per second.
     assert env.metadata["render_fps"] == {50: 10, 1024: 1}[skip]
     pytest.importorskip("moviepy")
     film = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)

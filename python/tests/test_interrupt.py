@@ -130,7 +130,7 @@ def test_a_batch_stops_at_once_and_keeps_what_is_finished(call: str) -> None:
     )
     assert done.returncode == 0, done.stderr
     late, finished = json.loads(done.stdout)
-    # Robots at hand take a tenth of a second; a busy machine several times that.
+    # The current robots take a tenth of a second, and several times as long on a busy machine.
     assert late < 2.0
     assert 0 < finished < 4096 if call == "rollout" else finished == 0
 
@@ -146,7 +146,7 @@ def test_a_sweep_stops_at_once_and_goes_on(tmp_path: Path) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=stop).start()
-    with pytest.raises(KeyboardInterrupt, match=r"0 of 2 runs are finished; run\(\) goes on"):
+    with pytest.raises(KeyboardInterrupt, match=r"0 of 2 runs are finished; call run\(\) again"):
         stopped.run(threads=2)
     assert time.monotonic() - sent[0] < 2.0
     assert list(stopped.merge()["state"]) == ["begun", "begun"]

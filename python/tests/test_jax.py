@@ -177,11 +177,11 @@ def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf, 1e9], ids=["NaN", "infinite", "diverges"])
 @pytest.mark.parametrize("name", ["v0", "b2", "z"])
-def test_a_robot_that_is_lost_leaves_the_others_alone(
+def test_a_lost_robot_does_not_affect_the_others(
     sim: cosmic.Simulator, name: str, lost: float
 ) -> None:
     if lost == 1e9 and name != "v0":
-        pytest.skip("large numbers of these are no divergence")
+        pytest.skip("large values of this input do not cause divergence")
     robots = [robot(sim, seed) for seed in range(3)]
     wrong = np.array(getattr(robots[1], name))
     wrong[2] = lost
@@ -195,7 +195,7 @@ def test_a_robot_that_is_lost_leaves_the_others_alone(
         assert all(np.all(np.isfinite(g[k])) for g in gradients)
 
 
-def test_nothing_is_mapped_over(sim: cosmic.Simulator) -> None:
+def test_vmap_over_an_empty_batch(sim: cosmic.Simulator) -> None:
     batch = stacked([robot(sim, 0)])
     none = cosmic.Inputs(*(array[:0] for array in batch))
     assert jax.vmap(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))(none).x.shape[0] == 0
@@ -242,7 +242,7 @@ def test_other_types_are_converted(sim: cosmic.Simulator, dtype: str) -> None:
     other = inputs._replace(b1=jnp.asarray(np.arange(len(inputs.b1)), dtype))
     wide = inputs._replace(b1=jnp.asarray(np.arange(len(inputs.b1)), jnp.float32))
     is_whole = dtype == "int32"
-    # A whole number makes nothing double, as in JAX.
+    # Integers do not switch to double precision, as in JAX.
     seen, expected = (cosmic.jax.rollout(sim, each, *SPAN) for each in (other, wide))
     assert seen.x.dtype == jnp.float32 and same(seen, expected)
     gradient = jax.grad(number(sim), allow_int=is_whole)(other)
@@ -286,8 +286,8 @@ print(jax.block_until_ready(of(many)).shape)
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs a process on one core")
-def test_the_cure_for_one_core_works() -> None:
-    # Without the flags this waits forever, as docs/python.md says.
+def test_the_workaround_for_one_core_works() -> None:
+    # Without the flags this call waits forever, see docs/python.md.
     flags = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
     command = [sys.executable, "-c", ONE_CORE]
     done = subprocess.run(command, capture_output=True, text=True, env=flags, timeout=120)

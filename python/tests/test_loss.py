@@ -74,7 +74,7 @@ def test_steps_before_the_start_are_refused() -> None:
 
 
 @pytest.mark.parametrize("observed", [[5, 3], [5, 5], [129], [0.5], 7])
-def test_steps_that_do_not_serve_are_refused(observed: Any) -> None:
+def test_invalid_observed_steps_are_refused(observed: Any) -> None:
     loss = cosmic.Loss(final, lambda _: observed)
     with pytest.raises(cosmic.InputError, match="the loss observes .*expected"):
         cosmic.optimize(SCENE, loss=loss, progress=False)
@@ -83,7 +83,7 @@ def test_steps_that_do_not_serve_are_refused(observed: Any) -> None:
             cosmic.Loss(final, every)
 
 
-#: Horizons that are no multiple of what a loss looks at: the default scene has many.
+#: Horizons that are not a multiple of the interval of a loss. The default scene has many of them.
 UNEVEN = {**SCENE, "schedule": {**SCENE["schedule"], "horizon": [130, 251]}}
 
 
@@ -116,7 +116,7 @@ def test_a_loss_that_is_never_a_number_ends_the_run() -> None:
 
 
 class Fickle(cosmic.Loss):
-    """A loss that one day looks at other steps, which the library has checked before and relies on."""
+    """A loss whose observed steps change later, although the library has checked them and relies on them."""
 
     is_other = False
 

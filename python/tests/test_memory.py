@@ -1,4 +1,4 @@
-"""What needs more memory than there is, and faults of the library: exceptions, never the end of the process."""
+"""Lack of memory and bugs in the library raise exceptions; they never end the process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-#: Limits the address space to so many MB more than is in use, and does something too large for them.
+#: Allows a few MB more than are in use, and then does work that needs more.
 LIMITED = """
 import resource
 import cosmic, numpy as np
@@ -35,7 +35,7 @@ def limited(megabytes, call):
         resource.setrlimit(resource.RLIMIT_AS, old)
 
 many = first._replace(v0=np.zeros((2000, *first.v0.shape)))
-# Small ones first: what was allocated once may be had again.
+# Small work first, because memory that was allocated once may be reused.
 bars = cosmic.Trajectory(np.zeros((1, 36, 2)), np.zeros((1, 36, 2)))
 limited(30, lambda: sim.vjp(first, bars, observed=[8192]))
 long = {"scene": "stability", "physics.steps": 1000000}
@@ -49,7 +49,7 @@ limited(500, large.initial)
 limited(500, lambda: cosmic.optimize(wide, progress=False))
 limited(500, lambda: cosmic.optimize({**long, "schedule.horizon": [4096, 1000000]}, progress=False))
 limited(500, lambda: cosmic.sweep("nowhere", wide, seeds=1))
-# All is as before.
+# The simulator still works.
 sim.rollout(first)
 """
 
@@ -61,10 +61,10 @@ def test_too_large_is_refused_and_the_process_lives() -> None:
     gradient, simulator, rollout, tangents, start, *runs = done.stdout.splitlines()
     # 2000 robots x 1025 states x 36 nodes x 4 numbers of 8 bytes.
     assert rollout == (
-        "a rollout of 2000 robots that shows 1025 states needs 2.4 GB of memory, and the system does "
-        "not grant so much; take fewer robots at once, or fewer states (`observed`)"
+        "a rollout of 2000 robots with 1025 observed states needs 2.4 GB of memory, but the system refuses "
+        "to allocate it; use fewer robots at once, or observe fewer states (`observed`)"
     )
-    assert gradient.startswith("the gradient of a rollout of 1 robot that shows 1 state needs 53 MB")
+    assert gradient.startswith("the gradient of a rollout of 1 robot with 1 observed state needs 53 MB")
     assert gradient.endswith("or set gradient.memory in the scene")
     assert tangents.startswith("a rollout of 100 robots")
     assert simulator.startswith("a simulator of 110 edges and 1000000 steps needs 72 MB")
@@ -75,14 +75,14 @@ def test_too_large_is_refused_and_the_process_lives() -> None:
 
 def test_more_robots_than_any_machine_holds_are_refused(sim: cosmic.Simulator) -> None:
     first = sim.initial()
-    # Copies of their inputs, and then their results, have 1e11 bytes and more.
+    # The copies of the inputs and the results each need 1e11 bytes or more.
     many = first._replace(b1=first.b1[None].repeat(4_000_000, axis=0))
-    with pytest.raises(MemoryError, match="a copy of the inputs of 4000000 robots needs .* GB .* (free|grant)"):
+    with pytest.raises(MemoryError, match="a copy of the inputs of 4000000 robots needs .* GB .* (free|allocate)"):
         sim.rollout(many, 256, 1)
 
 
 def test_every_entry_point_catches_panics() -> None:
-    # A panic in one that does not would cross the border as an exception that no `except Exception` catches.
+    # Otherwise a panic would become an exception that `except Exception` does not catch.
     plain = {"dt", "steps", "shapes", "along", "actuators", "inputs", "rest", "edges", "rest_length"}
     plain |= {"__repr__", "__reduce__", "restore", "to_toml", "scenes", "set", "usual_threads", "check_span"}
     found = 0
@@ -90,7 +90,7 @@ def test_every_entry_point_catches_panics() -> None:
         text = file.read_text()
         pieces = re.split(r"#\[pyfunction\]|#\[pymethods\]", text)[1:]
         for piece in pieces:
-            # The attribute's function, or the whole block of methods.
+            # The function after the attribute, or the whole block of methods.
             block = piece[: piece.find("\n}\n")]
             bodies = re.split(r"\n(?:    )?(?:pub\(crate\) )?fn ", block)[1:]
             for body in bodies:

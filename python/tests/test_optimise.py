@@ -156,13 +156,13 @@ def test_a_notebook_shows_the_whole_page(run: cosmic.Run, tmp_path: Path) -> Non
     frames = []
     for width in (500, 1000):
         frame, page, body = heights(width)
-        # Nothing is cut off, and nothing is left over: heights are rounded to whole pixels.
+        # The frame fits the page exactly, except that heights are rounded to whole pixels.
         assert page <= frame + 1 and abs(frame - body) <= 2, (width, frame, page, body)
         frames.append(frame)
     assert frames[0] != frames[1]
 
 
-def test_messages_name_calls_of_python_not_commands(run: cosmic.Run, tmp_path: Path) -> None:
+def test_messages_name_python_calls_instead_of_commands(run: cosmic.Run, tmp_path: Path) -> None:
     stopped = tmp_path / "a run"
 
     def stop(iteration: int, *_: object) -> None:
@@ -201,14 +201,14 @@ def test_commands_are_translated(command: str, call: str) -> None:
     assert cosmic._errors.in_python(command) == call
 
 
-def test_no_message_of_the_library_names_a_command_that_stays() -> None:
+def test_all_commands_in_messages_of_the_library_are_translated() -> None:
     root = Path(__file__).resolve().parents[2] / "cosmic/src"
     left = set()
     for file in root.rglob("*.rs"):
         lines = [line for line in file.read_text().splitlines() if not line.strip().startswith("//")]
         for said in re.findall(r'"[^"]*\bcosmic (?:[a-z]+)[^"]*"', "\n".join(lines)):
             left |= set(re.findall(r"\bcosmic [a-z]+", cosmic._errors.in_python(said)))
-    # Of a run that the program's `--starts` began, and of the program's own tests.
+    # Allowed in messages of runs that `--starts` began, and in the program's own tests.
     assert left <= {"cosmic is"}, left
 
 

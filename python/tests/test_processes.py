@@ -90,7 +90,7 @@ print(len(os.listdir("/proc/self/task")) - before, cosmic._core.usual_threads())
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts threads as Linux does")
 @pytest.mark.parametrize("threads", [1, 3])
-def test_the_environment_may_say_how_many_threads(threads: int) -> None:
+def test_an_environment_variable_sets_the_number_of_threads(threads: int) -> None:
     environment = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
     done = subprocess.run(
         [sys.executable, "-c", THREADS], capture_output=True, text=True, env=environment, timeout=60

@@ -1,4 +1,4 @@
-//! A user's crate outside of the workspace, with its own Cargo.toml and its own laws.
+//! A user's crate outside the workspace, with its own Cargo.toml and its own laws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ fn a_build_script_emits_an_adjoint() {
 
 #[test]
 fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
-    // The second one has an enum among its settings. The crate does not depend on serde.
+    // The second law has an enum among its settings, although the crate does not depend on serde.
     let examples = [
         ("cosmic/program/examples/mud.rs", "src/main.rs"),
         ("cosmic/program/examples/tendon.rs", "src/bin/tendon.rs"),

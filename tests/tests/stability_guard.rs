@@ -248,7 +248,7 @@ fn a_divergence_is_replayed_from_its_file() {
     assert_eq!(results.divergence, Some(found));
 }
 
-/// A node that starts at 30 m/s upwards, with bounds on either side of its speed after a step.
+/// A node starts upwards at 30 m/s. One bound is above its speed after a step, the other one below.
 #[test]
 fn a_node_that_is_too_fast_is_found_and_replayed_with_its_bound() {
     let fast = |bound| {
@@ -257,7 +257,7 @@ fn a_node_that_is_too_fast_is_found_and_replayed_with_its_bound() {
         case
     };
     assert_eq!(guarded(&fast(Some(35.0))).divergence, None);
-    // A case without the key is not judged.
+    // A case without the key has no bound.
     let free = fast(None).to_json();
     assert!(!free.contains("speed_bound"));
     let free = Case::parse("free.json", &free).expect("it is a case");

@@ -10,7 +10,7 @@ export class Client {
   #worker = null;
   #waiting = new Map();
   #next = 0;
-  /** Whether the worker has the library: until then it computes nothing. */
+  /** Whether the worker has loaded the library, and so can compute. */
   #loaded = false;
 
   /** @param onstop is called with a message when a panic, or a lack of memory, stops the worker. */
@@ -19,13 +19,13 @@ export class Client {
     this.start();
   }
 
-  /** Milliseconds since the worker began with the request that it is computing; 0 if it is idle or still loading. */
+  /** Milliseconds since the worker began its current request; 0 if it is idle or still loading. */
   get busyFor() {
     const [first] = this.#waiting.values();
     return first && this.#loaded ? performance.now() - first.since : 0;
   }
 
-  /** Starts a new worker in place of the present one, whose work is lost. */
+  /** Replaces the worker by a new one. The work of the old worker is lost. */
   start() {
     this.#end("started anew");
     this.#loaded = false;
@@ -48,7 +48,7 @@ export class Client {
     this.#begun();
   }
 
-  /** The worker begins with the request that has waited longest. */
+  /** Notes that the worker begins its oldest request now. */
   #begun() {
     for (const request of this.#waiting.values()) request.since = performance.now();
   }

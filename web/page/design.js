@@ -29,7 +29,7 @@ export class Design {
     return this.robots.length - 1;
   }
 
-  /** Whether an iteration is being computed; after a pause the last one is, for a while. */
+  /** Whether an iteration is being computed. After a pause the current iteration still has to end. */
   get iterates() {
     return this.#iterated !== null && this.#iterated === this.#run;
   }

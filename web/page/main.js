@@ -10,7 +10,7 @@ import { Player } from "./player.js";
 import { DEFAULT, Scene } from "./scene.js";
 
 const $ = id => document.getElementById(id);
-/** Milliseconds of one computation after which it can be cancelled. */
+/** Milliseconds after which a computation can be cancelled. */
 const LONG = 2000;
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
 /** `?panic=5` stops the library after iteration 5, for tests of what the page does then. */
@@ -35,7 +35,7 @@ const editor = new Editor({
 /** The iteration that is looked at; null for the last one or the delivered robot. */
 let looked = null;
 let recording = null;
-/** The timer after which the main button is looked at again. */
+/** The timer for the next update of the main button. */
 let waiting;
 
 async function begin() {
@@ -44,7 +44,7 @@ async function begin() {
     $("scene").replaceChildren(...ok.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
     const names = ok.map(({ name }) => name);
     if (!names.includes(scene.name)) {
-      return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; it has ${names.join(", ")}.`);
+      return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
     }
     await scene.check();
     if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
@@ -53,7 +53,7 @@ async function begin() {
   }
 }
 
-/** Opens a built-in scene as it is, in place of what the link asks for. */
+/** Opens a built-in scene without changes, because the link cannot be opened. */
 async function openInstead(name, reason) {
   await scene.choose(name);
   $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
@@ -83,14 +83,14 @@ async function prepare() {
     await design.prepare(scene.asked, scene.seed);
     return true;
   } catch (error) {
-    // Whoever stopped the worker says what comes next.
+    // The code that stopped the worker decides what comes next.
     if (!(error instanceof Stopped)) design.abandon("empty");
     fail(error);
     return false;
   }
 }
 
-/** A refusal is shown in the section that the reader is in; a stop has a dialog. */
+/** Shows a refusal in the section that has the focus. A stopped worker has its own dialog. */
 function fail(error) {
   if (error instanceof Stopped) return;
   if (!(error instanceof Refused)) throw error;
@@ -113,7 +113,7 @@ function shown() {
   return design.delivered ?? design.robots.at(-1);
 }
 
-/** Whether there is nothing to do but to wait for the worker. */
+/** Whether the page can only wait for the worker. */
 const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
 
 function tellButton(state) {
@@ -210,7 +210,7 @@ function tellStatus(state) {
   const about = {
     empty: "",
     preparing: "Preparing the robot …",
-    cancelled: "Cancelled. Design begins anew.",
+    cancelled: "Cancelled. Press Design to start again.",
     ready: "The bars are undecided. Press Design.",
     paused: `Paused after iteration ${design.iteration}.`,
     measuring: "Measuring the robot from other starts …",
@@ -267,7 +267,7 @@ async function pressDesign() {
   }
 }
 
-/** Ends a computation that takes too long. The worker's robot is lost with it. */
+/** Ends a computation that takes too long. The worker loses its robot. */
 function cancel() {
   client.start();
   design.abandon("cancelled");

@@ -11,9 +11,9 @@ const FIELDS = [
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
-/** The scene of a page whose link names none; the program's too. */
+/** The default scene for links without a scene, as in the program. */
 export const DEFAULT = "earth";
-/** Milliseconds after which a computation for another scene is ended rather than waited for. */
+/** Milliseconds to wait for the computation of another scene before it is ended. */
 const PATIENCE = 1000;
 const POINTS = "ground.points";
 const PROFILE = "ground.profile";

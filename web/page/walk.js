@@ -1,5 +1,5 @@
 // A robot and its rollout, ready to be drawn at any time.
-/* global levelAround, bodyOf: of drawing.js */
+/* global levelAround, bodyOf: from drawing.js */
 
 const MATERIALS = ["void", "skeleton", "actuator"];
 /** Seconds over which the camera averages, so that it does not shake. */
@@ -39,7 +39,7 @@ export class Walk {
     this.frames = this.#coordinates.length / (2 * world.rest.length);
     this.duration = (this.frames - 1) * world.every;
     const payload = world.payloads[0] ?? 0;
-    /** The nodes that the camera follows: those of the payload's body. */
+    /** The nodes that the camera follows: all nodes that are connected to the payload. */
     this.body = bodyOf([payload], world.edges, e => 1 - this.mixture(e)[0]);
     this.#middles = this.#smoothed(this.#bodyMiddles());
     this.#trail = new Float32Array(2 * this.frames);

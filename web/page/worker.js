@@ -6,7 +6,7 @@ const engine = WebAssembly.compileStreaming(fetch(new URL("cosmic.wasm", import.
   // A file server that does not know WebAssembly's type.
   .catch(async () => WebAssembly.compile(await (await fetch(new URL("cosmic.wasm", import.meta.url))).arrayBuffer()))
   .then(module => new Engine(module));
-// Where it cannot be loaded, the answer to each request says so.
+// If the library cannot be loaded, every request is answered with the error.
 engine.then(() => postMessage({ loaded: true }), () => {});
 
 addEventListener("message", async ({ data: [number, request] }) => {

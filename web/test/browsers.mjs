@@ -12,7 +12,7 @@ export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
   const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : ["--width=1280", "--height=900"];
-  // Firefox ESR cannot set the size of a page: its window has one.
+  // Firefox ESR cannot set the size of a page; the page takes the size of the window.
   const ofBrowser = browser === "chrome" ? {} : { defaultViewport: null };
   return puppeteer.launch({ browser, executablePath: installed(browser), args, ...ofBrowser, ...options });
 }

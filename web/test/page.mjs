@@ -249,18 +249,18 @@ async function motionless(browser, address) {
   return close(page, faults);
 }
 
-/** How much of the stage, as shares of its width, is free to the left and to the right of the robot's bars. */
+/** The free space of the stage to the left and to the right of the robot's bars, as fractions of its width. */
 const margins = page => page.$eval("#stage", canvas => {
   const { width, height } = canvas;
   const { data } = canvas.getContext("2d").getImageData(0, 0, width, Math.floor(0.78 * height));
   const columns = [];
-  // The trail and the marks lie below the ground line; above it there is the robot alone.
+  // Above the ground line there is only the robot; the trail and the marks are below it.
   for (let k = 3; k < data.length; k += 4) if (data[k] > 20) columns.push(((k - 3) / 4) % width);
   const [low, high] = columns.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [width, 0]);
   return [low / width, 1 - high / width];
 });
 
-/** An undecided robot stands whole in the middle, on a telephone too. */
+/** An undecided robot is fully visible in the middle, on a telephone too. */
 async function framed(browser, address) {
   for (const width of [400, 1280]) {
     const { page, faults } = await open(browser, `${address}#scene=stability`, { width, height: 800, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
@@ -274,7 +274,7 @@ async function framed(browser, address) {
   }
 }
 
-/** Links that cannot be opened say so where the page opens, and show a robot. */
+/** For a link that cannot be opened, the page shows the reason in sight and another robot. */
 async function refusedLinks(browser, address) {
   for (const [link, reason, shows] of [
     ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "earth"],
@@ -290,7 +290,7 @@ async function refusedLinks(browser, address) {
   }
 }
 
-/** A robot that takes minutes can be cancelled, before and while it is designed, or left for another scene. */
+/** A slow computation can be cancelled, before and during a design. Choosing another scene ends it too. */
 async function cancelled(browser, address) {
   const huge = "#scene=stability&set=lattice.columns%3D64&set=lattice.rows%3D64";
   const { page, faults } = await open(browser, address + huge);

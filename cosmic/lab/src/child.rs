@@ -4,8 +4,8 @@ use std::io::Read;
 use std::process::Child;
 use std::thread::{JoinHandle, spawn};
 
-/// The output of a child process, on its way. A pipe holds some tens of kilobytes: a child that prints more
-/// waits until somebody reads, so its pipes must be read before it ends.
+/// The output of a running child process. A pipe holds only some tens of kilobytes. A child that prints more
+/// blocks until the pipe is read, so the pipes must be read before the child ends.
 pub(crate) struct Printing {
     out: Reader,
     error: Reader,
@@ -21,7 +21,7 @@ pub(crate) struct Printed {
 }
 
 impl Printing {
-    /// Starts to read the pipes that a child has.
+    /// Starts reading the output pipes of `child`.
     pub(crate) fn of(child: &mut Child) -> Self {
         Self {
             out: child.stdout.take().map(reader),
@@ -42,17 +42,17 @@ impl Printing {
 fn reader(mut pipe: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
     spawn(move || {
         let mut bytes = Vec::new();
-        // What was read before an error is still worth having.
+        // On an error, the bytes that were read so far are still useful.
         let _ = pipe.read_to_end(&mut bytes);
         bytes
     })
 }
 
 impl Printed {
-    /// The last line on standard error, which usually has the reason of a failure.
+    /// The last line on standard error, which usually gives the reason for a failure.
     pub(crate) fn reason(&self) -> String {
         let text = String::from_utf8_lossy(&self.error);
         let last = text.lines().rev().find(|line| !line.trim().is_empty());
-        last.unwrap_or("it failed and does not say why").to_owned()
+        last.unwrap_or("it failed without a message").to_owned()
     }
 }

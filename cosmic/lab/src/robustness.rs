@@ -121,7 +121,7 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
-    // First: where there is no run, there is no scene either.
+    // Checked first: if the folder is not a run, this is the error to report, not the missing scene.
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),

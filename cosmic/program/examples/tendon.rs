@@ -1,7 +1,7 @@
-//! A law along bars: rubber beside every bar, which pulls when the bar is stretched and goes slack when it is
+//! A law along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
 //! shortened, or the other way round.
 //!
-//! The law is added to the bar's own spring. It does not replace the spring.
+//! The law is added to the bar's spring; it does not replace the spring.
 //!
 //! `cargo run --release -p cosmic-program --example tendon -- optimize --iterations 8 --out runs/tendon`
 
@@ -25,7 +25,7 @@ cosmic::settings! {
 cosmic::settings! {
     /// Rubber beside every bar.
     struct Tendon {
-        /// The side on which it pulls.
+        /// The side on which the rubber pulls.
         side: Side = Side::Stretched, source "an example";
         /// Stiffness of the rubber.
         stiffness: f64 = 20.0, allowed within(0.0, 1e4), unit "N/m", source "an example";
@@ -41,11 +41,11 @@ impl Law for Tendon {
 impl BarForce for Tendon {
     #[inline(always)]
     fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-        // A bar of void has no rubber: its share of solid material is as small as its stiffness.
+        // A void bar has almost no stiffness, so this factor is close to 0: there is no rubber beside it.
         let share = bar.stiffness / (bar.stiffness + R::lit(1.0));
         let change = bar.length - bar.rest_length;
         let slack = R::lit(self.slack) * bar.rest_length;
-        // A choice by a setting may branch. A choice by a `Real` must select, as `max` does.
+        // Branching on a setting is allowed. A choice that depends on a `Real` must use a selection such as `max`.
         let pulled = match self.side {
             Side::Stretched => (change - slack).max(R::zero()),
             Side::Shortened => -(-change - slack).max(R::zero()),

@@ -40,7 +40,7 @@ pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     text.parse().map_err(expected)
 }
 
-/// Reads a number that `allows`; `expected` says which these are.
+/// Reads a number for which `allows` returns true; `expected` describes the allowed numbers.
 pub(super) fn number(
     text: &str,
     allows: impl Fn(f64) -> bool,

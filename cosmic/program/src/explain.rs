@@ -30,7 +30,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let Source { case, scene } = self.robot.read()?;
         let stable = StableStep::of(&case);
-        // A reference case has no loss and no horizons: those of the paper's scene serve.
+        // A reference case has no loss and no horizons; the ones of the paper's scene are used instead.
         let scene = scene.unwrap_or_else(Scene::paper);
         let speed = self.measure.then(|| measure(&case, &scene));
         let plan = if self.measure {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Write a robot for other programs: a model for MuJoCo, or files for the workshop
 ///
-/// At least one kind has to be named. A kind that cannot be made does not keep the others from being written. Drawings and solids are in millimetres, tables in SI units. docs/files.md says what is in the files.
+/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in millimetres, tables in SI units. docs/files.md describes the files.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
@@ -103,7 +103,7 @@ impl Arguments {
         mujoco::write(&case, &self.of_mujoco.settings(), folder)
     }
 
-    /// The files for the workshop. A kind that cannot be made goes with its option to `failed`.
+    /// The files for the workshop. If a kind cannot be made, its option and error are added to `failed`.
     fn for_workshop(&self, failed: &mut Vec<(&'static str, Error)>) -> Result<Vec<ExportFile>> {
         if !self.settings.set.is_empty() {
             return Err(Error::Usage(
@@ -147,12 +147,12 @@ impl Arguments {
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,
-    /// The options whose files were not written, and why.
+    /// The options whose files were not written, with the errors.
     failed: Vec<(&'static str, Error)>,
 }
 
 impl Made {
-    /// Names all that failed: the last as the error.
+    /// Reports all failed options. Returns the last one as the error.
     fn judge(self) -> Result<()> {
         let is_alone = self.written.is_empty() && self.failed.len() == 1;
         let named = |(option, error): (&str, Error)| match error {

@@ -58,7 +58,7 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
-/// The world in a line, and warnings about settings that are probably a mistake.
+/// One line that describes the world, and warnings about settings that are probably a mistake.
 fn introduction(plan: &RunPlan) -> Vec<String> {
     let world = format!("world: {}", plan.scene.world());
     let doubts = plan.scene.doubts().into_iter();

@@ -47,7 +47,7 @@ pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
 }
 
-/// A mark behind the displacement of an unreliable robot.
+/// The mark after the displacement of an unreliable robot; empty for other robots.
 pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     match verdict {
         Some(Reliability::Unreliable { .. }) => ", unreliable",

@@ -23,7 +23,7 @@ pub(super) struct Progress {
     /// Hidden with `--quiet`, where there is no terminal, or one on which nothing can be drawn twice.
     bars: MultiProgress,
     interrupt: Interrupt,
-    /// Lines that are shown when the first run begins.
+    /// The lines to show when the first run begins.
     introduction: Vec<String>,
     /// The runs by their seeds.
     runs: BTreeMap<u64, Shown>,

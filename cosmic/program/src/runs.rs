@@ -16,7 +16,7 @@ use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Carries out a run and shows its result. Once it has begun, the lines of `introduction` are shown.
+/// Carries out a run and shows its result. Shows the lines of `introduction` when the run has begun.
 ///
 /// # Errors
 /// The errors of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
@@ -37,7 +37,7 @@ pub(super) fn carry_out(
     if done.as_ref().is_err_and(is_full) && folder.join(SNAPSHOT).exists() {
         let run = in_shell(folder);
         note(&format!(
-            "the run is saved; with free space go on with: cosmic resume {run}"
+            "the run is saved; free some space, then continue with: cosmic resume {run}"
         ));
     }
     let summary = done?;
@@ -52,7 +52,7 @@ pub(super) fn carry_out(
     }
 }
 
-/// True where a file could not be written for lack of space.
+/// True if a file could not be written because the disk is full.
 fn is_full(error: &Error) -> bool {
     use ErrorKind::{QuotaExceeded, StorageFull};
     matches!(error, Error::Write { source, .. } if matches!(source.kind(), StorageFull | QuotaExceeded))
@@ -153,8 +153,8 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     }
     if let Some(behind) = summary.displacement_behind_p50 {
         text += &format!(
-            "with the goal behind: {behind:.3} m (negative is towards it); the robot is chosen by the \
-             worse of the two\n"
+            "with the goal behind: {behind:.3} m (negative is towards the goal); the worse of the two \
+             displacements decides the choice of the robot\n"
         );
     }
     if let Some(reason) = summary.unreliable() {

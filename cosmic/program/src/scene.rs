@@ -38,9 +38,9 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file: exit 2 with line, column and what is allowed where it is wrong, or
-    /// where `optimize` would refuse to begin; warn about settings that are probably a mistake or have no
-    /// effect
+    /// Check a scene file: for an error, also one with which `optimize` would refuse to begin, print line,
+    /// column and the allowed values, and exit with 2; warn about settings that are probably a mistake or have
+    /// no effect
     Check {
         /// A TOML file
         #[arg(value_name = "FILE")]
@@ -50,8 +50,8 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Print the scene `earth`, complete and commented: a template for your own. It supplies the keys that a
-    /// scene file lacks, unless the file names another `base`
+    /// Print the scene `earth` with all keys and comments, as a template for your own scene. `earth` also supplies
+    /// the keys that are missing in a scene file, unless the file names another `base`
     Default {
         /// Write JSON
         #[arg(long)]

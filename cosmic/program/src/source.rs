@@ -98,7 +98,7 @@ impl Source {
     }
 }
 
-/// The formats of files that hold no robot, and what these files are.
+/// The formats of files that contain no robot, and a description of each.
 const OTHERS: [(&str, &str); 12] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
@@ -110,14 +110,11 @@ const OTHERS: [(&str, &str); 12] = [
     ("cosmic-sweep-results", "the results of a sweep"),
     ("cosmic-verification", "the results of `cosmic verify`"),
     ("cosmic-robustness", "the results of `cosmic robustness`"),
-    (
-        "cosmic-truss",
-        "a lattice, which a scene names by `lattice.file`",
-    ),
+    ("cosmic-truss", "a lattice for `lattice.file` of a scene"),
     ("cosmic-mujoco", "a controller for MuJoCo"),
 ];
 
-/// What a table, page or picture that the program writes is, by the end of its name.
+/// The kind of a result file (table, page or picture), according to its file extension.
 fn kind_of_result(path: &Path) -> Option<&'static str> {
     Some(match path.extension()?.to_str()? {
         "csv" => "a table",
@@ -127,17 +124,17 @@ fn kind_of_result(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// The error for a file that holds no robot. It names the run beside the file, if there is one.
+/// The error for a file that contains no robot. If the folder is a run, the error names the folder.
 fn no_robot(path: &Path, kind: &str) -> Error {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
     let advice = if folder.join(DESIGN).exists() {
-        format!("the robot of its run is {}", in_shell(folder))
+        format!("the robot of this run is in {}", in_shell(folder))
     } else {
         "name the folder of a run, a design.json, a reference case or a scene".to_owned()
     };
     Error::Usage(format!(
-        "{} is {kind}, which holds no robot; {advice}",
+        "{} is {kind} and contains no robot; {advice}",
         path.display()
     ))
 }

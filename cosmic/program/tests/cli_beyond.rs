@@ -153,9 +153,9 @@ fn robustness_says_where_the_nominal_robot_diverges() {
     assert!(said.code == 3 && json["runs"][0]["nominal"].is_null());
 }
 
-/// The summary of a robot with so many bars that their floppy modes are not counted.
+/// If there are too many bars to count floppy modes, the program says so.
 #[test]
-fn floppy_modes_that_are_not_counted_are_left_out_by_name() {
+fn floppy_modes_that_are_not_counted_are_reported_as_such() {
     let bench = Bench::default();
     bench.run("a", "");
     let counted = bench.json("a/summary.json")["structure"]["floppy_modes"].as_u64();

@@ -3,7 +3,7 @@
 use crate::common::Bench;
 use std::fs;
 
-/// Every command that reads a finished run, and its scene by that.
+/// Every command that reads a finished run and its scene.
 const READERS: [&str; 7] = [
     "report a",
     "compare a a",
@@ -14,7 +14,7 @@ const READERS: [&str; 7] = [
     "optimize --from a --iterations 1 --out on",
 ];
 
-/// Each command refuses a scene of the run `a` for one reason.
+/// Each command refuses this scene file in the run `a`, with the same reason.
 #[track_caller]
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);
@@ -25,7 +25,7 @@ fn refused(bench: &Bench, scene: &str, says: &str) {
 }
 
 #[test]
-fn every_command_refuses_a_scene_that_is_not_the_run_s() {
+fn every_command_refuses_a_scene_that_differs_from_the_run() {
     let bench = Bench::default();
     bench.run("a", "");
     let whole = bench.read("a/scene.toml");
@@ -38,12 +38,12 @@ fn every_command_refuses_a_scene_that_is_not_the_run_s() {
     );
     let edited = whole.replace("gravity = 4.8", "gravity = 9.81");
     refused(&bench, &edited, "not the scene that the run began with");
-    // Without the file the scene of the snapshot serves.
+    // Without the file, commands use the scene of the snapshot.
     bench.remove("a/scene.toml");
     for line in READERS.iter().filter(|line| !line.contains("--from")) {
         bench.cosmic(line).ok();
     }
-    // A design alone may lie in any complete scene; comments and the base are no settings.
+    // A design may be put beside any complete scene. Changes of comments and of the base are allowed in a run.
     fs::create_dir(bench.path("b")).unwrap();
     fs::copy(bench.path("a/design.json"), bench.path("b/design.json")).unwrap();
     bench.write("b/scene.toml", edited);

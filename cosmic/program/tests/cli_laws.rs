@@ -65,8 +65,8 @@ fn works(name: &str, sets: &str) {
     without_it(&bench, sets);
 }
 
-/// The program `cosmic` lacks the law or the loss that a scene sets: it says so once where it would have to
-/// simulate, and shows the runs `a` and `b`.
+/// The program `cosmic` lacks the law or the loss that the scene sets. Commands that simulate report this once;
+/// other commands still show the runs `a` and `b`.
 fn without_it(bench: &Bench, sets: &str) {
     let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
@@ -80,7 +80,7 @@ fn without_it(bench: &Bench, sets: &str) {
     assert!(by_its_program.contains(energies) && !by_its_program.contains("are left out"));
     bench.cosmic("report a").ok();
     let page = bench.read("a/report.html");
-    // The scene on the page is the one of the run, the law included.
+    // The page shows the scene of the run, including the law.
     assert!(page.contains(&sets.replace('"', "&quot;")) || page.contains(sets));
     assert_eq!(page.contains(energies), !is_law);
     let says = format!("because this program does not have the law `{name}`");
@@ -113,9 +113,9 @@ fn without_it(bench: &Bench, sets: &str) {
     }
 }
 
-/// One fault is one error: the sections of a law that a value at fault names are not blamed.
+/// One fault gives one error. If the choice of laws is wrong, the sections of the laws give no further errors.
 #[test]
-fn a_fault_in_the_choice_of_laws_is_one_error() {
+fn a_wrong_choice_of_laws_gives_one_error() {
     let bench = Bench::default();
     for (choice, says) in [
         ("contact = 'mud'", "`physics.contact` names no law"),
@@ -137,7 +137,7 @@ fn a_fault_in_the_choice_of_laws_is_one_error() {
         told.fails(2, &[says]);
         assert_eq!(told.error.matches("error: ").count(), 1, "{}", told.error);
     }
-    // A section of its own fault is still one.
+    // A section with its own fault still gives a second error.
     bench.write("own.toml", "[physics]\ncontact = 'mud'\n[wool]\nat = 0.3\n");
     let told = bench.cosmic("scene check own.toml");
     assert_eq!(told.error.matches("error: ").count(), 2, "{}", told.error);

@@ -1,4 +1,4 @@
-//! Files, folders and numbers that are not what a command expects: what is said, and which remedy.
+//! Files, folders and numbers that a command does not expect: each error says what is wrong and what to do.
 
 use crate::common::{Bench, scene};
 use std::fs;
@@ -11,7 +11,7 @@ fn finished() -> Bench {
 }
 
 #[test]
-fn a_decimal_comma_is_told_from_other_faults() {
+fn a_decimal_comma_has_its_own_error() {
     let bench = Bench::default();
     let says = ["`9,81` is not a number", "use a decimal point: 9.81"];
     bench
@@ -40,7 +40,7 @@ fn a_decimal_comma_is_told_from_other_faults() {
 }
 
 #[test]
-fn a_file_of_a_run_that_holds_no_robot_is_called_what_it_is() {
+fn a_file_without_a_robot_is_named_by_its_kind() {
     let bench = finished();
     for (file, kind) in [
         ("summary.json", "the summary of a run"),
@@ -50,8 +50,9 @@ fn a_file_of_a_run_that_holds_no_robot_is_called_what_it_is() {
         ("trajectory.json", "the motion of a robot"),
         ("history.csv", "a table"),
     ] {
-        let says =
-            format!("run/{file} is {kind}, which holds no robot; the robot of its run is run\n");
+        let says = format!(
+            "run/{file} is {kind} and contains no robot; the robot of this run is in run\n"
+        );
         for command in ["evaluate", "explain", "gradcheck"] {
             bench
                 .cosmic(&format!("{command} run/{file}"))
@@ -64,7 +65,7 @@ fn a_file_of_a_run_that_holds_no_robot_is_called_what_it_is() {
 }
 
 #[test]
-fn a_folder_that_is_not_a_run_is_called_so() {
+fn a_folder_that_is_not_a_run_is_refused() {
     let bench = finished();
     fs::create_dir(bench.path("empty")).unwrap();
     let lacks = |folder: &str, file: &str| {
@@ -87,14 +88,14 @@ fn a_folder_that_is_not_a_run_is_called_so() {
             told.fails(4, &["cannot read nowhere: No such file"]);
         }
     }
-    let says = "tiny.toml: a report is of the folder of a run, or of a design.json";
+    let says = "tiny.toml: a report needs the folder of a run, or a design.json";
     bench.cosmic("report tiny.toml").fails(2, &[says]);
     let says = "cannot read tiny.toml: it is a file; name the folder of a run";
     bench.cosmic("resume tiny.toml").fails(4, &[says]);
 }
 
 #[test]
-fn a_snapshot_that_is_cut_off_says_so_and_what_to_do() {
+fn a_truncated_snapshot_is_refused_with_a_remedy() {
     let bench = finished();
     bench.remove("run/summary.json");
     let text = bench.read("run/snapshot.json");
@@ -112,7 +113,7 @@ fn a_snapshot_that_is_cut_off_says_so_and_what_to_do() {
     bench.cosmic("resume run --quiet").ok();
 }
 
-/// Every file of a run that is read back: each names NaN, which Python's `json` writes.
+/// Every file of a run that a command reads: the error names NaN, which Python's `json` writes.
 #[test]
 fn a_number_that_is_not_finite_is_named_in_every_file() {
     let bench = finished();
@@ -143,7 +144,7 @@ fn a_number_that_is_not_finite_is_named_in_every_file() {
     told.fails(2, &["-Infinity is not a JSON number", "truss.json:1:56"]);
 }
 
-/// Sweeps name folders so.
+/// Sweeps make folders with equals signs in their names.
 #[test]
 fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     let bench = Bench::default();
@@ -158,10 +159,10 @@ fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     }
 }
 
-/// `/dev/full` answers as a full disk does.
+/// Writing to `/dev/full` fails as on a full disk.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_says_to_free_space_and_the_run_goes_on() {
+fn a_run_continues_after_a_full_disk() {
     use std::os::unix::fs::symlink;
     let bench = finished();
     let remedy = "free some space there, then resume the run or repeat the command";
@@ -175,7 +176,7 @@ fn a_full_disk_says_to_free_space_and_the_run_goes_on() {
     }
     symlink("/dev/full", bench.path("run/trajectory.json")).unwrap();
     let told = bench.cosmic("resume run --quiet");
-    let go_on = "the run is saved; with free space go on with: cosmic resume run\n";
+    let go_on = "the run is saved; free some space, then continue with: cosmic resume run\n";
     told.fails(
         4,
         &[
@@ -189,11 +190,11 @@ fn a_full_disk_says_to_free_space_and_the_run_goes_on() {
     assert_eq!(bench.results("run"), before);
 }
 
-/// A file or a pipe gets whole lines: bars are for terminals.
+/// Files and pipes get whole lines; only terminals get progress bars.
 #[test]
 fn progress_in_a_pipe_has_no_carriage_returns() {
     let bench = Bench::default();
-    // What a study changes in every scene names no base.
+    // The file of changes for a study must not name a base.
     let changes = bench
         .read("tiny.toml")
         .replace("base = \"stability\"\n", "");

@@ -32,7 +32,7 @@ impl Walk {
         );
         let mut walk = Command::new(python);
         let walk = walk.arg(player).args(more.split_whitespace()).arg("--path");
-        // MuJoCo writes its warnings into the folder that it runs in.
+        // MuJoCo writes its warnings to the current folder.
         let walk = walk.arg(path).current_dir(bench.path(""));
         let told = Told::of(walk.output().unwrap()).ok();
         let rows = bench.read("path.csv");

@@ -167,7 +167,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
 
-    // It has no bars yet, and nobody counts or loads them.
+    // The design has no bars yet, so there are no counts and no loads.
     assert_eq!(summary["undecided"], true);
     for nothing in ["structure", "loads"] {
         let value = summary.get(nothing).expect("the key is there");

@@ -101,7 +101,7 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
         "a/diverged.json",
     ];
     said.fails(3, &words);
-    // Every rollout overflows, so nothing moves: the run does not go on to its 24th iteration.
+    // Every rollout overflows, so the design does not change. The run stops before its 24th iteration.
     assert_eq!(bench.lines("a/history.jsonl"), 10);
     for says in [
         "warning: after iteration 1: the loss is NaN",

@@ -1,12 +1,12 @@
-//! Unreliable robots are called so by all commands that show a displacement.
+//! All commands that show a displacement mark unreliable robots.
 
 use crate::common::Bench;
 use serde_json::Value;
 
-/// What a summary says about its robot is said wherever its displacement is shown. A summary of an
-/// earlier version says nothing.
+/// Every command that shows a displacement also shows the summary's verdict. Summaries of earlier versions have
+/// no verdict.
 #[test]
-fn an_unreliable_robot_is_called_so_and_none_of_its_shares_is_shown() {
+fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     let bench = Bench::default();
     bench.run("a", "");
     let text = bench.read("a/summary.json");
@@ -48,7 +48,7 @@ fn an_unreliable_robot_is_called_so_and_none_of_its_shares_is_shown() {
             assert!(!text.contains("unreliable"), "{text}");
         }
         assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
-        // Without feedback it walks backwards: that is no share.
+        // Without feedback the robot walks backwards, so there is no percentage.
         let (told, page, _) = shown(verdict, -2.74);
         assert!(told.contains("by the clock alone: -2.740 m\n"), "{told}");
         assert!(!page.contains("137 %"));

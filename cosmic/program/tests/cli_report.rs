@@ -169,7 +169,7 @@ fn what_is_missing_or_cut_off_is_named() {
     ] {
         let file = format!("run/{name}");
         let whole = bench.read(&file);
-        // Without a history a run is drawn, see below; the scene is in the snapshot too.
+        // A run without a history can still be drawn, see below; the scene is also in the snapshot.
         if !["history.jsonl", "scene.toml"].contains(&name) {
             bench.remove(&file);
             report(&bench).fails(4, &[name]);

@@ -96,7 +96,7 @@ fn check_warns_of_nonsense_that_runs() {
     }
 }
 
-/// One line on the world, on standard output, which stays clean for `--json` and `--quiet`.
+/// Standard output has one line about the world, except with `--json` or `--quiet`.
 #[test]
 fn the_world_is_described() {
     let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
@@ -113,7 +113,7 @@ fn the_world_is_described() {
     bench.cosmic("scene check moon.toml --json").json();
 }
 
-/// What `scene check` warns about, `optimize` warns about.
+/// `optimize` prints the same warnings as `scene check`.
 #[test]
 fn optimize_describes_the_world_and_warns_as_check_does() {
     let bench = Bench::with(&scene(2, 32, "gravity = -4.8\nfriction = 0.8"));

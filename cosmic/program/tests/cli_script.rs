@@ -199,7 +199,7 @@ fn what_cannot_be_handed_over_is_refused() {
     }
 }
 
-/// The log that a Slurm script names, as Slurm reads it: quotes and backslashes of the directive, then `%`.
+/// The log file of a Slurm script, read as Slurm does: first quotes and backslashes of the directive, then `%`.
 fn slurm_log(text: &str, task: &str) -> String {
     let lines = text.lines();
     let mut values = lines.filter_map(|line| line.strip_prefix("#SBATCH --output="));
@@ -214,7 +214,7 @@ fn slurm_log(text: &str, task: &str) -> String {
             (c, _) => word.push(c),
         }
     }
-    // A backslash that is left would keep `%` from being replaced.
+    // A remaining backslash would prevent Slurm from replacing `%`.
     assert!(quote.is_none() && !word.contains('\\'), "{value}");
     let mut path = String::new();
     let mut rest = word.chars();
@@ -231,7 +231,7 @@ fn slurm_log(text: &str, task: &str) -> String {
     path
 }
 
-/// Folders whose names have characters that a shell, Slurm, YAML or Kubernetes gives a meaning.
+/// Folder names with characters that are special in a shell, Slurm, YAML or Kubernetes.
 const ODD: [&str; 10] = [
     "half%a",
     "it's 100%",
@@ -254,14 +254,14 @@ fn named(name: &str) -> Bench {
     bench
 }
 
-/// The script for the sweep of a name, which is no line of words.
+/// The script for the sweep in folder `name`. The name may contain spaces, so it is passed as one argument.
 fn script_of(bench: &Bench, name: &str, kind: &str) -> crate::program::Told {
     let mut command = crate::program::command("sweep script");
     command.args([kind, "--"]).arg(name);
     crate::program::Told::of(command.current_dir(bench.path("")).output().unwrap())
 }
 
-/// The log of the only run must be in the sweep's folder, and the run must be done.
+/// Checks that the only run is done and that its log is in the sweep's folder.
 fn assert_done(bench: &Bench, name: &str, log: &str) {
     let folder = bench.path(name);
     assert!(folder.join("runs/tiny-0/summary.json").exists(), "{name:?}");
@@ -296,8 +296,8 @@ fn slurm_finds_folders_of_any_name() {
     );
 }
 
-/// What Kubernetes makes of the arguments of a container: `$$` is a dollar sign, `$(NAME)` a variable, if there
-/// is one of that name.
+/// Expands container arguments as Kubernetes does: `$$` is a dollar sign, and `$(NAME)` is replaced if a variable
+/// with this name exists.
 fn expanded(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -343,7 +343,7 @@ fn kubernetes_finds_folders_of_any_name() {
     }
 }
 
-/// A stand-in for GNU parallel: it hands each line to a command in a shell, as `parallel` does.
+/// A stand-in for GNU parallel: it runs a command in a shell for each line, as `parallel` does.
 const STAND_IN: &str = "#!/bin/bash\nwhile [ \"$1\" != task ]; do shift; done\n\
     while read -r line; do bash -c \"task $line\"; done\n";
 

@@ -342,7 +342,7 @@ fn a_grid_plans_every_combination() {
     assert!(!bench.path("t").exists());
 }
 
-/// The values of the grid stand in columns and keys, for programs that draw or fit them.
+/// The grid's values appear as columns and keys, for programs that plot or fit them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
     assert!(

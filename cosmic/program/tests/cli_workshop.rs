@@ -59,7 +59,7 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
     })
 }
 
-/// A file like the run's trajectory, with the state after every step: peaks are over all of them.
+/// Writes a file like the run's trajectory with the state after every step, because peaks are over all steps.
 fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     let steps: Vec<String> = (0..=last).map(|step| step.to_string()).collect();
     let record = steps.join(",");
@@ -167,7 +167,7 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
     assert!(told.error.contains("the design is not decided"), "{told:?}");
 }
 
-/// No exponents, and no digits that rounding left.
+/// Numbers have no exponents and no rounding noise in their last digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")
@@ -219,7 +219,7 @@ fn normals_of_solids_are_those_of_their_triangles() {
         let (u, v) = (minus(b, a), minus(c, a));
         let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
         let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // A number in single precision is off by 6e-8 at most.
+        // Numbers in single precision have a relative error of at most 6e-8.
         assert!(
             (0..3).all(|k| (normal[k] - cross[k] / length).abs() < 1e-7),
             "{normal:?}"
@@ -232,9 +232,9 @@ fn normals_of_solids_are_those_of_their_triangles() {
     );
 }
 
-/// Node 2 of the file is the payload, and so node 0 of the robot.
+/// Node 2 of the file is the payload, so it becomes node 0 of the robot.
 #[test]
-fn nodes_have_the_numbers_of_the_truss_file_beside_their_own() {
+fn nodes_also_have_the_numbers_of_the_truss_file() {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
     let bench = Bench::with(&scene);
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
@@ -251,7 +251,7 @@ fn nodes_have_the_numbers_of_the_truss_file_beside_their_own() {
         // The lower left corner of this truss is the origin.
         for (k, cell) in cells[1..3].iter().enumerate() {
             let off = cell.parse::<f64>().unwrap() - place[k].as_f64().unwrap();
-            // Places are kept in units of the spacing, and written to 1e-9 m.
+            // Positions are stored in units of the spacing and written to 1e-9 m.
             assert!(off.abs() < 1e-9, "{row}: {place}");
         }
         has_moved |= own != file;
@@ -260,7 +260,7 @@ fn nodes_have_the_numbers_of_the_truss_file_beside_their_own() {
 }
 
 #[test]
-fn a_kind_that_cannot_be_made_leaves_the_others() {
+fn a_kind_that_cannot_be_made_does_not_stop_the_others() {
     let bench = Bench::default();
     bench.run("run", "--quiet");
     let told = bench.cosmic("export run --csv --svg --dxf --stl --mujoco --radius 30");

@@ -11,7 +11,7 @@ use cosmic::error::Result;
 use cosmic::simulator::BarLoad;
 use std::f64::consts::PI;
 
-/// Decimals of all numbers.
+/// The number of decimals in all tables.
 const DECIMALS: usize = 9;
 
 /// A row for each bar.
@@ -22,7 +22,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    // Forces need every law of the scene, and nothing else in the tables does.
+    // Forces are the only columns that need every law of the scene.
     let loads = match run.robot.lacks() {
         [] => Some(loads(run)?),
         _ => None,

@@ -31,13 +31,13 @@ impl Prism {
     }
 }
 
-/// The unit normal of a triangle, to the side from which its corners are counterclockwise.
+/// The unit normal of a triangle. It points to the side from which the corners run counterclockwise.
 fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     let edge = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
     let (u, v) = (edge(b), edge(c));
     let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
     let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // A triangle without an area has no normal, for which the format has zeros.
+    // The STL format uses zeros as the normal of a triangle without area.
     cross.map(|x| {
         if length > 0.0 {
             (x / length) as f32
@@ -47,7 +47,7 @@ fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     })
 }
 
-/// The file of some prisms.
+/// The bytes of a binary STL file with these prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
     // 80 bytes that must not begin with "solid", which would mean text.
@@ -67,7 +67,7 @@ pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
 mod tests {
     use super::{Prism, normal};
 
-    /// A hexagon that is pushed to the side and up.
+    /// A hexagonal prism, shifted sideways and up.
     fn prism() -> Prism {
         let corner = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::TAU / 6.0).sin_cos();
@@ -90,11 +90,11 @@ mod tests {
             let [a, b, c] = corners.map(|corner| corner.map(f64::from));
             let n = normal(corners).map(f64::from);
             let dot = |x: [f64; 3]| (0..3).map(|k| n[k] * x[k]).sum::<f64>();
-            // A unit vector in single precision is off by a few of its roundings, 6e-8 each.
+            // A unit vector in single precision has a few rounding errors of 6e-8 each.
             assert!((dot(n) - 1.0).abs() < 1e-6, "{n:?}");
             let minus = |x: [f64; 3], y: [f64; 3]| [0, 1, 2].map(|k| x[k] - y[k]);
             assert!(dot(minus(b, a)).abs() < 1e-5 && dot(minus(c, a)).abs() < 1e-5);
-            // A convex solid is behind each of its faces.
+            // All corners of a convex solid lie behind each of its faces.
             assert!(dot(minus(middle, a)) < -1.0);
             let (u, v) = (minus(b, a), minus(c, a));
             let doubled = [
@@ -107,7 +107,7 @@ mod tests {
             volume += area * dot(a) / 3.0;
             (0..3).for_each(|k| vector_area[k] += area * n[k]);
         }
-        // Corners of 20 mm are rounded to 1e-6 mm, on faces of 20 mm2.
+        // Coordinates up to 20 mm are rounded to 1e-6 mm; faces have 20 mm2.
         let expected = 1.5 * 3.0_f64.sqrt() * 9.0 * 7.0;
         assert!(
             (volume / expected - 1.0).abs() < 1e-5,

@@ -27,7 +27,7 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
-/// The summary of a run, whose scene, if it is there, must be the one that the run began with.
+/// Reads the summary of a run. If the folder has a scene file, it must match the scene that the run began with.
 fn read(folder: &Path) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {

@@ -71,7 +71,7 @@ impl Chart {
 /// The four charts of a run, the first on top.
 fn charts(run: &RunFiles) -> [Chart; 4] {
     type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
-    // A line of the records that have a number, in the k-th colour. It has gaps where that is not finite.
+    // A line in the k-th colour through the records that have a number. Numbers that are not finite make gaps.
     let line = |name: &str, k: usize, number: Number| {
         let point = |r: &Record| Some([r.iteration as f64, number(r)?]);
         let points = run.history.iter().filter_map(point);

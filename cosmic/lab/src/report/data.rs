@@ -95,7 +95,7 @@ fn walk(motion: &Motion) -> Option<Walk> {
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// True if the robot flew apart in the rollout of an iteration's gradient: files have no displacement then.
+/// True if the robot flew apart in the gradient's rollout of this iteration. Files then have no displacement.
 pub(super) fn horizon_diverged(record: &Record) -> bool {
     let displacement = record.displacement_horizon;
     record.pass.is_some() && !displacement.is_some_and(f64::is_finite)
@@ -104,7 +104,7 @@ pub(super) fn horizon_diverged(record: &Record) -> bool {
 /// The numbers of the history, a list each with a number an iteration.
 fn history(run: &RunFiles) -> Value {
     type Number = fn(&Record) -> Option<f64>;
-    // A curve has a gap where a rollout diverged, and goes on across iterations without one.
+    // A curve has a gap where a rollout diverged. It continues across iterations without a rollout.
     let is_gap = |name: &str, record: &Record| match name {
         "displacement" => record.diverged,
         "horizon" => horizon_diverged(record),

@@ -16,17 +16,17 @@ use std::path::{Path, PathBuf};
 /// A scene with laws or a loss that this program lacks.
 #[derive(Clone, Debug)]
 pub struct ForeignScene {
-    /// What is lacking.
+    /// The missing laws and loss.
     pub lacks: Lacks,
-    /// The text of its file.
+    /// The text of the scene's file.
     pub text: String,
 }
 
 /// A design and its scene.
 pub struct RobotFiles {
-    /// The complete scene; without the laws and the loss that this program [lacks](Self::lacks).
+    /// The complete scene, without the laws and the loss that this program [lacks](Self::lacks).
     pub scene: Scene,
-    /// The text of the scene's file, if it names more than this program has.
+    /// The scene as text, if it names laws or a loss that this program lacks.
     pub foreign: Option<ForeignScene>,
     /// The scene's lattice.
     pub lattice: Lattice,
@@ -35,14 +35,14 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
-    /// Reads a design, and the scene beside it. A program that lacks a law of the scene shows the robot
-    /// all the same.
+    /// Reads a design, and the scene beside it. Laws that this program lacks are left out, so that the robot can
+    /// still be shown.
     ///
     /// # Errors
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
-        // First: of a file that is not a design, its scene is not the matter.
+        // Read first: if the file is not a design, this is the error to report, not a problem with its scene.
         let design = DesignFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder)?;
@@ -57,13 +57,13 @@ impl RobotFiles {
         })
     }
 
-    /// The laws of the scene that this program lacks. Without them nothing can be simulated.
+    /// The laws of the scene that this program lacks. Simulation needs all laws.
     pub fn lacks(&self) -> &[String] {
         let foreign = self.foreign.as_ref();
         foreign.map_or(&[], |foreign| &foreign.lacks.laws)
     }
 
-    /// What is left out for lack of the scene's laws, in a sentence; `None` if the program has them all.
+    /// A sentence that says that `what` is left out because laws are missing; `None` if the program has all laws.
     pub fn left_out(&self, what: &str) -> Option<String> {
         let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
         let laws = match &quoted[..] {
@@ -72,8 +72,8 @@ impl RobotFiles {
             laws => format!("the laws {}", laws.join(" and ")),
         };
         Some(format!(
-            "{what} are left out, because this program does not have {laws} of the scene; use the program \
-             that brings it"
+            "{what} are left out, because this program does not have {laws} of the scene; use a program \
+             that has all laws of the scene"
         ))
     }
 
@@ -150,7 +150,7 @@ impl RunFiles {
         let mut summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
         let trajectory = read_trajectory(folder, &robot)?;
-        // Earlier versions counted the bars of designs that had none yet.
+        // Earlier versions counted bars of undecided designs, which have no bars yet.
         if !robot.design.is_snapped() {
             summary.undecided = Some(true);
             (summary.structure, summary.loads) = (None, None);

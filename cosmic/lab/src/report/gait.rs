@@ -1,6 +1,6 @@
-//! How a robot walks, for the scripts of a page: which nodes stand when, what its actuators are told and do, what
-//! its bars bear, and its energies. All of it is taken from the states of the trajectory, except for the loads over
-//! all steps, which the run kept.
+//! How a robot walks, for the scripts of a page: when its nodes touch the ground, the commands and responses of its
+//! actuators, the loads of its bars, and its energies. All of it comes from the states of the trajectory, except for
+//! the loads over all steps, which the run recorded.
 
 use std::f64::consts::TAU;
 
@@ -27,7 +27,7 @@ pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
     moments: Vec<EdgeMoments>,
-    /// The loads of every edge, over all steps if the run kept them; otherwise in the states of the trajectory.
+    /// The loads of every edge: over all steps if the run recorded them, otherwise over the states of the trajectory.
     pub(super) loads: Vec<BarLoad>,
 }
 
@@ -60,13 +60,13 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// From which states the loads come, as the end of a sentence.
+    /// Says which states the loads come from, as the end of a sentence.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
             format!(
-                "in the {states} states of trajectory.json; between them it may be larger, and runs of \
-                 earlier versions did not keep it"
+                "in the {states} states of trajectory.json; the peak over all steps may be larger, but \
+                 earlier versions did not record it"
             )
         } else {
             "over all steps of the rollout".to_owned()
@@ -204,7 +204,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force are those of the summary, over all steps of the rollout.
+        // The largest strain and force equal those of the summary, which are over all steps of the rollout.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {
@@ -245,7 +245,7 @@ mod tests {
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
 
-        // A file of an earlier version has states alone, and the page says so.
+        // A file of an earlier version has only states, and the page says so.
         let mut earlier = RunFiles::read(&folder).unwrap();
         earlier.trajectory.bars.clear();
         let gait = Gait::new(&earlier).unwrap();

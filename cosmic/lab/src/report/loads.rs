@@ -6,7 +6,7 @@ use crate::table::{Column, Table, decimals};
 use cosmic::Result;
 use cosmic::simulator::BarLoad;
 
-/// The loads of every edge, over all steps if the run kept them; nothing is simulated again.
+/// The loads of every edge, over all steps if the run recorded them. Does not simulate the robot again.
 ///
 /// # Errors
 /// If the design does not fit its scene.

@@ -18,11 +18,10 @@ pub(super) fn with_numbers<'r, S>(
     let last = metres("last p50", says);
     let says = "displacement with the clock alone, without feedback: median over perturbed starts";
     let clock = metres("clock alone", says);
-    let says =
-        "displacement with the goal behind, negative towards it: median over perturbed starts";
+    let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = metres("behind", says);
     let single = metres("single", "displacement of one unperturbed rollout");
-    let says = "whether the robot does what its median says";
+    let says = "whether the median describes the robot well";
     let verdict = Column::new("reliability", says).decimals(0, "–");
     let solid = share("V", "share of solid edges");
     let actuators = share("V_act", "share of actuators");
@@ -33,7 +32,7 @@ pub(super) fn with_numbers<'r, S>(
     let nodes = count("nodes", "nodes with a bar");
     let ends = count("free ends", "ends of bars without another bar");
     let crossings = count("crossings", "pairs of bars that cross");
-    // What an undecided design does not have yet is not missing.
+    // An undecided design has no bars yet: its cells say so and do not look missing.
     let decided = move |run, number: fn(&Summary) -> Option<f64>| {
         let summary: &Summary = of(run);
         match summary.is_undecided() {

@@ -12,7 +12,7 @@ use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
 
-/// What a page says in place of the actuators of an undecided design.
+/// The text of a page for an undecided design, which has no actuators to show.
 const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
     There are no bars and no actuators yet.";
 

@@ -30,7 +30,7 @@ pub struct Line {
     pub colour: &'static str,
     /// The pattern of its dashes as in SVG; empty for a whole line.
     pub dashes: &'static str,
-    /// Its points. Where one is not finite, the line has a gap.
+    /// The points of the line. A point that is not finite makes a gap.
     pub points: Vec<[f64; 2]>,
 }
 

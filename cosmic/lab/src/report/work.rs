@@ -38,7 +38,7 @@ pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
             return Err(Error::Usage(format!(
-                "{}: a report is of the folder of a run, or of a design.json",
+                "{}: a report needs the folder of a run, or a design.json",
                 path.display()
             )));
         }

@@ -139,18 +139,18 @@ impl Transfer {
 /// The share of its displacement that a robot keeps if it is said to keep most.
 const MOST: f64 = 0.9;
 
-/// A robot that was tried in MuJoCo, if it has a transfer.
+/// A robot, and its walks in MuJoCo if it was tried there.
 pub(super) struct Tried<'r> {
-    /// The displacement that it was delivered with, m; `None` if it diverged.
+    /// The displacement of the delivered robot in its own scene, m; `None` if it diverged.
     pub(super) far: Option<f64>,
-    /// Whether that displacement is unreliable.
+    /// Whether the robot is unreliable.
     pub(super) unreliable: bool,
-    /// Its walks there.
+    /// Its walks in MuJoCo.
     pub(super) transfer: Option<&'r Transfer>,
 }
 
-/// Robots of many seeds on ground of one friction. Unreliable robots are left out of shares: their
-/// displacement is not a measure.
+/// Robots of many seeds on ground of one friction. Ratios leave out unreliable robots, whose displacement is not a
+/// useful reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct OnFriction {
     /// The coefficient.
@@ -229,7 +229,7 @@ mod tests {
         let agrees: Vec<_> = rows.iter().map(|row| row.agrees.median).collect();
         assert_eq!(agrees, [Some(1.25), None, Some(2.0), None]);
         assert_eq!(OnFriction::rows(&[tried(4.0, false, None)]), []);
-        // What an unreliable robot keeps says nothing.
+        // The ratio of an unreliable robot is meaningless.
         let both = [(4.0, false), (0.2, true)];
         let both = both.map(|(far, unreliable)| tried(far, unreliable, Some(&transfer)));
         let rows = OnFriction::rows(&both);

@@ -24,8 +24,8 @@ pub(super) fn check(python: &Path) -> Result<()> {
     })
 }
 
-/// Runs a program and returns what it writes to its standard output. `None` if it was ended because
-/// `is_stopped` was true.
+/// Runs a program and returns its standard output. Returns `None` if the program was stopped because `is_stopped`
+/// returned true.
 ///
 /// # Errors
 /// [`Error::Usage`] where it cannot be started or fails.
@@ -78,7 +78,7 @@ mod tests {
     use std::path::Path;
     use std::time::{Duration, Instant};
 
-    /// A shell takes the options that a Python takes.
+    /// Runs a shell script; `bash` takes `-c` as Python does.
     fn shell(
         program: &str,
         is_stopped: &dyn Fn() -> bool,
@@ -86,7 +86,7 @@ mod tests {
         run(Path::new("bash"), program, &[], is_stopped)
     }
 
-    /// Stops a program that is still there after a minute, so that the test fails and does not hang.
+    /// Stops a program that still runs after a minute, so that the test fails instead of hanging.
     fn patience() -> impl Fn() -> bool {
         let began = Instant::now();
         move || began.elapsed() > Duration::from_secs(60)
@@ -114,7 +114,7 @@ mod tests {
             shell("while true; do echo x; done", &is_stopped).unwrap(),
             None
         );
-        // A process that it has started itself may keep the pipes open.
+        // A grandchild process may keep the pipes open.
         looks.set(0);
         assert_eq!(shell("sleep 5 & wait", &is_stopped).unwrap(), None);
     }

@@ -36,7 +36,7 @@ impl RunRow {
         self.summary.as_ref()?.displacement_p50
     }
 
-    /// True if the robot is known to be unreliable: no share of its displacement means anything.
+    /// True if the robot is known to be unreliable. Ratios to its displacement are then meaningless.
     pub(super) fn is_unreliable(&self) -> bool {
         self.summary.as_ref().is_some_and(Summary::is_unreliable)
     }
@@ -90,8 +90,7 @@ pub(super) struct TrialRow {
     pub(super) within_bounds: usize,
     /// Runs whose bars all hang together with the payload.
     pub(super) one_piece: usize,
-    /// The displacement of the clock alone, without feedback, over the displacement; without
-    /// unreliable robots.
+    /// The open-loop displacement, without feedback, over the displacement; unreliable robots are left out.
     pub(super) clock_alone: Statistics,
     /// The largest strain of an actuator.
     pub(super) strain_peak: Statistics,

@@ -37,8 +37,9 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
 const ABOUT: &str = "\nEvery delivered design is exported to MuJoCo (`cosmic export RUN --mujoco`) and walks there on \
     grounds of several frictions, from as many perturbed starts; its number there is the median of these \
     walks. *Keeps* is that over *designed*, the displacement that it was delivered with in the scene's own \
-    world; *at least 0.9* counts the seeds that keep as much; unreliable robots are left out of both shares. *Coulomb here* is the same design by our own law of \
-    Coulomb friction at that friction, and *agrees* is MuJoCo over that: the difference of the simulators \
+    world; *at least 0.9* counts the seeds that keep as much; both leave out unreliable robots. \
+    *Coulomb here* is the \
+    same design with our own law of Coulomb friction at that friction, and *agrees* is MuJoCo over that: the difference of the simulators \
     alone. Each is the median over the seeds, in brackets the 10 % and the 90 % quantile. Flight is the same in \
     both to the rounding of numbers; contact is soft and frictional in MuJoCo, and by the time of impact here. \
     MuJoCo has no infinite friction: 5 stands for it.\n";

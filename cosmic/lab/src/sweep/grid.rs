@@ -56,14 +56,14 @@ pub fn on_grid(
     planned.collect()
 }
 
-/// The values that a scene has for the keys of some settings, which are `KEY=VALUE` each.
+/// The values of a scene for the keys of some settings, each written as `KEY=VALUE`.
 fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
     let known = scene.settings();
     let of = |setting: &String| {
         let (key, written) = setting.split_once('=')?;
         let as_read = known.iter().find(|known| known.key == key);
         let value = as_read.map_or(written, |known| &known.value);
-        // Numbers, truth values, lists of them and most texts are written alike in TOML and JSON.
+        // Numbers, booleans, lists of them and most strings have the same syntax in TOML and JSON.
         let value = serde_json::from_str(value);
         Some(SweptValue {
             key: key.to_owned(),

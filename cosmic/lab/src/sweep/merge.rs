@@ -28,7 +28,7 @@ pub struct SurveyedRun {
     pub index: usize,
     /// Its scene's name.
     pub scene: String,
-    /// Its values of the keys that the sweep varies, by key; empty without a grid.
+    /// The run's values of the keys that the sweep varies, by key; empty without a grid.
     pub swept: Map<String, Value>,
     /// Its seed.
     pub seed: u64,
@@ -218,7 +218,7 @@ impl Progress {
     }
 }
 
-/// A row per run, with a column for each key that the sweep varies; a number that a run lacks is left empty.
+/// One row per run, with a column for each key that the sweep varies. Cells of missing numbers are empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
     let more: [(_, SummaryNumber); 2] = [
         ("loss_p50", |summary| summary.loss_p50),

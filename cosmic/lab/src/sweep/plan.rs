@@ -24,7 +24,7 @@ pub const PLAN: &str = "plan.json";
 pub struct PlannedScene<S = Scene> {
     /// Its name, unique within a sweep.
     pub name: String,
-    /// Its values of the keys that the sweep varies; empty without a grid.
+    /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
     /// The scene; in the file as TOML.
@@ -32,7 +32,7 @@ pub struct PlannedScene<S = Scene> {
     pub scene: S,
 }
 
-/// A key that a sweep varies, and the value that a scene has for it.
+/// A key that a sweep varies, and its value in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweptValue {
     /// The key, such as `physics.friction`.
@@ -235,7 +235,7 @@ impl<S> SweepPlan<S> {
         self.scenes.len() * self.seeds.get()
     }
 
-    /// The keys that the sweep varies, each once, in the order of the grid.
+    /// The keys that the sweep varies, without repetition, in the order of the grid.
     pub fn swept_keys(&self) -> Vec<&str> {
         let mut keys = Vec::new();
         for swept in self.scenes.iter().flat_map(|planned| &planned.swept) {

@@ -74,7 +74,7 @@ impl<S: HasScene> Sweep<'_, S> {
     /// process still works; `is_stopped` may end the wait.
     ///
     /// # Errors
-    /// The errors of [`record::optimise`] and [`record::resume_of`], except a result's divergence; those
+    /// The errors of [`record::optimise`] and [`record::resume_of`], except the divergence of a result; the errors
     /// of measuring; [`Error::Stopped`].
     ///
     /// # Panics

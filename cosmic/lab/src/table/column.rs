@@ -73,7 +73,7 @@ pub struct Column {
     decimals: Option<usize>,
     /// The word for a missing number.
     missing: &'static str,
-    /// Decimals in CSV, at most; `None` for every bit.
+    /// The most decimals in CSV; `None` keeps every bit.
     rounded: Option<usize>,
 }
 
@@ -90,8 +90,8 @@ impl Column {
         }
     }
 
-    /// Writes at most this many decimals in CSV, without an exponent: for programs that know no exponents, and
-    /// for people who copy numbers by hand.
+    /// Writes at most this many decimals in CSV, without an exponent. Some programs cannot read exponents, and people
+    /// copy numbers by hand.
     pub fn rounded(mut self, decimals: usize) -> Self {
         self.rounded = Some(decimals);
         self

@@ -55,7 +55,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Makes all columns so far write at most this many decimals in CSV, see [`Column::rounded`].
+    /// Limits the decimals in CSV of all columns added so far, see [`Column::rounded`].
     pub fn rounded(mut self, decimals: usize) -> Self {
         let columns = self.table.columns.into_iter();
         self.table.columns = columns.map(|column| column.rounded(decimals)).collect();

@@ -7,8 +7,7 @@ pub fn decimals(x: f64, places: usize) -> String {
     text.replace('-', if is_zero { "" } else { "\u{2212}" })
 }
 
-/// A number to at most `places` decimals, as programs read it: without an exponent, and without zeros at the
-/// end.
+/// A number with at most `places` decimals, for programs to read: without an exponent and without trailing zeros.
 pub(super) fn plain(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let text = match text.split_once('.') {
@@ -74,7 +73,7 @@ mod tests {
     use super::{decimals, plain, prose};
 
     #[test]
-    fn plain_numbers_have_no_exponent_and_no_digits_of_rounding() {
+    fn plain_numbers_have_no_exponent_and_no_rounding_noise() {
         for (x, text) in [
             (3.4999999999999996e-2, "0.035"),
             (1e-4, "0.0001"),

@@ -30,8 +30,8 @@ def close(found, wanted, tolerance, what):
     assert abs(found - wanted) <= tolerance, f"{what}: {found}, not {wanted} within {tolerance}"
 
 
-# --- The tables. Their last digit is a nanometre: a number is half of that off at most, and a distance of two
-# points, each off by that along both axes, 1.5 of it.
+# --- The tables. Their last digit is a nanometre, so a number has an error of at most half a nanometre. A distance of
+# two points, each with this error along both axes, has an error of at most 1.5 nanometres.
 bars = {int(row["edge"]): row for row in table("bars.csv")}
 assert sorted(bars) == sorted(int(edge) for edge in expected["bars"]), "not the solid edges"
 for edge, row in bars.items():
@@ -45,7 +45,7 @@ for edge, row in bars.items():
     strain = expected["max_strain"] if wanted["material"] == "actuator" else 0
     close(float(row["stroke"]), strain * wanted["rest_length"], 6e-10, what)
 
-# --- Peak forces, from the equations of the controller and of a spring, over the states of all steps.
+# --- Peak forces over the states of all steps, from the equations of the controller and of a spring.
 robot, run = expected["robot"], json.loads(Path(expected["trajectory"]).read_text())
 # Nodes without a bar are no part of the robot.
 ends = [node for bar in expected["bars"].values() for node in bar["nodes"]]

@@ -34,9 +34,9 @@ class Curve extends Drawing {
     canvas.style.cursor = "crosshair";
   }
 
-  // `series`: {name, colour, points: [[x, y], …]} with a colour's name; where a y is no number, the line has a gap,
-  // and a word is its reading; `x`: range along; `unit`: of x. What may
-  // be left out: `title`, `cursor`, `digits` after the point in readings (2), `levels`: numbers with dashed
+  // `series`: {name, colour, points: [[x, y], …]} with a colour's name. If y is not a number, the line has a gap; if
+  // y is a string, the reading shows it. `x`: range along; `unit`: of x.
+  // Optional: `title`, `cursor`, `digits` after the point in readings (2), `levels`: numbers with dashed
   // lines, `phases`: {name, from, to} behind the lines, and `log` for a logarithmic axis up.
   paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false }, width, height) {
     const up = log ? Math.log10 : y => y;

@@ -125,11 +125,11 @@ function levelAround(ground, x, width) {
   return levels.reduce((sum, level) => sum + level, 0) / levels.length;
 }
 
-// A bar with less of a solid material than this holds nothing.
+// A bar with a smaller share of solid material does not connect its nodes.
 const HOLDS = 0.3;
 
-// The nodes that edges [i, j, …] join to the payloads, these included. `solid(e)` is the share of solid material of
-// edge e, so that a robot whose bars are undecided has a body too.
+// The payloads, and the nodes that edges [i, j, …] connect to them. `solid(e)` is the share of solid material of
+// edge e, so that an undecided robot has a body too.
 function bodyOf(payloads, edges, solid) {
   const body = new Set(payloads);
   const bars = edges.filter((_, e) => solid(e) > HOLDS);

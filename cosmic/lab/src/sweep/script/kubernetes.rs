@@ -6,7 +6,7 @@ use super::task::{GRACE, HandOver, Tasks, index, limited, title};
 const DEEP: &str = "\n              ";
 
 pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
-    // Kubernetes takes `$$` for a dollar sign, and `$(NAME)` for a variable of the container.
+    // Kubernetes reads `$$` as a dollar sign, and `$(NAME)` as a variable of the container.
     let escaped = &Tasks {
         sweep: tasks.sweep.replace('$', "$$"),
         ..tasks.clone()

@@ -29,7 +29,7 @@ impl HandOver<'_> {
     /// The script or manifest. Makes the folder of the logs, which Slurm expects.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the sweep's folder has a name that the script cannot hold; [`Error::Write`] if the
+    /// [`Error::Usage`] if the script cannot contain the name of the sweep's folder; [`Error::Write`] if the
     /// folder of the logs cannot be made.
     pub fn script(&self, scheduler: Scheduler) -> Result<String> {
         self.check_name(scheduler)?;
@@ -42,7 +42,7 @@ impl HandOver<'_> {
         })
     }
 
-    /// Refuses a name that is not text, and in YAML one with characters that end a line or are not printable.
+    /// Refuses names that are not UTF-8. For YAML it also refuses names with line breaks or unprintable characters.
     fn check_name(&self, scheduler: Scheduler) -> Result<()> {
         let shown = self.sweep.display();
         let refuse = |says: &str| {
@@ -51,11 +51,11 @@ impl HandOver<'_> {
             )))
         };
         let Some(name) = self.sweep.to_str() else {
-            return refuse("has a name that is not UTF-8 text, which a script cannot hold");
+            return refuse("has a name that is not UTF-8, which a script cannot contain");
         };
         let is_odd = |c: char| c.is_control() || "\u{2028}\u{2029}\u{feff}".contains(c);
         if scheduler == Scheduler::Kubernetes && name.contains(is_odd) {
-            return refuse("has a control character in its name, which a manifest cannot hold");
+            return refuse("has a control character in its name, which a manifest cannot contain");
         }
         Ok(())
     }

@@ -3,9 +3,9 @@
 use super::task::{GRACE, HandOver, Tasks, command, index, title};
 use cosmic::error::in_shell;
 
-/// The file that Slurm writes the output of a task to, and the lines by which the script writes it itself where
-/// Slurm could not: Slurm gives backslashes and the words for jobs of several parts another meaning, and a
-/// directive ends with its line.
+/// The file for the output of a task, and the script lines that redirect the output if Slurm cannot use this
+/// file. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive
+/// ends at the end of its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> [String; 2] {
     let sweep = hand_over.sweep.display().to_string();
     let lower = sweep.to_ascii_lowercase();
@@ -21,7 +21,7 @@ fn output(hand_over: &HandOver, tasks: &Tasks) -> [String; 2] {
         );
         return ["/dev/null".to_owned(), redirect];
     }
-    // A pattern: `%a` is the task, `%%` a percent sign.
+    // In this pattern `%a` is the task and `%%` is a percent sign.
     let sweep = in_shell(sweep.replace('%', "%%").as_ref());
     [format!("{sweep}/logs/%a.log"), String::new()]
 }

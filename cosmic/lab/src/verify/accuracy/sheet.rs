@@ -16,13 +16,13 @@ impl Run {
         self.finite && self.stable
     }
 
-    /// True if it diverged although its time step is stable, or although it is the run of the scene itself.
+    /// True if the run diverged although its time step is stable, or although it uses the scene's own time step.
     pub(super) fn is_failed(&self) -> bool {
         !self.finite && (self.stable || self.is_default)
     }
 
-    /// A number of the run. One that is not finite is missing where the time step is beyond the stable one: it
-    /// does not look failed, because nothing else was expected.
+    /// A number of the run. If the time step is above the stable time step, a number that is not finite counts as
+    /// missing and not as a failure, because divergence is expected.
     fn number(&self, x: f64) -> Cell {
         if self.stable || self.is_default {
             x.into()

@@ -143,7 +143,7 @@ impl Trial {
     /// The case as it runs: a free robot is silenced, lifted off the ground and given a push.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
-        // A trial is to grow as far as it does; the guard alone stops it.
+        // A trial may grow without a bound on speed; only the guard stops it.
         case.physics.speed_bound = None;
         if self.world == World::Driven {
             return case;

@@ -1,0 +1,266 @@
+//! The values of a scene: from its base, from the file of a run and from `--set`; and the departures from the paper.
+
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{
+    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
+    StartKind, fault,
+};
+
+#[test]
+fn missing_keys_come_from_the_base() {
+    let load = |name| Scene::load(name).unwrap();
+    for name in ["", "base = \"earth\"", "# a scene\n"] {
+        assert_eq!(Scene::parse("empty", name).unwrap(), load("earth"));
+    }
+    assert_eq!(Scene::default(), load("earth"));
+    for builtin in BUILTIN {
+        let named = Scene::parse("named", &format!("base = {:?}", builtin.name)).unwrap();
+        assert_eq!(named, load(builtin.name));
+        assert_eq!(named.base.name(), builtin.name);
+        // The complete text names its base, so removing a line changes nothing.
+        let text = named.to_toml().replace("gravity = ", "# ");
+        assert_eq!(Scene::parse("shown", &text).unwrap(), named);
+    }
+    // A file may change the settings of laws that its base uses.
+    let softer = Scene::parse("softer", "[stops]\nstiffness = 900").unwrap();
+    assert_eq!(softer.physics.gravity, 9.81);
+    assert!(
+        softer.to_toml().contains("\n[stops]\n")
+            && softer.to_toml().contains("\nstiffness = 900.0\n")
+    );
+    Scene::parse("none", "base = \"stability\"\n[stops]\nstiffness = 900").unwrap_err();
+
+    let scene = Scene::parse(
+        "one",
+        "physics.dt = 1e-3\n[gradient]\ncotangent_bound = \"off\"",
+    )
+    .unwrap();
+    assert_eq!(scene.physics.dt, 1e-3);
+    assert_eq!(scene.gradient.cotangent_bound, None);
+    assert_eq!(scene.physics.steps, Scene::default().physics.steps);
+    // A number may be written without a point.
+    let scene = Scene::parse("two", "physics.gravity = 5").unwrap();
+    assert_eq!(scene.physics.gravity, 5.0);
+}
+
+/// The scene of a run must have every key of its version. Newer keys get the values that reproduce the old behaviour.
+#[test]
+fn the_scene_of_a_run_is_complete() {
+    let earth = Scene::default().set(&["design.one_piece=false"]).unwrap();
+    let text = earth.to_run_toml();
+    for read in [
+        Scene::parse("run", &text),
+        Scene::parse_of_run("run", &text),
+    ] {
+        assert_eq!(read.unwrap(), earth);
+    }
+    let without = |text: &str, key: &str| {
+        let keep = |line: &&str| !line.starts_with(&format!("{key} = "));
+        text.lines().filter(keep).collect::<Vec<_>>().join("\n")
+    };
+    let lacking = without(&text, "gravity");
+    for read in [
+        Scene::parse("run", &lacking),
+        Scene::parse_of_run("run", &lacking),
+    ] {
+        let says = read.unwrap_err().to_string();
+        assert!(says.contains("`physics.gravity` is missing"), "{says}");
+    }
+    // The keys of a law that the scene uses must be present too.
+    let says = Scene::parse("run", &without(&text, "at"))
+        .unwrap_err()
+        .to_string();
+    assert!(says.contains("`stops.at` is missing"), "{says}");
+    // In files from before versions, no key comes from a base, and keys that did not exist yet are off.
+    let old = without(&without(&without(&text, "format"), "version"), "base");
+    assert_eq!(Scene::parse_of_run("old", &old).unwrap(), earth);
+    let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
+    let older = older
+        .iter()
+        .fold(old.clone(), |text, key| without(&text, key));
+    let read = Scene::parse_of_run("older", &older).unwrap();
+    assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
+    assert_eq!(read.physics.speed_bound, None);
+    for text in ["", &without(&old, "gravity")] {
+        let says = Scene::parse_of_run("old", text).unwrap_err().to_string();
+        assert!(says.contains(" missing"), "{says}");
+    }
+}
+
+#[test]
+fn departures_are_named_and_can_all_be_switched_off() {
+    let options = |scene: &Scene| -> Vec<_> {
+        let departures = scene.departures().into_iter();
+        departures.map(|departure| departure.option).collect()
+    };
+    let mut scene = Scene::load("stability").unwrap();
+    assert_eq!(
+        options(&scene),
+        [
+            "loss.kind",
+            "gradient.cotangent_bound",
+            "gradient.design_memory",
+            "schedule.snap_trials",
+            "schedule.polish_trials",
+            "schedule.settle",
+            "selection.kind",
+            "design.one_piece"
+        ]
+    );
+    let mut given = scene.clone();
+    given.start.kind = StartKind::Layout;
+    let of_designs = [
+        "gradient.design_memory",
+        "schedule.snap_trials",
+        "schedule.polish_trials",
+    ];
+    assert!(
+        options(&given)
+            .iter()
+            .all(|o| !of_designs.contains(&&o[..]))
+    );
+    (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
+    (scene.schedule.snap_trials, scene.schedule.polish_trials) = (0, 0);
+    scene.loss.kind = LossKind::Final;
+    scene.gradient.cotangent_bound = None;
+    scene.selection.kind = SelectionKind::Last;
+    scene.design.one_piece = false;
+    assert_eq!(options(&scene), Vec::<&str>::new());
+    let physics = scene.physics.clone();
+    (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
+    let of_steps = ["physics.integrator", "physics.substeps"];
+    assert_eq!(options(&scene), of_steps);
+    scene.physics = physics;
+    scene.start.kind = StartKind::ThreeLegged;
+    assert_eq!(options(&scene), ["start.layout"]);
+    let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();
+    assert_eq!(scene.gradient.precision, GradientPrecision::F32);
+    assert!(options(&scene).contains(&"gradient.precision".to_string()));
+}
+
+/// The refusal of `--set` with these settings of the default scene.
+fn refused_setting(settings: &[&str]) -> String {
+    Scene::paper().set(settings).unwrap_err().to_string()
+}
+
+#[test]
+fn single_settings_take_the_place_of_any_scene_s_own() {
+    let scene = Scene::load("coulomb").unwrap();
+    let settings = [
+        "physics.gravity=9.81",
+        "controller.goal = [1, 0.5]",
+        "physics.contact=none",
+        "start.layout=\"tall\"",
+        "adam.gradient_norm=off",
+        "controller.two_goals=true",
+        "schedule.cycle=dc",
+        "physics.gravity=5",
+    ];
+    let set = scene.set(&settings).unwrap();
+    assert_eq!(set.physics.gravity, 5.0);
+    assert_eq!(set.controller.goal, [1.0, 0.5]);
+    assert_eq!(set.physics.contact, ContactLaw::none());
+    assert_eq!(
+        (set.start.layout, set.adam.gradient_norm),
+        (Layout::Tall, None)
+    );
+    assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
+    assert_eq!(set.physics.friction, scene.physics.friction);
+    assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
+    // One alone would be at odds with the scene; together they fit.
+    let both = [
+        "schedule.iterations=100",
+        "schedule.snap_at=90",
+        "schedule.attraction_from=50",
+    ];
+    assert_eq!(scene.set(&both).unwrap().schedule.snap_at, 90);
+    // A file that holds only some keys.
+    let part = Scene::parse("part", "[physics]\ndt = 0.001").unwrap();
+    let set = part.set(&["physics.steps=5000"]).unwrap();
+    assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
+}
+
+/// Settings that are refused: what is said, and the option with what stands below it.
+const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
+    (
+        "base=stability",
+        "error: `base` cannot be changed here\n",
+        "| --set base=\"stability\"
+  |       ^^^^ it describes a whole scene file: set it at the top of that file",
+    ),
+    (
+        "physics.gravity=1e9",
+        "error: `physics.gravity` is out of range: 1e9\n",
+        "| --set physics.gravity=1e9
+  |                       ^^^ allowed: a number from -1000 to 1000",
+    ),
+    (
+        "physics.gravity=fast",
+        "`physics.gravity` is a text: \"fast\"",
+        "| --set physics.gravity=\"fast\"
+  |                       ^^^^^^ allowed: a number",
+    ),
+    (
+        "physics.gravty=1",
+        "unknown key `gravty` in [physics]",
+        "did you mean `gravity`?",
+    ),
+    (
+        "physcs.gravity=1",
+        "unknown section `physcs`",
+        "did you mean `physics`?",
+    ),
+    (
+        "gravity=1",
+        "unknown section `gravity`",
+        "did you mean `physics.gravity`?",
+    ),
+    (
+        "physics=1",
+        "is a whole number, not a section",
+        "write physics.KEY=VALUE",
+    ),
+    (
+        "physics.gravity",
+        "`physics.gravity` has no value",
+        "write SECTION.KEY=VALUE",
+    ),
+    ("physics.gravity=", "not TOML", "| --set physics.gravity="),
+    (
+        "controller.goal=[1, 2, 3]",
+        "has 3 entries: [1, 2, 3]",
+        "|                       ^^^^^^^^^ allowed: 2 numbers",
+    ),
+];
+
+#[test]
+fn a_wrong_setting_is_shown_as_it_was_given() {
+    for (setting, says, shown) in WRONG_SETTINGS {
+        let report = refused_setting(&["physics.dt=0.001", setting]);
+        assert!(report.contains(says) && report.contains(shown), "{report}");
+        assert!(!report.contains("-->"), "{report}");
+    }
+    // A conflict is pointed at in the setting that names one of its keys.
+    let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
+    assert!(
+        report.contains("the horizon (4096 steps) is longer"),
+        "{report}"
+    );
+    assert!(
+        report.contains("--set physics.steps=512\n  |                     ^^^"),
+        "{report}"
+    );
+    // A fault found later is shown in the last setting of its key, or else in the scene.
+    let shown = |name, settings: &[&str], key| {
+        let error = fault(name, settings, key, "too long", "take less");
+        error.map(|error| error.to_string())
+    };
+    let report = shown("coulomb", &["physics.dt=1", "physics.dt=0.5"], "physics.dt").unwrap();
+    assert!(
+        report.contains("--set physics.dt=0.5\n  |                  ^^^ take less"),
+        "{report}"
+    );
+    let report = shown("coulomb", &["physics.dt=1"], "physics.contact").unwrap();
+    assert!(report.contains("--> coulomb:"), "{report}");
+    assert_eq!(shown("coulomb", &[], "physics.dt"), None);
+}
