@@ -65,10 +65,11 @@ impl Source {
             return Self::of_scene(settings.apply(Scene::of_bytes(path, bytes)?)?);
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
-        if is_called(&text, design_file::FORMAT.name) {
+        let format = format_of(&text).unwrap_or_default();
+        if format == design_file::FORMAT.name {
             return Self::of_design(path, bytes, settings);
         }
-        let other = OTHERS.iter().find(|(format, _)| is_called(&text, format));
+        let other = OTHERS.iter().find(|(name, _)| *name == format);
         if let Some((_, kind)) = other {
             return Err(no_robot(path, kind));
         }
@@ -139,12 +140,12 @@ fn no_robot(path: &Path, kind: &str) -> Error {
     ))
 }
 
-/// True if a JSON text gives its format as `format`.
-fn is_called(text: &str, format: &str) -> bool {
-    let name = format!("\"{format}\"");
-    text.split("\"format\"").skip(1).any(|after| {
-        let value = after.trim_start().strip_prefix(':');
-        value.is_some_and(|value| value.trim_start().starts_with(&name))
+/// The format that a JSON text gives.
+fn format_of(text: &str) -> Option<&str> {
+    text.split("\"format\"").skip(1).find_map(|after| {
+        let value = after.trim_start().strip_prefix(':')?;
+        let value = value.trim_start().strip_prefix('"')?;
+        value.split_once('"').map(|(format, _)| format)
     })
 }
 
