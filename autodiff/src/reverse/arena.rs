@@ -1,17 +1,11 @@
 //! The entries of a recording, and the reverse sweep over them.
 
 use super::careful::Careful;
+use super::entries::{Entry, LongEntries, Term, allocated};
 use super::fused_entry::FusedEntry;
 use super::index::{FUSED, LINEAR, NONE, SELECT, STOPPED, index};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
-
-/// One recorded operation of at most two variables: 24 bytes for f64.
-#[derive(Clone, Copy)]
-pub(super) struct Entry<R> {
-    pub(super) partials: [R; 2],
-    pub(super) parents: [u32; 2],
-}
 
 /// All that a recording holds.
 pub(super) struct Arena<R: Real> {
@@ -19,40 +13,12 @@ pub(super) struct Arena<R: Real> {
     long: LongEntries<R>,
 }
 
-/// The operands that do not fit into an entry.
-pub(super) struct LongEntries<R: Real> {
-    /// The terms `(partial, parent)` of all linear entries, one entry after the other …
-    terms: Vec<(R, u32)>,
-    /// … and where each entry's terms begin.
-    linear: Vec<usize>,
-    /// Linear entries, ascending, and parents to which they pass no derivative: their factor is a
-    /// constant zero.
-    stopped: Vec<(u32, u32)>,
-    /// Masks, and the parents that pass where they hold and where they do not.
-    selects: Vec<(R::Mask, [u32; 2])>,
-    pub(super) fused: Vec<FusedEntry<R>>,
-}
-
-/// A term of a linear entry.
-pub(super) struct Term<R> {
-    pub(super) partial: R,
-    pub(super) parent: u32,
-    /// Whether the partial is a constant zero, which passes nothing.
-    pub(super) stops: bool,
-}
-
 impl<R: Real> Arena<R> {
     /// Nothing recorded.
     pub(super) fn new() -> Self {
         Arena {
             entries: Vec::new(),
-            long: LongEntries {
-                terms: Vec::new(),
-                linear: Vec::new(),
-                stopped: Vec::new(),
-                selects: Vec::new(),
-                fused: Vec::new(),
-            },
+            long: LongEntries::new(),
         }
     }
 
@@ -69,28 +35,12 @@ impl<R: Real> Arena<R> {
         // The entry of an input only takes up an index and is never read: old ones may stay.
         self.entries.truncate(inputs);
         self.entries.resize(index(inputs) as usize, entry);
-        self.long.terms.clear();
-        self.long.linear.clear();
-        self.long.stopped.clear();
-        self.long.selects.clear();
-        self.long.fused.clear();
+        self.long.clear();
     }
 
     /// The bytes allocated, without what fused entries own: nothing after a [restart](Self::restart).
     pub(super) fn bytes(&self) -> usize {
-        let LongEntries {
-            terms,
-            linear,
-            stopped,
-            selects,
-            fused,
-        } = &self.long;
-        allocated(&self.entries)
-            + allocated(terms)
-            + allocated(linear)
-            + allocated(stopped)
-            + allocated(selects)
-            + allocated(fused)
+        allocated(&self.entries) + self.long.bytes()
     }
 
     /// How many entries fit into the memory there is, and into the indices that variables have.
@@ -240,62 +190,5 @@ impl<R: Real> Arena<R> {
             bar = bar_before;
         }
         bars[inputs - 1] = bar;
-    }
-}
-
-/// The bytes that a vector has allocated.
-pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
-    vector.capacity() * size_of::<T>()
-}
-
-impl<R: Real> LongEntries<R> {
-    /// The terms of a linear entry.
-    pub(super) fn terms_of(&self, place: u32) -> &[(R, u32)] {
-        let place = place as usize;
-        let end = self.linear.get(place + 1).copied();
-        &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
-    }
-
-    /// Whether a cotangent vanishes at an entry with many parents, one of whose partials is not finite.
-    fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
-        let finite = |&(partial, _): &(R, u32)| partial.finite().all();
-        kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
-    }
-
-    /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
-    #[inline(never)]
-    fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
-        match kind {
-            // The outputs' entries follow this one: their cotangents are complete by now.
-            FUSED => self.fused[place as usize].reverse(i, bars),
-            LINEAR if !bars[i].is_zero() => {
-                let bar = bars[i];
-                for &(partial, parent) in self.terms_of(place) {
-                    let parent = &mut bars[parent as usize];
-                    *parent = R::chain_add(partial, bar, *parent);
-                }
-            }
-            SELECT => {
-                let (mask, parents) = self.selects[place as usize];
-                let (bar, zero) = (bars[i], R::zero());
-                let parts = [R::select(mask, bar, zero), R::select(mask, zero, bar)];
-                for (parent, part) in parents.into_iter().zip(parts) {
-                    if parent != NONE {
-                        bars[parent as usize] += part;
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Entry;
-
-    #[test]
-    fn entry_is_24_bytes() {
-        assert_eq!(size_of::<Entry<f64>>(), 24);
     }
 }

@@ -2,8 +2,8 @@
 
 use num_traits::Zero;
 
-use super::arena::Term;
 use super::current::{self, CONSTANT};
+use super::entries::Term;
 use super::fused;
 use super::var::{Var, is_choice};
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::arena::{Entry, LongEntries};
+use super::entries::{Entry, LongEntries};
 use super::index::{FUSED, LINEAR, NONE};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;

@@ -15,7 +15,8 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::arena::{Arena, Entry};
+use super::arena::Arena;
+use super::entries::Entry;
 use crate::real::Real;
 
 /// The generation of constants; no recording has it.

@@ -3,8 +3,9 @@
 
 mod index;
 mod fused_entry;
-mod arena;
+mod entries;
 mod careful;
+mod arena;
 mod current;
 mod var;
 mod fused;

@@ -1,8 +1,9 @@
 //! The tape as a user holds it.
 
-use super::arena::{Arena, allocated};
+use super::arena::Arena;
 use super::current::{self, CONSTANT};
 use super::dependence::Dependence;
+use super::entries::allocated;
 use super::var::Var;
 use crate::real::Real;
 

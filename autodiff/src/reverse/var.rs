@@ -1,7 +1,7 @@
 //! The reverse variable, and how its operations are recorded.
 
-use super::arena::{Entry, Term};
 use super::current::{self, CONSTANT};
+use super::entries::{Entry, Term};
 use super::index::{NONE, STOPPED};
 use crate::operators::by_primal;
 use crate::real::Real;

@@ -223,7 +223,10 @@ fn method(
 ) -> String {
     // Several runs, with values of both signs and different sizes: fused functions have rules that `eval` does
     // not show.
-    let (few, more) = (stand_ins(E, fields.len()), stand_ins(PI, fields.len()));
+    let (few, more) = (
+        fields::stand_ins(E, fields.len()),
+        fields::stand_ins(PI, fields.len()),
+    );
     let runs: [Vec<f64>; 4] = [
         few.clone().collect(),
         more.clone().collect(),
@@ -244,11 +247,6 @@ fn method(
         "impl {name} {{\n    #[inline(always)]\n    \
          pub(crate) fn emitted_{signature} {{\n{body}    }}\n}}\n"
     )
-}
-
-/// Numbers for fields that no kernel has among its literals, between 0 and 1.
-fn stand_ins(seed: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
-    (1..=count).map(move |k| (seed + k as f64).sqrt().fract())
 }
 
 /// `N` inputs of the formula, from the one numbered `first` on.

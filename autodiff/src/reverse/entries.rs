@@ -1,0 +1,121 @@
+//! What a recording consists of: entries, and the operands that do not fit into them.
+
+use super::fused_entry::FusedEntry;
+use super::index::{FUSED, LINEAR, NONE, SELECT};
+use crate::real::{Mask, Real};
+use crate::rule::vanishes;
+
+/// One recorded operation of at most two variables: 24 bytes for f64.
+#[derive(Clone, Copy)]
+pub(super) struct Entry<R> {
+    pub(super) partials: [R; 2],
+    pub(super) parents: [u32; 2],
+}
+
+/// The operands that do not fit into an entry.
+pub(super) struct LongEntries<R: Real> {
+    /// The terms `(partial, parent)` of all linear entries, one entry after the other …
+    pub(super) terms: Vec<(R, u32)>,
+    /// … and where each entry's terms begin.
+    pub(super) linear: Vec<usize>,
+    /// Linear entries, ascending, and parents to which they pass no derivative: their factor is a
+    /// constant zero.
+    pub(super) stopped: Vec<(u32, u32)>,
+    /// Masks, and the parents that pass where they hold and where they do not.
+    pub(super) selects: Vec<(R::Mask, [u32; 2])>,
+    pub(super) fused: Vec<FusedEntry<R>>,
+}
+
+/// A term of a linear entry.
+pub(super) struct Term<R> {
+    pub(super) partial: R,
+    pub(super) parent: u32,
+    /// Whether the partial is a constant zero, which passes nothing.
+    pub(super) stops: bool,
+}
+
+/// The bytes that a vector has allocated.
+pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
+    vector.capacity() * size_of::<T>()
+}
+
+impl<R: Real> LongEntries<R> {
+    /// No operands.
+    pub(super) fn new() -> Self {
+        Self {
+            terms: Vec::new(),
+            linear: Vec::new(),
+            stopped: Vec::new(),
+            selects: Vec::new(),
+            fused: Vec::new(),
+        }
+    }
+
+    /// Forgets all operands and keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.terms.clear();
+        self.linear.clear();
+        self.stopped.clear();
+        self.selects.clear();
+        self.fused.clear();
+    }
+
+    /// The bytes allocated, without those that fused entries own.
+    pub(super) fn bytes(&self) -> usize {
+        allocated(&self.terms)
+            + allocated(&self.linear)
+            + allocated(&self.stopped)
+            + allocated(&self.selects)
+            + allocated(&self.fused)
+    }
+
+    /// The terms of a linear entry.
+    pub(super) fn terms_of(&self, place: u32) -> &[(R, u32)] {
+        let place = place as usize;
+        let end = self.linear.get(place + 1).copied();
+        &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
+    }
+
+    /// Whether a cotangent vanishes at an entry with many parents, one of whose partials is not finite.
+    pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
+        let finite = |&(partial, _): &(R, u32)| partial.finite().all();
+        kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
+    }
+
+    /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
+    #[inline(never)]
+    pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
+        match kind {
+            // The outputs' entries follow this one: their cotangents are complete by now.
+            FUSED => self.fused[place as usize].reverse(i, bars),
+            LINEAR if !bars[i].is_zero() => {
+                let bar = bars[i];
+                for &(partial, parent) in self.terms_of(place) {
+                    let parent = &mut bars[parent as usize];
+                    *parent = R::chain_add(partial, bar, *parent);
+                }
+            }
+            SELECT => {
+                let (mask, parents) = self.selects[place as usize];
+                let (bar, zero) = (bars[i], R::zero());
+                let parts = [R::select(mask, bar, zero), R::select(mask, zero, bar)];
+                for (parent, part) in parents.into_iter().zip(parts) {
+                    if parent != NONE {
+                        bars[parent as usize] += part;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Entry;
+
+    #[test]
+    fn entry_is_24_bytes() {
+        assert_eq!(size_of::<Entry<f64>>(), 24);
+    }
+}
