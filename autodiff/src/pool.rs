@@ -32,8 +32,8 @@ thread_local! {
 
 impl Pool {
     fn take<T: Pooled>(&mut self) -> Option<Box<T>> {
-        let is_wanted = |buffer: &Box<dyn Pooled>| (&**buffer as &dyn Any).is::<T>();
-        let place = self.buffers.iter().position(is_wanted)?;
+        let mut buffers = self.buffers.iter();
+        let place = buffers.position(|buffer| (&**buffer as &dyn Any).is::<T>())?;
         let buffer: Box<dyn Any> = self.buffers.remove(place);
         buffer.downcast().ok()
     }
@@ -46,11 +46,11 @@ impl Pool {
         }
         self.buffers.insert(0, buffer);
         let mut bytes = 0;
-        let fits = |buffer: &&Box<dyn Pooled>| {
+        let fitting = self.buffers.iter().take_while(|buffer| {
             bytes += buffer.bytes();
             bytes <= self.most_bytes
-        };
-        let fitting = self.buffers.iter().take_while(fits).count();
+        });
+        let fitting = fitting.count();
         self.buffers.truncate(fitting.min(MOST));
     }
 }

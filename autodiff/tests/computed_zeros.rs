@@ -53,21 +53,21 @@ fn overflow_on_the_way_is_never_a_wrong_zero() {
     assert_gradient(&Overflow::DotOfReciprocal, &[0.0, 0.0], &[0.0, 0.0]);
 }
 
-/// Zeros that come first going forward: an operand does not move, whatever its result is.
+/// Squares of square roots. At zero the operand of the root does not move, so going forward a zero comes first.
 enum Still {
-    RootOfSquare,
-    RootOfDot,
-    RootOfSum,
-    RootOfSquarePlus,
+    Square,
+    Dot,
+    Sum,
+    SquarePlus,
 }
 
 impl Function for Still {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let root = match self {
-            Self::RootOfSquare => (x[0] * x[0]).sqrt(),
-            Self::RootOfDot => R::dot(x, x).sqrt(),
-            Self::RootOfSum => (x[0] * x[0] + x[1] * x[1]).sqrt(),
-            Self::RootOfSquarePlus => (x[0] * x[0] + x[1]).sqrt(),
+            Self::Square => (x[0] * x[0]).sqrt(),
+            Self::Dot => R::dot(x, x).sqrt(),
+            Self::Sum => (x[0] * x[0] + x[1] * x[1]).sqrt(),
+            Self::SquarePlus => (x[0] * x[0] + x[1]).sqrt(),
         };
         root * root
     }
@@ -75,11 +75,11 @@ impl Function for Still {
 
 #[test]
 fn an_operand_that_does_not_move_has_a_slope_of_zero() {
-    assert_gradient(&Still::RootOfSquare, &[0.0], &[0.0]);
-    assert_gradient(&Still::RootOfDot, &[0.0, 0.0], &[0.0, 0.0]);
-    assert_gradient(&Still::RootOfSum, &[0.0, 0.0], &[0.0, 0.0]);
+    assert_gradient(&Still::Square, &[0.0], &[0.0]);
+    assert_gradient(&Still::Dot, &[0.0, 0.0], &[0.0, 0.0]);
+    assert_gradient(&Still::Sum, &[0.0, 0.0], &[0.0, 0.0]);
     // By the second argument the slope is 1, of which the root shows nothing.
-    assert_gradient(&Still::RootOfSquarePlus, &[0.0, 0.0], &[0.0, NAN]);
+    assert_gradient(&Still::SquarePlus, &[0.0, 0.0], &[0.0, NAN]);
 }
 
 /// Choices whose side not taken has an infinite partial.
@@ -318,5 +318,5 @@ fn no_mode_makes_up_a_slope_where_forward_mode_has_none() {
 #[test]
 fn a_computed_zero_has_no_second_derivative_either() {
     assert!(hessian(&Overflow::Reciprocals, &[0.0_f64])[0][0].is_nan());
-    assert!(hessian(&Still::RootOfSquare, &[0.0_f64])[0][0].is_nan());
+    assert!(hessian(&Still::Square, &[0.0_f64])[0][0].is_nan());
 }

@@ -83,10 +83,10 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
              a loop or an exponent. Choose with `Real::select`, take `powf` for an exponent, or write a \
              kernel for each case"
         );
-        let pairs = expected.ops.iter().zip(&course.ops);
+        let mut pairs = expected.ops.iter().zip(&course.ops);
         let follows = |(op, got): (&Op, &Op)| follows(*op, *got, &usual, values);
         assert!(
-            pairs.map(follows).all(|follows| follows),
+            pairs.all(follows),
             "{of} a literal of the kernel {name} that is neither the field itself nor minus the field: \
              the printed code cannot compute it. Give this number a separate field"
         );
