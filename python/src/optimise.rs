@@ -85,7 +85,6 @@ pub(crate) fn optimise(
 /// Continues the run in a folder. With `allow_unstable` the run continues even if its time step is unstable. Returns
 /// true if a signal interrupted the run.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the signature of Python")]
 pub(crate) fn resume(
     py: Python,
     folder: PathBuf,
