@@ -186,6 +186,7 @@ impl Error {
     }
 
     /// True if rollouts of the robot have no result: they diverged, or their loss is not a number.
+    #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }

@@ -51,6 +51,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::parse_of_run`].
+    #[cfg(feature = "files")]
     pub(crate) fn parse_of_snapshot(text: &str, truss: Option<TrussFile>) -> Result<Scene> {
         let source = [SceneText::file("scene", text)];
         let mut reader = Reader::over(Scene::paper(), Kind::Snapshot, &source);
