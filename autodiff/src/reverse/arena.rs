@@ -25,8 +25,8 @@ pub(super) struct LongEntries<R: Real> {
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
     linear: Vec<usize>,
-    /// Linear entries, ascending, and parents to which they pass no derivative: their factor is a
-    /// constant zero.
+    /// Linear entries, ascending, and the parents to which they pass no derivative because the
+    /// factor is a constant zero.
     stopped: Vec<(u32, u32)>,
     /// Masks, and the parents that pass where they hold and where they do not.
     selects: Vec<(R::Mask, [u32; 2])>,
@@ -37,7 +37,7 @@ pub(super) struct LongEntries<R: Real> {
 pub(super) struct Term<R> {
     pub(super) partial: R,
     pub(super) parent: u32,
-    /// Whether the partial is a constant zero, which passes nothing.
+    /// Whether the partial is a constant zero, which passes no derivative.
     pub(super) stops: bool,
 }
 
@@ -76,7 +76,8 @@ impl<R: Real> Arena<R> {
         self.long.fused.clear();
     }
 
-    /// The bytes allocated, without what fused entries own: nothing after a [restart](Self::restart).
+    /// The number of bytes allocated, without the memory that fused entries own. After a
+    /// [restart](Self::restart) fused entries own nothing.
     pub(super) fn bytes(&self) -> usize {
         let LongEntries {
             terms,
@@ -220,8 +221,8 @@ impl<R: Real> Arena<R> {
                 bars[i] = bar;
                 return Careful::sweep(entries, long, bars, inputs..i + 1);
             }
-            // A cotangent that is zero gives nothing to finite partials, nor does any that no result
-            // depends on.
+            // A zero cotangent adds nothing through finite partials; neither does an entry that no
+            // result depends on.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {
@@ -243,7 +244,7 @@ impl<R: Real> Arena<R> {
     }
 }
 
-/// The bytes that a vector has allocated.
+/// The number of bytes that a vector has allocated.
 pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
     vector.capacity() * size_of::<T>()
 }
@@ -256,7 +257,7 @@ impl<R: Real> LongEntries<R> {
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether a cotangent vanishes at an entry with many parents, one of whose partials is not finite.
+    /// Whether the cotangent is zero at an entry with many parents and a partial that is not finite.
     fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
