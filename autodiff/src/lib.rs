@@ -200,8 +200,8 @@
 //!   by `select` between two smooth forms that agree at the switch.
 //! - **Overflow on the way.** `1 / (1 + exp(-x))` is 0 at -800, but its parts are infinite, and their
 //!   derivatives NaN: take [`sigmoid`](Real::sigmoid). `1 / (1 / a + 1 / b)` has the slope 1 by `a` at
-//!   `a = 0`, but NaN comes out: write `a * b / (a + b)`. In lanes and kernels such a slope may be 0 instead;
-//!   [`check`] finds it, see [zero times infinity](real#zero-times-infinity).
+//!   `a = 0`, but the computed slope is NaN: write `a * b / (a + b)`. In lanes and kernels the computed slope
+//!   may be 0 instead. [`check`] finds such a wrong slope; see [zero times infinity](real#zero-times-infinity).
 //!
 //!   ```
 //!   use autodiff::{Real, gradient_of, hessian_of};
@@ -240,10 +240,10 @@
 //!   assert_eq!(value_and_gradient(&Sinc, &[0.0]), (1.0, vec![0.0]));
 //!   assert_eq!(hessian(&Sinc, &[0.0]), [[-1.0 / 3.0]]);
 //!   ```
-//! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next zero, unless a choice
-//!   made that: a mask from [`select`](Real::select), say.
-//!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
-//!   [`trace::first_non_finite`] finds the line.
+//! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next zero. The exception
+//!   is a zero that a choice made, for example a mask from [`select`](Real::select). Keep lengths away
+//!   from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there. [`trace::first_non_finite`]
+//!   finds the line.
 //! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
 //!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
 //! - **Exact for the code as written.** That includes its constants, iteration counts and stopping

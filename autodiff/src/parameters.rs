@@ -2,11 +2,11 @@
 //! of one long slice.
 //!
 //! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is
-//! generic over its number. Lifetimes and constants may be parameters of the struct too, other types may not. A
-//! bound on the number must follow from [`Real`]. Fields may be numbers, such structs themselves, `Vec`s, arrays and `Option`s
-//! of these, and with the feature `nalgebra` elements, matrices and vectors. Fields without the number in
-//! their type are copied, into a gradient too. [`value_and_gradient`] then takes and returns the struct itself, and
-//! [`names`](Parameters::names) tells a gradient check what each number is called.
+//! generic over its number. The struct may also have lifetime and constant parameters, but no other type parameters. A
+//! bound on the number type must follow from [`Real`]. Fields may be numbers, other structs with `Parameters`, `Vec`s,
+//! arrays and `Option`s of these, and with the feature `nalgebra` elements, matrices and vectors. Fields without the
+//! number in their type are copied, into a gradient too. [`value_and_gradient`] then takes and returns the struct
+//! itself, and [`names`](Parameters::names) tells a gradient check what each number is called.
 //!
 //! ```
 //! # #[cfg(feature = "derive")] {

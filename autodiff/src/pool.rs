@@ -6,16 +6,16 @@ use std::cell::RefCell;
 
 /// The most buffers a thread keeps, one of each type; nested modes use a few types.
 const MOST: usize = 6;
-/// The most bytes a thread keeps, all its buffers together.
+/// The most bytes a thread keeps in all its buffers together.
 const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
 pub(crate) trait Pooled: Any {
-    /// The bytes that it has allocated.
+    /// The number of bytes that the buffer has allocated.
     fn bytes(&self) -> usize;
 }
 
-/// The buffers of a thread, the last used first.
+/// The buffers of a thread, the most recently used first.
 struct Pool {
     buffers: Vec<Box<dyn Pooled>>,
     most_bytes: usize,
@@ -38,7 +38,8 @@ impl Pool {
         buffer.downcast().ok()
     }
 
-    /// Keeps a buffer that is not too large, and of the others the last used that fit beside it.
+    /// Keeps a buffer unless it is too large, then the most recently used other buffers that still
+    /// fit.
     fn keep<T: Pooled>(&mut self, buffer: Box<T>) {
         self.take::<T>();
         if buffer.bytes() > self.most_bytes {
@@ -62,7 +63,8 @@ pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
     taken.ok().flatten()
 }
 
-/// Keeps a buffer in place of an earlier one of its type, within the bytes that a thread may keep.
+/// Keeps a buffer, in place of the earlier buffer of its type, if it fits into the bytes that a
+/// thread may keep.
 pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
@@ -79,7 +81,7 @@ mod tests {
     use crate::batch::{Sum, Summand};
     use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
 
-    /// A buffer of so many bytes; the number makes different types.
+    /// A buffer with this number of bytes. The constant `TYPE` makes different types.
     struct Bytes<const TYPE: usize>(usize);
 
     impl<const TYPE: usize> Pooled for Bytes<TYPE> {
@@ -101,13 +103,13 @@ mod tests {
         pool.keep(Box::new(Bytes::<0>(60)));
         pool.keep(Box::new(Bytes::<1>(40)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 100));
-        // One of a type in place of another, and the last used in place of the first.
+        // A buffer replaces another of its type, and the most recently used one replaces the oldest.
         pool.keep(Box::new(Bytes::<1>(30)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 90));
         pool.keep(Box::new(Bytes::<2>(50)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 80));
         assert!(pool.take::<Bytes<0>>().is_none());
-        // One that is too large leaves the others.
+        // A buffer that is too large is dropped; the others stay.
         pool.keep(Box::new(Bytes::<3>(101)));
         assert_eq!(total(&pool), 80);
         pool.keep(Box::new(Bytes::<1>(101)));
@@ -162,7 +164,7 @@ mod tests {
         }
     }
 
-    /// Work of every kind that keeps a buffer, each of at least `numbers` numbers.
+    /// Does every kind of work that keeps a buffer, with at least `numbers` numbers each.
     fn work_of_every_kind(numbers: usize) {
         let rollout = Rollout {
             memory: Memory::All,
@@ -174,7 +176,7 @@ mod tests {
         assert_eq!(gradient_of(|x| sum.run(x), &vec![1.0; numbers])[0], 3.0);
         let power = |x: &[Var<f64>]| (0..numbers).fold(x[0], |y, _| y * x[0]);
         assert_eq!(gradient_of(power, &[1.0]), [numbers as f64 + 1.0]);
-        // Selects and sums are entries too, with operands elsewhere.
+        // Selects and sums are entries too; their operands are stored elsewhere.
         let least = |x: &[Var<f32>]| (0..numbers).fold(x[0], |y, _| y.min(x[0]));
         assert_eq!(gradient_of(least, &[1.0]), [1.0]);
     }

@@ -22,15 +22,15 @@
 //! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
 //! | [`Elementary`] functions | outside the domain | NaN, as the value is |
 //! | any function | forward: the tangent is exactly 0 | 0, even where the partial is infinite or NaN |
-//! | any function | reverse: the cotangent is 0 by a *choice* | 0, even where the partial is infinite or NaN |
-//! | any function | reverse on the tape: the cotangent was *computed* and is 0 | NaN where the partial is infinite or NaN, unless the operand does not move |
+//! | any function | reverse: the cotangent is 0 because of a *choice* | 0, even where the partial is infinite or NaN |
+//! | any function | reverse on the tape: the cotangent was *computed* and is 0 | NaN where the partial is infinite or NaN, unless a partial of 0 further back stops it |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `hypot(x, y)` | either is infinite | NaN by an infinite one, 0 by the other |
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
 //! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |
-//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN: value and derivative pass it on |
-//! | sums, differences, products with a constant, `select` | the argument is NaN | that of a linear function, a number; the value is NaN |
+//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN, like the value |
+//! | sums, differences, products with a constant, `select` | the argument is NaN | the constant slope of the linear function; the value is NaN |
 //! | `x.max(bound)`, `x.min(bound)`, `x.clamp(lo, hi)`, `powi(x, 1)` in lanes, as in a kernel | `x` is NaN | 1; the value is NaN |
 //! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
 //!
@@ -39,35 +39,36 @@
 //!
 //! # Zero times infinity
 //!
-//! A cotangent is 0 by a choice where `select`, `max`, `min`, `clamp` or an `if` took another operand, behind
-//! `abs` at 0 and `powi(x, 0)`, behind a constant factor of 0, such as a mask that `select` made, and where
-//! the caller gives 0. Any other zero was computed: a number underflowed, a partial is 0, terms cancelled.
-//! Then an infinite partial makes the derivative unknown, and the tape says NaN, as forward mode does:
-//! `1 / (1 / x)` at 0 has the slope 1, of which the partials 0 and infinity show nothing. A partial of 0
-//! further back stops the unknown part, as it stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
+//! A cotangent is 0 because of a choice in four cases: `select`, `max`, `min`, `clamp` or an `if` took
+//! another operand; the number passes through `abs` at 0 or `powi(x, 0)`; it is multiplied by a constant
+//! factor of 0, such as a mask that `select` made; or the caller gives 0. Any other zero was computed: a
+//! number underflowed, a partial is 0, or terms cancelled. A computed zero times an infinite partial is
+//! unknown, so the tape returns NaN, as forward mode does: `1 / (1 / x)` at 0 has the slope 1, but its
+//! partials are infinity and 0 and do not determine it. A partial of 0 further back stops the NaN, as it
+//! stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
 //!
-//! Which zero comes first still matters. `0 * sqrt(x)` at 0 is 0 going back and NaN going forward,
-//! `sqrt(x * x)` the other way round.
+//! The order of zero and infinity still matters. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
+//! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
 //!
-//! Sweeps over lanes do not tell the two zeros apart: in a [`Program`](crate::Program), in
-//! [`batch`](crate::batch), in [emitted](crate::emit) code and on tapes of lanes both stop an infinity, and an
-//! overflow may hide behind a slope of 0. So may it between [`Fused`] functions. There
-//! [`check_gradient`](crate::check::check_gradient) finds the gradient wrong, as forward mode disagrees, and
+//! Sweeps over lanes do not tell the two zeros apart. In a [`Program`](crate::Program), in
+//! [`batch`](crate::batch), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity.
+//! A slope of 0 may then hide an overflow, also between [`Fused`] functions. In these cases forward mode
+//! disagrees: [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
 //! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted
-//! [`vjp`](crate::Kernel::vjp) goes back by forward mode, and meets what that meets. Inside of the matrix
-//! products of a program a zero cotangent times an infinite number is NaN.
+//! [`vjp`](crate::Kernel::vjp) uses forward mode for its cotangents and follows the rules of forward mode. In
+//! the matrix products of a program, a zero cotangent times an infinite number is NaN.
 //!
 //! # Second derivatives at kinks
 //!
-//! A row of the table is taken as it stands where it is differentiated again, in all four nestings of modes:
-//! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative;
-//! write the smooth function itself, `x * x + y * y`. `tests/second_kinks.rs` has a test per row.
+//! Second derivatives differentiate the rows of the table above literally, in all four nestings of modes:
+//! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative.
+//! Write the smooth function directly instead: `x * x + y * y`. `tests/second_kinks.rs` has a test per row.
 //!
 //! | function | where | second derivative |
 //! | --- | --- | --- |
-//! | `abs(x)^2`, `hypot(x, y)^2` | at 0 | 0, where 2 is right |
-//! | `x.max(0)^2`, `x.min(0)^2` | at 0 | 0, that of the bound |
-//! | `sqrt(x * x)^2`, `sqrt(x * x + y * y)^2` | at 0 | NaN, where 2 is right |
+//! | `abs(x)^2`, `hypot(x, y)^2` | at 0 | 0; the correct value is 2 |
+//! | `x.max(0)^2`, `x.min(0)^2` | at 0 | 0, the second derivative of the bound |
+//! | `sqrt(x * x)^2`, `sqrt(x * x + y * y)^2` | at 0 | NaN; the correct value is 2 |
 
 use std::fmt::Debug;
 use std::iter::{Product, Sum};
@@ -206,9 +207,9 @@ pub trait Real:
     }
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
-    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh): that of
-    /// [`tanh`](Real::tanh), with the slope `1 - y^2` of its result `y`. A reverse sweep over a layer has
-    /// `y` alone. Beyond 10 the slope loses digits, and beyond 19 it is 0.
+    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh): the value of
+    /// [`tanh`](Real::tanh) with the slope `1 - y^2`, where `y` is the result. A reverse sweep over a
+    /// layer knows only `y`. For arguments beyond 10 the slope loses digits; beyond 19 it is 0.
     #[inline(always)]
     fn layer_tanh(self) -> Self {
         self.tanh()
@@ -426,8 +427,8 @@ pub trait Lane<S>: Real {
     /// The lanes of both interleaved: `self[0], other[0], self[1], ...`, the first `N` and the last `N`.
     fn zip(self, other: Self) -> [Self; 2];
 
-    /// The [`layer_tanh`](Real::layer_tanh) of each. SIMD lanes compute them abreast, as none waits for
-    /// another.
+    /// The [`layer_tanh`](Real::layer_tanh) of each number. SIMD lanes compute them in parallel because
+    /// they are independent.
     #[inline(always)]
     fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
         for k in 0..K {

@@ -96,7 +96,8 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     (value, partial)
 }
 
-/// Hyperbolic tangent with the slope of a layer, which has its results alone: `1 - value^2`.
+/// Hyperbolic tangent with the slope `1 - value^2`, because a layer's reverse sweep knows only the
+/// result.
 #[inline(always)]
 pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     let value = x.layer_tanh();
@@ -125,7 +126,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     }
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
-        // The zeroth power of NaN is 1. Lanes are spared the choice.
+        // The zeroth power of NaN is 1. Lanes skip this choice.
         Some(0) if one_answer::<R>() => R::select(x.le(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,

@@ -1,27 +1,27 @@
-//! Sums whose term is a number that no operation of the record makes last.
+//! Sums whose term is not the result of the record's last operation.
 
 use crate::common::{assert_close, forward_gradient};
 use autodiff::batch::{Recorded, Sum, Summand};
 use autodiff::{Function, Real, value_and_gradient};
 
-/// What a term is, beside a layer of a network that the record holds too.
+/// What a term is. The record also holds a layer of a network.
 #[derive(Clone, Copy, Debug)]
 enum Term {
     /// A parameter by itself.
     Shared(usize),
-    /// A parameter by itself, where other parameters are read one by one.
+    /// A parameter alone, where other parameters are read one by one.
     SharedAmongRead(usize),
-    /// A number of the datum by itself.
+    /// A number of the datum alone.
     Datum(usize),
     Constant,
     /// A number that the layer reads.
     LayerInput(usize),
-    /// A number that the layer makes.
+    /// A number that the layer computes.
     LayerRow(usize),
 }
 
 const WIDTH: usize = 8;
-/// A layer of eight rows, and a few numbers more.
+/// A layer of eight rows and a few more numbers.
 const SHARED: usize = WIDTH * WIDTH + 7;
 
 impl Summand for Term {
@@ -34,7 +34,7 @@ impl Summand for Term {
         let (own, rows) = scratch.split_at_mut(WIDTH);
         for (own, &number) in own.iter_mut().zip(datum) {
             *own = match self {
-                // Of these, single operations read no parameter.
+                // In these cases single operations read no parameter.
                 Term::Shared(_) | Term::Datum(_) | Term::Constant => number.sin(),
                 _ => (number * shared[SHARED - 2]).sin(),
             };
@@ -85,7 +85,7 @@ fn a_term_may_be_any_number_of_its_record() {
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
             let (value, gradient) = value_and_gradient(&total, &at);
-            // Some hundred terms of order one, in another order.
+            // A few hundred terms of order one, summed in another order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");
             assert_close(&[value], &[Function::eval(&total, &at)], tolerance);

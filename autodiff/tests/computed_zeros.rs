@@ -40,7 +40,7 @@ impl Function for Overflow {
 }
 
 #[test]
-fn overflow_on_the_way_is_never_a_wrong_zero() {
+fn an_intermediate_overflow_never_gives_a_wrong_zero() {
     let (zero, at) = ([0.0], |x: f64| [x]);
     assert_gradient(&Overflow::Resistors, &[0.0, 2.0], &[NAN, 0.0]);
     assert_gradient(&Overflow::Reciprocals, &zero, &[NAN]);
@@ -49,11 +49,11 @@ fn overflow_on_the_way_is_never_a_wrong_zero() {
     assert_gradient(&Overflow::LnOfExp, &at(1000.0), &[NAN]);
     assert_gradient(&Overflow::Logistic, &at(-800.0), &[NAN]);
     assert_gradient(&Overflow::Cancelling, &zero, &[NAN]);
-    // The infinity is beyond the zero slope of the square: nothing moves.
+    // The zero slope of the square stops the infinity.
     assert_gradient(&Overflow::DotOfReciprocal, &[0.0, 0.0], &[0.0, 0.0]);
 }
 
-/// Squares of square roots. At zero the operand of the root does not move, so going forward a zero comes first.
+/// Squares of square roots, in which the zero comes first in forward mode: the operand has a tangent of 0.
 enum Still {
     Square,
     Dot,
@@ -78,7 +78,7 @@ fn an_operand_that_does_not_move_has_a_slope_of_zero() {
     assert_gradient(&Still::Square, &[0.0], &[0.0]);
     assert_gradient(&Still::Dot, &[0.0, 0.0], &[0.0, 0.0]);
     assert_gradient(&Still::Sum, &[0.0, 0.0], &[0.0, 0.0]);
-    // By the second argument the slope is 1, of which the root shows nothing.
+    // By the second argument the slope is 1, which cannot be computed from the root.
     assert_gradient(&Still::SquarePlus, &[0.0, 0.0], &[0.0, NAN]);
 }
 
@@ -168,9 +168,9 @@ fn a_cotangent_that_was_given_as_zero_stops() {
     assert_eq!(vjp_of(values, &[0.0], &[0.0, 1.0]).1, [1.0]);
 }
 
-/// What is left aside costs digits nowhere else.
+/// A branch that is not taken does not change other components of the gradient.
 #[test]
-fn other_components_keep_their_bits() {
+fn other_components_are_bit_identical() {
     let clean = |x: &[Var<f64>]| (x[1] * x[2]).sin() / x[2] + x[1].exp();
     let doubtful = |x: &[Var<f64>]| clean(x) + x[0].recip().recip();
     let (plain, found) = (
@@ -212,7 +212,8 @@ impl Model for Twice {
     }
 }
 
-/// Where the zero of a reverse sweep over lanes, or of a fused function, still hides an infinity.
+/// Functions for which a zero still hides an infinity in a reverse sweep over lanes or behind a
+/// fused function.
 enum Hidden {
     Rule,
     Rollout(Rollout<Twice>),
@@ -228,7 +229,7 @@ impl Function for Hidden {
 }
 
 #[test]
-fn where_a_zero_still_hides_an_infinity_the_check_and_the_trace_say_so() {
+fn check_and_trace_find_an_infinity_that_a_zero_hides() {
     for hidden in [Hidden::Rule, Hidden::Rollout(Rollout::new(Twice, 1))] {
         assert_eq!(gradient(&hidden, &[0.0]), [0.0]);
         let report = check_gradient(&hidden, &[0.0], &Options::default());
@@ -238,7 +239,7 @@ fn where_a_zero_still_hides_an_infinity_the_check_and_the_trace_say_so() {
     }
 }
 
-/// Every function of one number, after every other.
+/// Every function of one number, composed with every other.
 struct Chained(usize, usize);
 
 const FUNCTIONS: usize = 30;
@@ -285,9 +286,10 @@ impl Function for Chained {
     }
 }
 
-/// Forward mode is the judge: what is NaN there is never a number that hides it, and the rest agrees.
+/// Forward mode is the reference: where it gives NaN, no other mode gives a number; elsewhere the
+/// modes agree.
 #[test]
-fn no_mode_makes_up_a_slope_where_forward_mode_has_none() {
+fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
     let points = [
         0.0, -0.0, 1.0, -1.0, 0.3, 2.0, 1000.0, -1000.0, 1e200, -1e200, 1e-200, 5e-324, INF, -INF,
         NAN,
@@ -298,7 +300,7 @@ fn no_mode_makes_up_a_slope_where_forward_mode_has_none() {
             let forward = forward_gradient(&chained, &[x])[0];
             for (mode, gradient) in gradients(&chained, &[x]) {
                 let slope = gradient[0];
-                // The same partials, multiplied in another order.
+                // The partials are equal but are multiplied in another order.
                 let close = (slope - forward).abs() <= 4.0 * f64::EPSILON * forward.abs();
                 let same = slope == forward || close || slope.is_nan();
                 let same = if forward.is_nan() {

@@ -199,7 +199,7 @@ fn an_exact_zero_stops_at_an_infinite_partial() {
         &Kink::ZeroTimesSqrt,
         &[0.0]
     )));
-    // The factor is a constant, so its zero is a choice: `computed_zeros.rs` has zeros that are not.
+    // The factor is a constant, so its zero is a choice: `computed_zeros.rs` tests computed zeros.
     // sqrt(x x): the other way round.
     assert_eq!(forward_gradient(&Kink::SqrtOfSquare, &[0.0]), [0.0]);
     assert!(zero_times_infinity(gradient(&Kink::SqrtOfSquare, &[0.0])));

@@ -93,7 +93,8 @@ fn numbers_that_do_not_fit_are_refused() {
     assert_refused("1 of 3 numbers are left over", || spring.with(&[1.0; 3]));
 }
 
-/// Names that the derive uses itself, or might: as the number, as the struct, as fields and as constants.
+/// Names that the derive's own code uses or might use, as names of the number type, the struct, fields
+/// and constants.
 mod names {
     use autodiff::{Parameters, Real};
 
@@ -120,7 +121,7 @@ mod names {
         pub(crate) struct R(pub(crate) u8);
     }
 
-    /// A type of another module that is called as the number is.
+    /// A type of another module with the name of the number type.
     #[derive(Clone, Debug, PartialEq, Parameters)]
     pub(super) struct Tagged<R> {
         pub(super) tag: inner::R,
@@ -128,7 +129,7 @@ mod names {
     }
 }
 
-/// Lifetimes, constants, defaults and conditions beside the number.
+/// Lifetimes, constants, defaults and bounds in addition to the number type.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 struct Network<'a, R = f64, const N: usize = 2>
 where

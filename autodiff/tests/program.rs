@@ -325,7 +325,8 @@ impl Function for ThroughLayer {
     }
 }
 
-/// The layer's reverse sweep has its results alone, so its slope is theirs in every mode.
+/// The layer's reverse sweep knows only the results, so in every mode the slope is computed from
+/// them.
 #[test]
 fn a_saturated_layer_has_one_slope_in_all_modes() {
     let layer = ThroughLayer(Rollout::new(Saturated, 1));
@@ -335,8 +336,9 @@ fn a_saturated_layer_has_one_slope_in_all_modes() {
         let slopes: Vec<f64> = by_modes.map(|(_, gradient)| gradient[2]).collect();
         let y = layer.eval(&x);
         let expected = 1.0 - y * y;
-        // Lanes fuse the square and the difference, others round both: an ulp of 1 each. Near 1 the
-        // difference is exact, and the square's rounding is the square of 1 - y, below 1e-12 of it.
+        // Lanes fuse the square and the difference, other numbers round both: an ulp of 1 each.
+        // Near 1 the difference is exact, and the error of the square is (1 - y)^2, below 1e-12
+        // times the slope.
         let error = if bias < 10.0 {
             2.0 * f64::EPSILON
         } else {

@@ -6,8 +6,9 @@ use quote::{ToTokens, format_ident, quote};
 use syn::ext::IdentExt;
 use syn::{Data, DeriveInput, Error, Field, Fields, GenericParam, Generics, Ident};
 
-/// Implements `autodiff::Parameters` for a struct with one type parameter, the number; it may have
-/// lifetimes and constants as parameters too. Fields whose type does not mention the number are cloned.
+/// Implements `autodiff::Parameters` for a struct with one type parameter, the number type. The struct
+/// may also have lifetime and constant parameters. Fields whose type does not mention the number type
+/// are cloned.
 #[proc_macro_derive(Parameters)]
 pub fn parameters(input: TokenStream) -> TokenStream {
     let input = syn::parse_macro_input!(input as DeriveInput);
@@ -50,7 +51,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     })
 }
 
-/// A field of the struct over the other number.
+/// The field's value in the struct over the other number type.
 fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     let (member, text) = match &field.ident {
         Some(ident) => (ident.to_token_stream(), ident.unraw().to_string()),
@@ -63,7 +64,7 @@ fn replaced(place: usize, field: &Field, number: &Ident, walk: &Ident) -> Code {
     }
 }
 
-/// The one type parameter.
+/// The only type parameter.
 fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     let mut types = input.generics.type_params();
     match (types.next(), types.count()) {
@@ -79,7 +80,7 @@ fn number(input: &DeriveInput) -> Result<&Ident, Error> {
     }
 }
 
-/// The arguments of a struct's parameters, with another number.
+/// The generic arguments of the struct, with another number type.
 fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
     let argument = |parameter: &GenericParam| match parameter {
         GenericParam::Lifetime(lifetime) => lifetime.lifetime.to_token_stream(),
@@ -90,7 +91,7 @@ fn with(generics: &Generics, number: &Ident, other: &Ident) -> Vec<Code> {
     generics.params.iter().map(argument).collect()
 }
 
-/// A name that occurs nowhere in the struct.
+/// Returns a name that does not occur in the struct.
 fn unused(name: &str, input: &DeriveInput) -> Ident {
     let mut unused = format_ident!("{name}");
     while any(input.to_token_stream(), &|token, _| *token == unused) {
@@ -99,14 +100,16 @@ fn unused(name: &str, input: &DeriveInput) -> Ident {
     unused
 }
 
-/// Whether a type mentions the number, which is neither a lifetime nor an item of a module.
+/// Whether a type mentions the number type. A lifetime or a module's item with the number's name
+/// does not count.
 fn mentions(of: Code, number: &Ident) -> bool {
     any(of, &|token, before| {
         *token == *number && !before.ends_with('\'') && !before.ends_with("::")
     })
 }
 
-/// Whether a test holds for an identifier in some code, given the punctuation before it.
+/// Whether any identifier in the code passes a test, which also gets the punctuation before the
+/// identifier.
 fn any(code: Code, test: &impl Fn(&Ident, &str) -> bool) -> bool {
     let mut before = String::new();
     code.into_iter().any(|token| {
@@ -134,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_number_or_several_is_refused_by_name() {
+    fn a_struct_without_one_type_parameter_is_refused_by_name() {
         let says = "one type parameter, the type of its numbers; `Layer` has";
         let none = refused(&parse_quote! { struct Layer<'a, const N: usize> { x: &'a [f64; N] } });
         assert!(none.contains(&format!("{says} 0")), "{none}");

@@ -85,8 +85,8 @@ impl<R: Real> Program<R> {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes its slope is that of
-    /// [`layer_tanh`](Real::layer_tanh), `1 - y^2` of the result `y`.
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes its slope is the slope of
+    /// [`layer_tanh`](Real::layer_tanh): `1 - y^2`, where `y` is the result.
     ///
     /// # Panics
     /// As [`dense`](Program::dense).

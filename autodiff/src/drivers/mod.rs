@@ -19,9 +19,9 @@
 //! assert_eq!(gradient_of(slope, &[5.0]), [6.0]);
 //! ```
 //!
-//! Drivers of reverse mode keep the memory of their last recordings for the next call on the same thread.
-//! A thread keeps at most a gigabyte: recordings, rollouts and sums together. A [`Tape`](crate::Tape) that you
-//! made yourself frees its memory when it is dropped.
+//! Drivers of reverse mode keep the memory of their last recordings for the next call on the same thread. A
+//! thread keeps at most one gigabyte in total for recordings, rollouts and sums. A [`Tape`](crate::Tape) that
+//! you create yourself frees its memory when it is dropped.
 
 mod dense;
 mod seed;

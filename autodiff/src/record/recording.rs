@@ -19,10 +19,10 @@ pub(crate) struct Recording {
     /// operations do not stand for the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
-    /// Whether every call is an operation of its own, none folded and none shared, so that two recordings
-    /// of the same code have the same operations at the same places.
+    /// Whether every call is recorded as a separate operation, without folding or sharing. Two recordings
+    /// of the same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// Magnitudes of the constants that stand for fields of a kernel: it is only known that those are finite.
+    /// Magnitudes of the constants that stand for fields of a kernel. Fields are only known to be finite.
     fields: Vec<f64>,
     /// What is known of each operation's result, in a simplified recording.
     known: Vec<Known>,
@@ -58,7 +58,7 @@ impl Recording {
         }
     }
 
-    /// Code that is to be emitted, call by call.
+    /// Records code for emission, one operation per call.
     pub(super) fn verbatim() -> Self {
         Self {
             is_verbatim: true,
@@ -99,7 +99,7 @@ impl Recording {
     }
 
     /// # Panics
-    /// If there are more operations than anyone would check in.
+    /// If there are more operations than a source file could reasonably hold.
     fn expect_room(&self) {
         assert!(
             self.ops.len() < MOST,

@@ -38,7 +38,8 @@ impl<R: Real> Arena<R> {
         self.long.clear();
     }
 
-    /// The bytes allocated, without what fused entries own: nothing after a [restart](Self::restart).
+    /// The number of bytes allocated, without the memory that fused entries own. After a
+    /// [restart](Self::restart) fused entries own nothing.
     pub(super) fn bytes(&self) -> usize {
         allocated(&self.entries) + self.long.bytes()
     }
@@ -170,8 +171,8 @@ impl<R: Real> Arena<R> {
                 bars[i] = bar;
                 return Careful::sweep(entries, long, bars, inputs..i + 1);
             }
-            // A cotangent that is zero gives nothing to finite partials, nor does any that no result
-            // depends on.
+            // A zero cotangent adds nothing through finite partials; neither does an entry that no
+            // result depends on.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {

@@ -63,13 +63,13 @@ impl<R: Real> Real for Var<R> {
         let product = self.product(factor, value);
         product.apply2(term, (value, [one, one]))
     }
-    /// Flat by a choice at zero.
+    /// At zero the slope is 0 by choice.
     #[inline]
     fn abs(self) -> Self {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
     }
-    /// The choice itself records nothing.
+    /// The choice itself is not recorded.
     #[inline]
     fn max(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {
@@ -142,7 +142,7 @@ impl<R: Real> Real for Var<R> {
 }
 
 impl<R: Real> Var<R> {
-    /// `self * factor + term` for a constant factor, given its value.
+    /// `self * factor + term` for a constant factor; `value` is the result.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();
@@ -152,7 +152,7 @@ impl<R: Real> Var<R> {
         self.apply2(term, (value, [factor, one]))
     }
 
-    /// `self / divisor`. A constant zero is a choice here too, unless the quotient is NaN.
+    /// `self / divisor`. A constant zero counts as a choice here too, unless the quotient is NaN.
     #[inline(always)]
     fn quotient(self, divisor: Self) -> Self {
         let (value, partials) = rule::div(self.value, divisor.value);

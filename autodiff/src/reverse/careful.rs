@@ -1,8 +1,8 @@
-//! The rest of a reverse sweep, from the first zero cotangent on that meets an infinite partial.
+//! The rest of a reverse sweep after the first zero cotangent that meets an infinite partial.
 //!
-//! Such a zero may have two causes. If no result depends on the entry, a choice left it aside: it passes
-//! nothing. If a result does, the zero was computed. Its product with the infinity is unknown, so it is NaN,
-//! until it meets an operand that does not move: a partial of exactly zero stops it, as it stops a tangent
+//! Such a zero may have two causes. If no result depends on the entry, the zero comes from a choice and
+//! passes nothing on. If a result depends on the entry, the zero was computed. Its product with the infinity
+//! is unknown and therefore NaN. A partial of exactly zero further back stops the NaN, as it stops a tangent
 //! in forward mode. `sqrt(x * x)^2` at 0 has the derivative 0, and `1 / (1 / x)` has NaN.
 
 use std::ops::Range;
@@ -14,15 +14,15 @@ use crate::rule::vanishes;
 
 pub(super) struct Careful<'a, R> {
     bars: &'a mut [R],
-    /// The parts of the cotangents that are unknown: zero, or NaN somewhere.
+    /// The unknown parts of the cotangents: zero, or NaN where the cotangent is unknown.
     unknown: Vec<R>,
-    /// Whether a result depends on the entry, other than by a choice.
+    /// Whether a result depends on the entry. An entry that a choice did not take does not count.
     reached: Vec<bool>,
 }
 
 impl<'a, R: Real> Careful<'a, R> {
-    /// Sweeps back over the entries in `range`. `bars` has complete cotangents of all later ones that have
-    /// several parents or outputs, and of the range's last.
+    /// Sweeps back over the entries in `range`. `bars` must hold complete cotangents of the last entry in
+    /// the range and of all later entries with several parents or outputs.
     #[cold]
     #[inline(never)]
     pub(super) fn sweep(
@@ -56,7 +56,8 @@ impl<'a, R: Real> Careful<'a, R> {
         }
     }
 
-    /// A seed, or a cotangent from a fused function, shows in the cotangent alone.
+    /// Whether a result depends on an entry. Seeds and cotangents from fused functions appear only
+    /// in the cotangent.
     fn is_reached(&mut self, i: usize) -> bool {
         self.reached[i] |= !self.bars[i].is_zero();
         self.reached[i]
@@ -72,13 +73,13 @@ impl<'a, R: Real> Careful<'a, R> {
                 self.bars[parent] = R::chain_add(partial, bar, self.bars[parent]);
             }
         }
-        // The partial takes the place of a tangent: zero stops what is unknown.
+        // The partial acts like a tangent here: zero stops the unknown part.
         if !unknown.is_zero() {
             self.unknown[parent] += R::chain(unknown, partial);
         }
     }
 
-    /// Zeros that a fused function passes are its own choice.
+    /// Zeros that a fused function passes count as choices.
     fn reverse_fused(&mut self, i: usize, place: u32, long: &mut LongEntries<R>) {
         let fused = &mut long.fused[place as usize];
         let outputs = i..self.unknown.len().min(i + fused.outputs);
@@ -89,7 +90,8 @@ impl<'a, R: Real> Careful<'a, R> {
     }
 }
 
-/// Calls `visit` with each partial of an entry that is not a fused one, and its parent.
+/// Calls `visit` with each partial of an entry and the partial's parent. The entry must not be
+/// fused.
 fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl FnMut(R, usize)) {
     match entry.parents {
         [LINEAR, place] => {
@@ -102,7 +104,7 @@ fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl
                 visit(entry.partials[1], second as usize);
             }
         }
-        // A choice of lanes is never recorded here, and others pass nothing.
+        // Choices between lanes are never recorded here, and other choices pass nothing.
         _ => {}
     }
 }

@@ -18,8 +18,8 @@ pub(super) struct LongEntries<R: Real> {
     pub(super) terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
     pub(super) linear: Vec<usize>,
-    /// Linear entries, ascending, and parents to which they pass no derivative: their factor is a
-    /// constant zero.
+    /// Linear entries, ascending, and the parents to which they pass no derivative because the
+    /// factor is a constant zero.
     pub(super) stopped: Vec<(u32, u32)>,
     /// Masks, and the parents that pass where they hold and where they do not.
     pub(super) selects: Vec<(R::Mask, [u32; 2])>,
@@ -30,11 +30,11 @@ pub(super) struct LongEntries<R: Real> {
 pub(super) struct Term<R> {
     pub(super) partial: R,
     pub(super) parent: u32,
-    /// Whether the partial is a constant zero, which passes nothing.
+    /// Whether the partial is a constant zero, which passes no derivative.
     pub(super) stops: bool,
 }
 
-/// The bytes that a vector has allocated.
+/// The number of bytes that a vector has allocated.
 pub(super) fn allocated<T>(vector: &Vec<T>) -> usize {
     vector.capacity() * size_of::<T>()
 }
@@ -76,7 +76,7 @@ impl<R: Real> LongEntries<R> {
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether a cotangent vanishes at an entry with many parents, one of whose partials is not finite.
+    /// Whether the cotangent is zero at an entry with many parents and a partial that is not finite.
     pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)

@@ -6,7 +6,8 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const LINEAR: u32 = u32::MAX - 1;
 /// In `Entry::parents[0]`: a choice by lanes; `parents[1]` is an index into `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
-/// In `Entry::parents[0]`: a number that depends on `parents[1]`, and by a choice passes it no derivative.
+/// In `Entry::parents[0]`: a number that depends on `parents[1]` but, because of a choice, passes it no
+/// derivative.
 pub(super) const STOPPED: u32 = u32::MAX - 3;
 /// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. The least of these marks:
 /// every index of a parent is below it.

@@ -15,7 +15,7 @@ use crate::real::Real;
 ///
 /// An operation takes 24 bytes in f64 and 8 more in a reverse sweep; none of it is freed before the
 /// tape is dropped. Where the system has no more memory the process ends, as with any collection: for
-/// long loops take a [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
+/// long loops use a [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
 ///
 /// ```
 /// use autodiff::{Real, Tape};
@@ -128,7 +128,7 @@ impl<R: Real> Tape<R> {
         self.arena.restart(0);
     }
 
-    /// The bytes allocated, without what fused entries own.
+    /// The number of bytes allocated, without the memory that fused entries own.
     pub(super) fn bytes(&self) -> usize {
         self.arena.bytes() + allocated(&self.inputs) + allocated(&self.bars)
     }

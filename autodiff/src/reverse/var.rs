@@ -124,7 +124,7 @@ impl<R: Real> Var<R> {
         self.apply2(factor, (value, [factor.value, self.value]))
     }
 
-    /// The product with a constant, given its value. A constant zero is a choice.
+    /// The product with a constant; its value is given. A constant zero counts as a choice.
     #[inline(always)]
     pub(super) fn times_constant(self, factor: R, value: R) -> Self {
         if is_choice(&factor) {
@@ -133,7 +133,7 @@ impl<R: Real> Var<R> {
         self.apply((value, factor))
     }
 
-    /// A value that depends on this number and by a choice passes no derivative to it.
+    /// A value that depends on this number but, because of a choice, passes no derivative to it.
     pub(super) fn stopped(self, value: R) -> Self {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
@@ -158,7 +158,7 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms. Those of constants, whose parent is `NONE`, are left out.
+    /// A value with many terms. Terms of constants, whose parent is `NONE`, are left out.
     #[inline(always)]
     pub(super) fn push_linear(
         value: R,
@@ -181,8 +181,8 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Whether a constant factor is zero with all derivatives that it carries. Lanes choose one by one, which an
-/// entry cannot say.
+/// Whether a constant factor and all derivatives that it carries are zero. False for lanes: each lane
+/// chooses separately, which one entry cannot represent.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
     one_answer::<R>() && factor.is_zero()

@@ -23,7 +23,7 @@
 //! | smooth, a minimum of exactly zero included | smooth | wrong |
 //! | a kink, `x.abs()`: each side has a slope of its own | kink for any slope between them | wrong |
 //! | a cusp or a spike, `x.abs().powf(0.6)` or a single value off the rest: the sides grow apart | kink | kink, or wrong where they do so slowly |
-//! | anything | | wrong for a claimed NaN, as `(x * x).sqrt()` gives at zero in reverse |
+//! | anything | | wrong if the claimed slope is NaN, as reverse mode gives for `(x * x).sqrt()` at zero |
 //! | a narrow term, of a few hundred smallest steps or more | smooth | wrong, a forgotten term too |
 //! | a narrower one | kink or smooth | kink or wrong |
 //!

@@ -99,8 +99,8 @@ fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     }
 }
 
-/// Whether the values of a function, and its derivatives by those inputs that are active, are finite in
-/// reverse and in forward mode: in either alone a zero may hide an infinity.
+/// Whether the values of a function and its derivatives by the active inputs are finite, in reverse and
+/// in forward mode. In one mode alone a zero may hide an infinity.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
     let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
     let values: Vec<Vec<R>> = inputs.iter().map(values).collect();

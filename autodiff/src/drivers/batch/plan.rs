@@ -8,11 +8,13 @@ use crate::record::operation::{Op, Place, Run};
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) steps: Vec<Step>,
-    /// Where the result is: among the steps, or among the shared arguments, counted as those of `steps` are.
+    /// Where the result is: among the steps or among the shared arguments. Shared places count as they do in
+    /// `steps`.
     pub(super) result: Place,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments that single operations read, or that are the result: in these, shared places
-    /// count them alone. `None` if there are no layers, and all are counted.
+    /// The shared arguments that single operations read or that are the result. Shared places are
+    /// indices into this list. `None` if there are no layers: then they are indices into all shared
+    /// arguments.
     pub(super) read: Option<Vec<usize>>,
 }
 
@@ -135,8 +137,8 @@ impl Plan {
     }
 }
 
-/// Has shared places count those shared arguments alone that single operations read or that are the result;
-/// returns which they are.
+/// Renumbers shared places so that they count only the shared arguments that single operations read or that
+/// are the result. Returns these arguments.
 fn count_read(steps: &mut [Step], result: &mut Place) -> Vec<usize> {
     let mut read = Vec::new();
     each_shared_run(steps, result, |run, len| {
@@ -154,7 +156,8 @@ fn count_read(steps: &mut [Step], result: &mut Place) -> Vec<usize> {
     read
 }
 
-/// Replaces the runs of shared places that single operations read, and the result if it is one, by `f` of them.
+/// Applies `f` to each run of shared places that single operations read, and to the result if it is a shared
+/// place.
 fn each_shared_run(steps: &mut [Step], result: &mut Place, mut f: impl FnMut(Run, u32) -> Run) {
     let mut replaced = |run: Run, len| {
         if run.first.is_shared() {

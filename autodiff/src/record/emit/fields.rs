@@ -1,8 +1,9 @@
-//! Refuses kernels in which a field decides more than the values of literals.
+//! Rejects kernels in which a field affects more than the values of literals.
 //!
-//! The printed code is recorded once, for stand-ins of the fields, and used for all their values. A field
-//! must therefore not decide a branch, a loop or an exponent. The kernel is recorded again for other
-//! values of its fields, and has to do the same operations with the fields at the same places.
+//! The printed code is recorded once, with stand-ins for the fields, and used for all values of the
+//! fields. So a field must not decide a branch, a loop or an exponent. To check this, the kernel is
+//! recorded again with other field values. It must do the same operations, with the fields in the same
+//! places.
 
 use std::array::from_fn;
 use std::f64::consts::E;
@@ -13,8 +14,8 @@ use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 
 /// The values that each field takes: numbers that code treats as special, several exponents and lengths, and
-/// magnitudes on both sides of any bound. Moderate ones come first: they end the check before an enormous
-/// one becomes the length of a loop.
+/// very small and very large magnitudes. Moderate values come first, so that the check fails before an
+/// enormous value becomes the length of a loop.
 const VALUES: [f64; 19] = [
     2.0,
     1.0,
@@ -37,10 +38,10 @@ const VALUES: [f64; 19] = [
     f64::NAN,
 ];
 
-/// How often all fields change at once, so that conditions on several fields are met too.
+/// How often all fields change at once. This finds conditions on several fields.
 const MIXTURES: usize = 200;
 
-/// What a kernel does for some values of its fields.
+/// The recording of a kernel for some values of its fields.
 struct Course {
     ops: Vec<Op>,
     results: Vec<Place>,
@@ -56,11 +57,11 @@ impl Course {
     }
 }
 
-/// Checks that a kernel does the same operations for all values of its fields, and that its literals are fields or
-/// independent of them.
+/// Checks that a kernel does the same operations for all values of its fields. Each literal must be a field or
+/// independent of the fields.
 ///
 /// # Panics
-/// If not.
+/// If either check fails.
 pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
@@ -99,7 +100,7 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
         }
     }
     for mixture in 1..=MIXTURES * usize::from(fields.len() > 1) {
-        // Multiples of different irrational numbers: all combinations come up.
+        // Multiples of different irrational numbers cover all combinations.
         let share = |step: f64| (mixture as f64 * step).fract();
         let values = stand_ins(E, fields.len()).map(share);
         let values = values.map(|share| VALUES[(share * VALUES.len() as f64) as usize]);
@@ -107,7 +108,7 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
     }
 }
 
-/// Whether an operation is what `op` becomes if the fields change from `usual` to `values`.
+/// Whether an operation is `op` after the fields change from `usual` to `values`.
 fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     let (Op::Constant(before), Op::Constant(after)) = (op, got) else {
         return op == got;
@@ -123,7 +124,7 @@ fn follows(op: Op, got: Op, usual: &[f64], values: &[f64]) -> bool {
     after == expected || after.is_nan() && expected.is_nan()
 }
 
-/// Numbers for fields that no kernel has among its literals, between 0 and 1.
+/// Field values between 0 and 1 that no kernel uses as a literal.
 pub(super) fn stand_ins(seed: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
     (1..=count).map(move |k| (seed + k as f64).sqrt().fract())
 }

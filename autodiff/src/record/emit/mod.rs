@@ -43,7 +43,7 @@
 //!
 //! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
 //!   comes from a select between constants, as of `signum`;
-//! - a cotangent that was computed and is zero passes zero to an infinite partial, where the tape says NaN;
+//! - a computed zero cotangent times an infinite partial gives zero; the tape gives NaN;
 //! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
 //! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
 //! - where the emitted derivative is itself differentiated in reverse, a plain product with a cotangent
@@ -93,16 +93,16 @@ use print::{Formula, Printer};
 /// contract is not noticed here; [`check_gradient`](crate::check::check_gradient) would tell.
 ///
 /// # Fields
-/// The printed code serves all values of the fields. So a field must not decide a branch (`if self.k > 1.0`), a
-/// loop or an integer exponent (`x.powi(self.n)`); `build` is called with values of every kind to find out: of
-/// both signs, small, large, infinite and NaN. It should make the struct itself, not call a constructor that
+/// The printed code is used for all values of the fields. So a field must not decide a branch (`if self.k > 1.0`),
+/// a loop or an integer exponent (`x.powi(self.n)`). To check this, `build` is called with values of
+/// both signs: small, large, infinite and NaN. It should create the struct directly, without a constructor that
 /// checks its arguments.
 ///
 /// # Panics
 /// If a field decides which operations the kernel does. If the kernel computes a literal from a field
-/// (`R::lit(2.0 * self.dt)`): the printed code could not follow a change of the field. Give such a number
-/// a field of its own. And if the kernel loops for as long as `any` says so, as rounding an
-/// [`Element`](crate::Element) does: symbols have no values that would end the loop.
+/// (`R::lit(2.0 * self.dt)`), because the printed code could not follow a change of the field; give this
+/// number a separate field. If the kernel loops until `any` is false, as rounding an
+/// [`Element`](crate::Element) does, because symbols have no values that would end the loop.
 pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
@@ -221,8 +221,8 @@ fn method(
     fields: &[&str],
     formula: impl Fn(&[f64]) -> Formula,
 ) -> String {
-    // Several runs, with values of both signs and different sizes: fused functions have rules that `eval` does
-    // not show.
+    // Several runs, with values of both signs and different sizes: the derivative rules of fused functions do
+    // not appear in `eval`.
     let (few, more) = (
         fields::stand_ins(E, fields.len()),
         fields::stand_ins(PI, fields.len()),
