@@ -70,7 +70,7 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
-    /// A simulated state stopped being finite, got beyond 1e6 m or 1e6 m/s, or is faster than its scene allows.
+    /// A simulated state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node faster than its scene allows.
     #[error(
         "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
     )]
@@ -83,7 +83,7 @@ pub enum Error {
         position: [f64; 2],
         /// Its velocity, m/s.
         velocity: [f64; 2],
-        /// What caused it, or the bound that is exceeded.
+        /// What caused the divergence, or the bound that is exceeded.
         cause: String,
     },
     /// A time step with which the robot's own vibrations grow.
@@ -273,7 +273,7 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// What to do where there is no space for a file.
+/// What to do if there is no space for a file.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

@@ -74,16 +74,16 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     end.map(|()| value)
 }
 
-/// The place of a fault in a JSON text, and the message about it.
+/// The place of an error in a JSON text and its message.
 fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, String) {
-    // For an empty text serde_json says column 0; columns count from 1.
+    // For an empty text serde_json reports column 0; columns count from 1.
     let (line, column) = (error.line(), error.column().max(1));
     let place = Position { line, column };
     if json.trim_ascii().is_empty() {
         return (place, "the file is empty".to_owned());
     }
     if error.is_eof() {
-        let says = "the text ends in the middle: the file is truncated or damaged";
+        let says = "the text ends too early: the file is truncated or damaged";
         return (place, with_keys(keys, says));
     }
     match not_finite(json, place).filter(|_| error.is_syntax()) {
@@ -96,8 +96,8 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
     }
 }
 
-/// The word at a place, such as `-Infinity`, if it stands for a number that is not finite, and the column in
-/// which it begins.
+/// The word at a place and the column of its first letter, if the word means a number that is not finite,
+/// such as `-Infinity`.
 fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     let line = json
         .split(|&byte| byte == b'\n')
@@ -114,7 +114,8 @@ fn not_finite(json: &[u8], place: Position) -> Option<(usize, &str)> {
     known.then_some((start + 1, word))
 }
 
-/// The number with a decimal point that a text with a decimal comma stands for: `9.81` for `9,81`.
+/// Converts a number with a decimal comma to a decimal point: `9,81` to `9.81`. `None` for any
+/// other text.
 pub fn with_decimal_point(text: &str) -> Option<String> {
     let text = text.trim().trim_matches(['"', '\'']);
     let (whole, rest) = text.split_once(',')?;
@@ -198,7 +199,7 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
     with_keys(keys, &what)
 }
 
-/// A message with the keys of the value in front.
+/// A message that starts with the keys of the value.
 fn with_keys(keys: &str, what: &str) -> String {
     // The keys of a text that is cut off end with a `?`, for the one that was not read.
     let keys = keys.strip_suffix('?').unwrap_or(keys);
@@ -276,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_cut_off_or_empty_is_called_so() {
+    fn truncated_and_empty_files_are_reported() {
         let refusal = |text: &str| {
             let told = from_json::<serde_json::Value>("a.json", 0, text.as_bytes());
             told.unwrap_err().to_string()

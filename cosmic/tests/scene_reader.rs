@@ -33,17 +33,17 @@ fn refusal(text: &str) -> (String, String) {
 const WRONG: [(&str, &str, &str); 43] = [
     (
         "base = ^\"eart\"",
-        "`base` names no built-in scene: \"eart\"",
+        "`base` names an unknown built-in scene: \"eart\"",
         "did you mean `earth`?",
     ),
     (
         "base = ^\"my.toml\"",
-        "`base` names no built-in scene: \"my.toml\"",
+        "`base` names an unknown built-in scene: \"my.toml\"",
         "known: earth, stability",
     ),
     (
         "base = ^3",
-        "`base` is not the name of a scene: 3",
+        "`base` must be the name of a scene, not 3",
         "known: earth",
     ),
     (
@@ -58,12 +58,12 @@ const WRONG: [(&str, &str, &str); 43] = [
     ),
     (
         "format = ^\"cosmic-design\"\nversion = 1",
-        "`format` is wrong: \"cosmic-design\"",
+        "`format` is not a known format: \"cosmic-design\"",
         "allowed: \"cosmic-scene\"",
     ),
     (
         "version = ^1",
-        "`version` must not stand alone: 1",
+        "`version` cannot be used alone: 1",
         "begins with format = \"cosmic-scene\" and a version",
     ),
     (
@@ -154,7 +154,7 @@ const WRONG: [(&str, &str, &str); 43] = [
     ),
     (
         "[physics]\ncontact = ^\"sticky\"",
-        "names no law of this program: \"sticky\"",
+        "names an unknown law: \"sticky\"",
         "\"infinite\" or",
     ),
     ("[lattice]\ncolumns = ^1", "out of range: 1", "from 2 to 64"),

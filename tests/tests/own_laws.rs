@@ -385,14 +385,14 @@ fn wrong_choices_are_pointed_at() {
         (
             "[physics]\ncontact = \"clay\"",
             &[
-                "`physics.contact` names no law of this program: \"clay\"",
+                "`physics.contact` names an unknown law: \"clay\"",
                 "\"bounce\"",
             ][..],
         ),
         (
             "[physics]\nforces = [\"gale\"]",
             &[
-                "`physics.forces` names no law of this program",
+                "`physics.forces` names an unknown law",
                 "\"gale\"",
                 "\"tether\"",
             ],

@@ -118,10 +118,10 @@ fn without_it(bench: &Bench, sets: &str) {
 fn a_wrong_choice_of_laws_gives_one_error() {
     let bench = Bench::default();
     for (choice, says) in [
-        ("contact = 'mud'", "`physics.contact` names no law"),
+        ("contact = 'mud'", "`physics.contact` names an unknown law"),
         (
             "forces = ['stops', 'mud', 'wool']",
-            "`physics.forces` names no law",
+            "`physics.forces` names an unknown law",
         ),
         ("forces = ['stops', 'stops']", "has twice"),
         ("forces = 'stops'", "is a text"),

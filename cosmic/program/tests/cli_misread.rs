@@ -99,7 +99,8 @@ fn a_truncated_snapshot_is_refused_with_a_remedy() {
     let bench = finished();
     bench.remove("run/summary.json");
     let text = bench.read("run/snapshot.json");
-    let begin_again = "put back a copy of it, or begin again with: cosmic optimize run/scene.toml";
+    let begin_again =
+        "restore the file from a copy, or begin again with: cosmic optimize run/scene.toml";
     for (kept, says) in [
         (text.len() / 2, "the file is truncated or damaged"),
         (0, "the file is empty"),

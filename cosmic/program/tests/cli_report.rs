@@ -291,7 +291,7 @@ fn files_of_another_run_do_not_fit() {
         let number = wrong.pointer_mut(key).unwrap();
         *number = (number.as_f64().unwrap() + 1e-6).into();
         let changed = number.to_string();
-        let says = ["summary.json", other, &changed, "not all of one run"];
+        let says = ["summary.json", other, &changed, "not all from one run"];
         refused(&bench, "summary.json", wrong.to_string(), &says);
     }
     bench.cosmic("report run --quiet").ok();

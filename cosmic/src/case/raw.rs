@@ -155,7 +155,7 @@ keys! {
     forces: ForceLaws = physics.forces,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     void_edges: VoidEdges = physics.void_edges,
-    // A case that lacks it is never judged: not the scene's default, but no bound.
+    // A case without this key has no bound on speeds; the scene's default does not apply.
     #[serde(default, skip_serializing_if = "is_default")]
     speed_bound: Option<f64> = physics.speed_bound,
     omega: f64 = controller.omega,

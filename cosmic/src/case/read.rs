@@ -178,7 +178,7 @@ impl Shapes<'_> {
             ("physics", "payload_mass", scene.payload_mass),
             ("physics", "stiffening", scene.stiffening),
             ("physics", "bending_radius", scene.bending_radius),
-            // Without one there is nothing to refuse, as with any number that is allowed.
+            // Without a bound, check an allowed number, which always passes.
             ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),
             ("materials", "penalisation", scene.penalisation as f64),
             ("projection", "hold_materials", scene.hold_materials),

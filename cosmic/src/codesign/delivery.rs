@@ -37,16 +37,17 @@ pub struct Delivery {
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
     /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
-    /// a task other than distance, minus the losses. With two goals, of the worse of the two.
+    /// a task other than distance, minus the losses. With two goals, the quantiles of the merit for
+    /// the goal that the robot does worse at.
     pub selection: Quantiles,
     /// The number that the best of several starts is chosen by: the median of `selection`, or its
     /// 10 % quantile if the robot is unreliable there.
     pub selection_score: f64,
-    /// Whether the robot does what the median of `spread` says, or for a task other than distance
-    /// the median loss.
+    /// Whether the median of `spread` describes the robot; for a task other than distance, whether
+    /// the median loss does.
     pub reliability: Reliability,
     /// With two goals: displacements with the goal behind, from the starts of `spread`, m. Negative
-    /// ones are towards that goal.
+    /// displacements are towards that goal.
     pub behind: Option<Quantiles>,
     /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
@@ -59,12 +60,12 @@ pub struct Delivery {
     pub merit: Option<Quantiles>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
-    /// How the bars of `materials` hang together; `None` for an undecided design, which has no bars.
+    /// How the bars of `materials` are connected; `None` for an undecided design, which has no bars.
     pub structure: Option<Structure>,
-    /// What the bars of `materials` bear over all steps of the unperturbed rollout; `None` for an
-    /// undecided design and for a diverged rollout.
+    /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
+    /// an undecided design and for a diverged rollout.
     pub loads: Option<Loads>,
-    /// The same for each edge, `None` for a void one; empty where `loads` is `None`.
+    /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
@@ -81,7 +82,8 @@ impl CoDesign {
         delivery.expect("nothing stops it")
     }
 
-    /// [`deliver`](Self::deliver) with a question between its parts: should it stop? Then the result is `None`.
+    /// [`deliver`](Self::deliver) that can be stopped: between its parts it asks whether to stop. If so, the
+    /// result is `None`.
     pub fn deliver_unless(
         &self,
         progress: &Progress,
@@ -153,7 +155,8 @@ impl CoDesign {
         })
     }
 
-    /// The merit of a robot from the unperturbed start, which moved it so far along the ground.
+    /// The merit of a robot from the unperturbed start; `along` is its displacement along the
+    /// ground.
     fn unperturbed(&self, mixture: &[[f64; 3]], controller: &Controller<f64>, along: f64) -> f64 {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
@@ -161,7 +164,7 @@ impl CoDesign {
         self.reach_many::<f64>(&[mixture], controller, &self.task, &[&self.start])[0].merit
     }
 
-    /// The numbers that a controller is chosen by: its score, then its median.
+    /// The numbers that controllers are ranked by: the score, then the median.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
@@ -219,7 +222,7 @@ impl CoDesign {
         let merit = match same.first() {
             Some(candidate) => candidate.merit,
             None if is_chosen => self.evaluate(progress).merit,
-            // Nothing competes with it.
+            // There is no other candidate.
             None => f64::NAN,
         };
         let mut entrants = vec![Candidate {
@@ -355,9 +358,9 @@ mod tests {
         }
     }
 
-    /// Peaks and quantiles against those of a rollout that is observed at every step.
+    /// Compares peaks and quantiles with a rollout that is observed at every step.
     #[test]
-    fn delivered_loads_are_those_of_every_step() {
+    fn delivered_loads_cover_every_step() {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
         let (codesign, progress) = after(&scene, 9, 1);
         let delivery = codesign.deliver(&progress);
@@ -382,7 +385,7 @@ mod tests {
         };
         let told = delivery.loads.unwrap().speed.peak;
         assert_eq!(told, peak(&loads(1)));
-        // A part of the steps does not show it.
+        // Some of the steps alone do not show the peak.
         assert!(told > peak(&loads(16)));
     }
 
@@ -408,12 +411,12 @@ mod tests {
             codesign.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
-        // If the controller moves on, both may be delivered.
+        // If the controller keeps changing, both may be delivered.
         progress.controller.b1[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
     }
 
-    /// Two controllers of one robot, of which the one with the better median is unreliable.
+    /// Two controllers of one robot. The controller with the better median is unreliable.
     #[test]
     fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut scene = tiny();
@@ -457,7 +460,7 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // Its 10 % quantile is low, or its unperturbed rollout another one.
+        // Its 10 % quantile is low, or its unperturbed rollout differs.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

@@ -17,7 +17,7 @@ impl CoDesign {
     ///
     /// # Errors
     /// As [`begin`](Self::begin); the time step is checked after every iteration.
-    /// [`Error::NotFinite`](crate::Error::NotFinite) as [`Progress::check_loss`].
+    /// [`Error::NotFinite`](crate::Error::NotFinite) as in [`Progress::check_loss`].
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {

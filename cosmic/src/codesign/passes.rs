@@ -19,7 +19,8 @@ use crate::scene::{BinarisationMethod, HorizonMode};
 /// iteration has one: its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
 
-/// The share of the bound on speeds that hardly a robot walks at: 1 m/s where the bound is 100 m/s.
+/// The fraction of the bound on speeds that few robots reach by walking: 1 m/s if the bound is
+/// 100 m/s.
 const WALKS: f64 = 0.01;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene makes
@@ -167,9 +168,9 @@ impl CoDesign {
     }
 
     /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. That
-    /// rollout is not watched. It is done again, with the guard, if the payload moved so fast on
-    /// average that only few robots do and all that fly apart. Displacements over drawn domains are
-    /// means, and stay.
+    /// rollout is not watched. If the payload's average speed is high, the rollout is repeated with
+    /// the guard: few robots are that fast, and all robots that fly apart are. Displacements over
+    /// drawn domains are means and are not checked.
     fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
         let physics = &self.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
@@ -263,7 +264,7 @@ impl CoDesign {
     }
 }
 
-/// The displacement of a full rollout, if the iteration has one.
+/// The displacement of a full rollout, if the iteration did one.
 fn note_displacement(record: &mut Record, reached: Option<Reached>) {
     record.displacement = reached.map(|reached| reached.along());
     record.diverged = record.displacement.is_some_and(f64::is_nan);
@@ -323,7 +324,7 @@ mod tests {
         assert!(beyond > skipped(&scene), "{beyond}");
     }
 
-    /// Minus the height, without a number from one iteration to another. Its gradient is finite always.
+    /// Minus the height, but NaN between two iterations. Its gradient is always finite.
     struct Failing(Range<usize>, AtomicUsize);
 
     impl Loss for Failing {
@@ -333,7 +334,7 @@ mod tests {
 
         fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
             let height = trajectory.states[0].x[0][1];
-            // The gradient's own rollout: the others are plain numbers.
+            // Only the gradient's rollout: other rollouts use plain numbers.
             let is_of_gradient = size_of::<R>() > size_of::<f64>();
             let call = self
                 .1
@@ -355,7 +356,8 @@ mod tests {
         (codesign, records, ended.map(drop))
     }
 
-    /// The sum with NaN has the slope of the height, which used to be taken for the loss's.
+    /// The sum with NaN has the slope of the height. Earlier versions used this slope as the loss's
+    /// slope.
     #[test]
     fn a_loss_without_a_number_moves_nothing_and_is_counted() {
         let (_, records, ended) = failing(3..5);
@@ -370,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_that_never_was_a_number_ends_the_run() {
+    fn a_loss_that_was_never_a_number_ends_the_run() {
         let (_, records, ended) = failing(0..usize::MAX);
         let error = ended.unwrap_err();
         assert_eq!((records.len(), error.exit_code()), (10, 3));
@@ -378,13 +380,14 @@ mod tests {
         for words in ["the loss", "after iteration 10", "NaN"] {
             assert!(says.contains(words), "{says}");
         }
-        // One number is enough to go on.
+        // One finite loss is enough to continue.
         let (codesign, records, ended) = failing(1..usize::MAX);
         ended.unwrap();
         assert_eq!(records.len(), codesign.scene().schedule.iterations);
     }
 
-    /// With a bound that every robot exceeds: no displacement is told, and all gradients are taken.
+    /// With a bound that every robot exceeds, no displacement is recorded but all gradients are
+    /// used.
     #[test]
     fn a_robot_that_flies_apart_leaves_a_gap_and_its_gradients() {
         let mut scene = tiny();

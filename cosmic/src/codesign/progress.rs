@@ -66,9 +66,9 @@ impl Progress {
         self.entered.unwrap_or(0)
     }
 
-    /// Refuses to go on if the loss has never been a number: after ten iterations or more, no gradient
+    /// Stops the run if the loss has never been a number: after ten or more iterations no gradient
     /// could be used, and the loss of this iteration is not finite either. Later iterations would not
-    /// change that, because nothing has moved.
+    /// change that, because neither design nor controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -189,18 +189,18 @@ pub struct Record {
     /// Displacement along the ground of a full rollout at the start of the iteration. Before the
     /// snap only some iterations have one.
     pub displacement: Option<f64>,
-    /// True if that rollout diverged: the displacement is NaN then, which files do not have.
+    /// True if that rollout diverged. The displacement is NaN then, which files cannot store.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub diverged: bool,
-    /// Displacement along the ground after the horizon, in the rollout of the gradient; NaN, in files
-    /// `None`, if the robot flies apart in it.
+    /// Displacement along the ground after the horizon, in the rollout of the gradient. NaN (`None`
+    /// in files) if the robot flies apart in it.
     pub displacement_horizon: Option<f64>,
-    /// For a task other than distance: minus the loss over the horizon. With two goals the merit of
-    /// the goal that the robot does worse at.
+    /// For a task other than distance: minus the loss over the horizon. With two goals: the merit
+    /// for the goal that the robot does worse at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merit_horizon: Option<f64>,
-    /// The loss over the horizon; of two gradients the first one, or one that is not finite. `None`
-    /// for the snap and in histories of older versions.
+    /// The loss over the horizon. With two gradients, the loss of the first one or the loss that is
+    /// not finite. `None` for the snap and in histories of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loss_horizon: Option<f64>,
     /// Steps that carried the gradient.

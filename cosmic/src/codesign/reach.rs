@@ -25,8 +25,8 @@ pub struct Reached {
     /// other than distance minus the loss. With two goals it is the merit for the goal that the
     /// robot does worse at.
     pub merit: f64,
-    /// With two goals: the displacement along the ground with the goal behind, m. A negative one
-    /// is towards that goal.
+    /// With two goals: the displacement along the ground with the goal behind, m. A negative
+    /// displacement is towards that goal.
     pub behind: Option<f64>,
 }
 
@@ -36,8 +36,8 @@ impl Reached {
     }
 
     /// This result for the goal ahead together with the result for the goal behind. The merit
-    /// behind counts the other way round: there the payload has to get back, and a loss is to be
-    /// large.
+    /// behind counts with the opposite sign: there the payload must move backwards and a loss must
+    /// be large.
     fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -153,7 +153,7 @@ impl CoDesign {
         self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
     }
 
-    /// What the merit of a rollout is.
+    /// How the merit of a rollout is computed.
     pub(super) fn merit(&self) -> Merit {
         match (self.loss.is_far(), self.scene.controller.two_goals) {
             (false, _) => Merit::MinusLoss,
@@ -183,7 +183,7 @@ impl CoDesign {
         pairs.map(|(a, b)| a.with_behind(b)).collect()
     }
 
-    /// Full rollouts towards the one goal of a task.
+    /// Full rollouts towards the goal of a task with one goal.
     fn reach_goal<R: Real + Into<f64>>(
         &self,
         mixtures: &[impl AsRef<[[f64; 3]]>],
@@ -264,8 +264,8 @@ impl CoDesign {
     }
 }
 
-/// The index of the first of the largest merits. A later number of a merit decides between equals.
-/// A NaN, from a diverged rollout, is below any number.
+/// The index of the largest merit, the first one if several are equal. Later numbers of a merit
+/// break ties. A NaN, from a diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
@@ -321,7 +321,7 @@ mod tests {
             speeds.fold(0.0, f64::max)
         };
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
-        // Not at the end: the state between is what the bound is about.
+        // The node is too fast between the observed states, not at the end.
         assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);
         let first = |bound: f64| states.iter().position(|state| speed(state) > bound);
         let mut moves = |bound| {
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// A robot that does not observe its goal does the same for both goals: what it gains ahead it
+    /// A robot that does not observe its goal moves equally for both goals: what it gains ahead, it
     /// loses behind.
     #[test]
     fn with_two_goals_the_worse_one_is_the_merit() {
@@ -413,11 +413,11 @@ mod tests {
             assert!(delivery.selection.p50 < 0.0);
         };
         check(CoDesign::new(&scene).unwrap(), Reached::along);
-        // A loss to be small for one goal is to be large for the other.
+        // A loss that must be small for one goal must be large for the other.
         check(CoDesign::with_loss(&scene, Up).unwrap(), |reached| {
             reached.merit
         });
-        // A goal that is observed makes a difference.
+        // If the robot observes the goal, the results differ.
         scene.controller.goal_scale = 3.0;
         let codesign = CoDesign::new(&scene).unwrap();
         let reached = codesign.evaluate(&codesign.begin(1).unwrap());
@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn a_merit_without_a_value_is_the_worse_one() {
+    fn a_nan_merit_is_the_worse_one() {
         assert_eq!(worse(1.0, 2.0), 1.0);
         assert_eq!(worse(2.0, 1.0), 1.0);
         assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());

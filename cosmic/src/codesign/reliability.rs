@@ -1,36 +1,37 @@
-//! Whether a robot does what its median says, and the score that robots are chosen by.
+//! Whether its median describes a robot, and the score that robots are chosen by.
 
 use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 
-/// Whether the median over perturbed starts says what a robot does.
+/// Whether the median over perturbed starts describes a robot.
 ///
 /// A robot is unreliable in three cases. Its 10 % quantile is below the median by more than half of
 /// the median's size. Its unperturbed rollout differs from the median by more than that. Or one of
-/// these numbers has no value, because rollouts diverged. Distances have a size of at least 1 cm here:
-/// two robots that hardly move do not differ. The size of a loss is its own, however small.
+/// these numbers is NaN because rollouts diverged. Medians of distances count as at least 1 cm in this
+/// comparison, because differences between robots that barely move mean nothing. There is no minimum
+/// for losses.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
     /// The median is the figure to quote.
     Reliable,
-    /// The median misleads.
+    /// The median is misleading.
     Unreliable {
-        /// The number that differs from the median, and by how much.
+        /// Which number differs from the median, and by how much.
         reason: String,
     },
 }
 
-/// The least size of a distance, m.
+/// The smallest size that a median distance counts as, m.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// What the merit of a rollout is: the number that robots are ranked by.
+/// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Merit {
     /// The displacement along the ground, m.
     Distance,
-    /// With two goals: the shorter of the ways towards them, m.
+    /// With two goals: the shorter of the distances towards them, m.
     ShorterWay,
     /// Minus the loss.
     MinusLoss,
@@ -69,8 +70,8 @@ impl Merit {
         }
     }
 
-    /// The score that controllers and starts are chosen by: a reliable robot counts as its median, an
-    /// unreliable one as its 10 % quantile. Every robot has one number, so no choice depends on the
+    /// The score that controllers and starts are chosen by: the median of a reliable robot, the 10 %
+    /// quantile of an unreliable one. Each robot has a single score, so no choice depends on the
     /// order of the robots. A reliable robot is always preferred to an unreliable one with a lower
     /// 10 % quantile.
     pub(super) fn score(self, spread: &Quantiles, unperturbed: f64) -> f64 {
@@ -113,7 +114,7 @@ impl Merit {
         Reliability::Unreliable { reason }
     }
 
-    /// The way that a distance is measured along, if a robot has two.
+    /// What the distance is measured along if a robot has two goals, for a message.
     fn of_which(self) -> &'static str {
         match self {
             Self::ShorterWay => " of the shorter of the two ways",
@@ -150,7 +151,7 @@ mod tests {
         Quantiles { p10, p50, p90 }
     }
 
-    /// The reason for a robot of these quantiles, or nothing.
+    /// The reason why a robot with these quantiles is unreliable; empty if it is reliable.
     fn reason(merit: Merit, [p10, p50, unperturbed]: [f64; 3]) -> String {
         let found = merit.reliability(&spread(p10, p50), unperturbed);
         found.reason().unwrap_or_default().to_owned()
@@ -178,10 +179,10 @@ mod tests {
         let far = |numbers| reason(Merit::Distance, numbers);
         assert_eq!(far([-2.9, -2.0, -1.1]), "");
         assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
-        // Robots that do not move: 5 mm apart at most.
+        // Robots that barely move may differ by 5 mm at most.
         assert_eq!(far([-0.004, 0.0, 0.004]), "");
         assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
-        // Minus a loss of 0.4: a worse one is larger.
+        // The merit is minus the loss of 0.4, so a worse loss is larger.
         let loss = |numbers| reason(Merit::MinusLoss, numbers);
         assert_eq!(loss([-0.5, -0.4, -0.3]), "");
         let worse = loss([-0.9, -0.4, -0.4]);
@@ -197,10 +198,10 @@ mod tests {
             |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
         assert_eq!(reliable, 2.0);
-        // By its quantile, and by its unperturbed rollout.
+        // Unreliable by its quantile, then by its unperturbed rollout.
         assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
         assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
-        // It may still be the better one.
+        // An unreliable robot may still be the better one.
         assert!(score([2.4, 5.0, 5.0]) > reliable);
     }
 

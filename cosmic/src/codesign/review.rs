@@ -94,7 +94,7 @@ mod tests {
                 "{setting}: {doubts:?}"
             );
         }
-        // Of a robot of six nodes in a row 0.5 m long, from 0.6 m on.
+        // A row of six nodes, 0.5 m long; the rough ground starts at 0.6 m.
         for (count, warns) in [(11, true), (13, false)] {
             let rough = [
                 "ground.profile=rough".to_owned(),

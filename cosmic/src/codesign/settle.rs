@@ -56,7 +56,7 @@ impl CoDesign {
         self.judge_candidates(progress);
         let judged = progress.candidates.iter();
         let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
-        // Candidates are sorted by their single rollouts: of equal scores the better one wins.
+        // Candidates are sorted by their single rollouts, which break ties between equal scores.
         let best = first_best(judged.iter().map(|(spread, c)| self.rank(spread, c)));
         let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
             return false;

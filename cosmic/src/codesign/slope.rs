@@ -5,8 +5,8 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::Horizon;
 
-/// A gradient of the loss, with the loss and what the robot reaches within the horizon. The gradient
-/// of a loss that is not finite is NaN throughout, so that no optimiser uses it.
+/// A gradient of the loss, the loss, and the robot's result within the horizon. The gradient of a
+/// loss that is not finite is NaN throughout, so that no optimiser uses it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,

@@ -47,7 +47,7 @@ impl Sought<'_> {
     }
 }
 
-/// The loss that a gradient is taken of, with the rollouts that it comes from.
+/// The loss that a gradient differentiates, with its rollouts.
 struct Sloped<R> {
     loss: R,
     ahead: Seen<R>,
@@ -178,7 +178,7 @@ impl CoDesign {
             ahead,
             behind: Some(behind),
         };
-        // All rollouts ahead come first: the order decides about the bits of the gradient.
+        // All rollouts ahead come first: the bits of the gradient depend on the order.
         let ahead: Vec<Seen<R>> = ahead.collect();
         let behind = losses(&task.turned_back());
         ahead.into_iter().zip(behind).map(both).collect()

@@ -32,8 +32,8 @@ pub(super) const LIVELY: &str = "
     horizon = [64, 64]
 ";
 
-/// Minus the payload's height, as a user would write it; the state after half of the steps
-/// counts too.
+/// Minus the payload's height, as a user would write it. The state after half of the steps counts
+/// too.
 pub(crate) struct Up;
 
 impl Loss for Up {

@@ -16,8 +16,8 @@ const LEVEL: f64 = 1e-9;
 /// Singular values below this share of the largest are zero: lengths are of order one, and a mechanism
 /// that moves none has rounding alone.
 const RANK: f64 = 1e-9;
-/// The most bars whose floppy modes are counted. The time of the rank grows with their cube: this many take some
-/// seconds.
+/// The largest number of bars for which floppy modes are counted. The time for the rank grows with the cube of
+/// the number; this many bars take a few seconds.
 pub const MOST_RANKED: usize = 2000;
 
 /// What there is to say of the bars of a layout.

@@ -17,10 +17,10 @@ impl Truss {
     ///
     /// # Errors
     /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
-    /// given numbers that are not those of the nodes in some order; an edge of an unknown node, shorter than a millimetre or given twice; a payload that is
-    /// unknown, given twice or of an impossible mass; in the rules an unknown edge, one that is kept
-    /// and forbidden, in two groups or more than once in one, a group of fewer than two edges, or one
-    /// whose edges are under different rules.
+    /// given numbers that are not the node numbers in some order; an edge of an unknown node, shorter than a
+    /// millimetre or given twice; a payload that is unknown, given twice or of an impossible mass; in the rules an
+    /// unknown edge, one that is kept and forbidden, in two groups or more than once in one, a group of fewer than two
+    /// edges, or one whose edges are under different rules.
     pub fn checked(mut self) -> Result<Self, String> {
         self.check_nodes()?;
         self.check_edges()?;

@@ -1,9 +1,10 @@
 //! Segments that cross.
 
-/// The least area of a triangle whose corners are not on one line, in units of its sides' squares.
+/// The smallest area of a triangle that does not count as degenerate, relative to the squares of
+/// its sides.
 const ON_LINE: f64 = 1e-9;
 
-/// Whether two segments cross between their ends.
+/// Whether two segments cross strictly between their ends.
 pub fn cross(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
     let side = |[p, q]: [[f64; 2]; 2], r: [f64; 2]| {
         let (d, e) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
@@ -18,10 +19,10 @@ pub fn cross(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
     side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
 }
 
-/// The pairs of edges that [`cross`] between nodes at these places, in ascending order, each with the smaller
-/// index first.
+/// The pairs of edges that [`cross`], for nodes at these places. The pairs are in ascending order, and each
+/// has the smaller index first.
 ///
-/// A sweep along one axis: it compares only edges that lie abreast, a small part of all pairs if the edges
+/// Sweeps along one axis and compares only edges that overlap along it, which are few pairs if the edges
 /// are short. An edge with a NaN crosses nothing.
 ///
 /// # Panics
@@ -51,7 +52,7 @@ pub fn crossings(nodes: &[[f64; 2]], edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// How many edges lie side by side along an axis, on average.
+/// How many edges overlap along an axis, on average.
 fn crowding(extents: &[[[f64; 2]; 2]], axis: usize) -> f64 {
     let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
     for &[low, high] in extents.iter().map(|extent| &extent[axis]) {
@@ -69,7 +70,7 @@ mod tests {
 
     type Segment = [[f64; 2]; 2];
 
-    /// Each with its own nodes.
+    /// Gives each segment its own two nodes.
     fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
         let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
         crossings(&segments.concat(), &edges)

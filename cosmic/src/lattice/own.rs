@@ -31,12 +31,12 @@ pub struct Truss {
     pub payload: Vec<Payload>,
     /// What the edges may be made of.
     pub rules: EdgeRules,
-    /// The number of each node in the file or program that the truss is from; empty where every node has
-    /// that number here.
+    /// The number of each node in the file or program that the truss is from. Empty if no node was
+    /// renumbered.
     pub given_numbers: Vec<usize>,
 }
 
-/// The numbers that nodes had before make no difference.
+/// The earlier numbers of the nodes do not count.
 impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)

@@ -20,25 +20,25 @@ pub struct Bar<R> {
     pub length: R,
     /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The length that its actuator asks for (D8), m; the rest length of a passive bar.
+    /// The target length that its actuator sets (D8), m; for a passive bar, the rest length.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
     /// Stiffness of its material, N/m: next to nothing for a void edge.
     pub stiffness: R,
-    /// Strain at full activation: that of an actuator times the share of actuator, 0 for a passive bar. The
-    /// activation is in `target` alone.
+    /// Strain at full activation: the strain of an actuator times the bar's share of actuator; 0 for a
+    /// passive bar. The activation only changes `target`.
     pub strain: R,
 }
 
 /// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
-/// spring: that is Hooke's, or the stiffening one if `physics.stiffening` is above 0. Several laws along bars
-/// add up.
+/// spring, which follows Hooke's law, or stiffens if `physics.stiffening` is above 0. The forces of several
+/// laws along bars add up.
 ///
-/// To write one, give it [settings](Law) and [`tension`](BarForce::tension); derivatives, lanes and files
-/// follow. [`on_bars`](super::on_bars) makes it a law that scenes choose by
-/// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. It acts on void edges too:
-/// scale the force with [`Bar::stiffness`] or [`Bar::strain`] if these must not pull.
+/// To write a law, give it [settings](Law) and [`tension`](BarForce::tension). Derivatives, SIMD lanes and
+/// file formats need no further code. [`on_bars`](super::on_bars) makes it a law that scenes choose by
+/// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
+/// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
 /// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
 ///
@@ -48,9 +48,9 @@ pub struct Bar<R> {
 /// use cosmic::settings::within;
 ///
 /// cosmic::settings! {
-///     /// Bars are prestressed: each pulls a little, whatever its length.
+///     /// Bars are prestressed: each bar pulls a little at any length.
 ///     struct Prestress {
-///         /// Tension as a share of what stretches the bar to twice its length.
+///         /// Tension, relative to the tension that stretches the bar to twice its length.
 ///         share: f64 = 0.01, allowed within(0.0, 1.0), source "an example";
 ///     }
 /// }
@@ -70,7 +70,7 @@ pub struct Bar<R> {
 /// let scene = "physics.forces = ['prestress']\nprestress.share = 0.02";
 /// let scene = cosmic::scene::Scene::parse("own", scene)?;
 /// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
-/// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a bar of skeleton that is 0.1 m long.
+/// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
 /// assert!((law.tension(bar) - 0.8).abs() < 1e-12);
 /// # Ok::<(), cosmic::Error>(())
@@ -82,7 +82,7 @@ pub trait BarForce: Law {
     const NEEDS_RATE: bool = false;
 
     /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
-    /// them apart. Like all generic code it selects and never branches on a [`Real`].
+    /// them apart. Like all generic code, it must select and never branch on a [`Real`].
     fn tension<R: Real>(&self, bar: Bar<R>) -> R;
 
     /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has

@@ -83,7 +83,7 @@ pub(crate) const SECTIONS: [&str; 19] = [
     "ground",
 ];
 
-/// The keys of a scene file that stand above its first section.
+/// The keys of a scene file above its first section.
 pub(crate) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
 
 /// Makes a law known to all scenes that this process reads from now on.
@@ -102,7 +102,7 @@ pub fn add(choice: Choice) {
     assert!(!is_built_in, "there is a law {name:?} already");
     assert!(
         !SECTIONS.contains(&name) && !TOP_KEYS.contains(&name),
-        "a scene has a section or a key {name:?} already"
+        "a law cannot be named {name:?}: scenes already have a section or key of that name"
     );
     ADDED.add("law", name, Arc::new(choice));
 }
@@ -241,8 +241,8 @@ impl Serialize for ContactLaw {
     }
 }
 
-/// The part of a message about a name that no law of this program has.
-const NO_LAW: &str = "names no law of this program:";
+/// The middle of a message about an unknown law.
+const NO_LAW: &str = "names an unknown law:";
 
 /// The names of some laws in quotes, with a word between them.
 fn names<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
@@ -349,11 +349,11 @@ impl<'de> Deserialize<'de> for ForceLaws {
         for file in Vec::<LawFile>::deserialize(deserializer)? {
             let name = &file.name;
             if laws.laws().any(|law| law.name() == name) {
-                let twice = format!("the force `{name}` is there twice; name it once");
+                let twice = format!("the force `{name}` occurs twice; name it once");
                 return Err(D::Error::custom(twice));
             }
             let law = laws.law_of(name);
-            let unknown = || format!("this program has no force `{name}`");
+            let unknown = || format!("unknown force `{name}`");
             let mut law = law.ok_or_else(|| D::Error::custom(unknown()))?;
             file.fill(law.settings())?;
             laws.0.push(law);
@@ -395,7 +395,7 @@ impl SettingValue for ForceLaws {
             match (self.law_of(name), &mut lacking) {
                 (Some(law), _) => {
                     if laws.iter().any(|other| other.name() == law.name()) {
-                        return Err(misfit(entry, "has twice"));
+                        return Err(misfit(entry, "must name each force once, but has twice:"));
                     }
                     laws.push(law);
                 }

@@ -1,4 +1,4 @@
-//! A law in JSON, as cases have it.
+//! The JSON form of laws, used in cases.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::settings::{Settings, Values, json, read_json};
 
-/// A law in JSON: its name, or an object of its name and its settings.
+/// A law in JSON: its name, or an object that maps its name to its settings.
 pub(super) struct LawFile {
     pub(super) name: String,
     settings: Entries<serde_json::Value>,
@@ -36,7 +36,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for EntriesVisitor<T> {
         let mut entries: Vec<(String, T)> = Vec::new();
         while let Some((key, value)) = map.next_entry::<String, T>()? {
             if entries.iter().any(|(other, _)| *other == key) {
-                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+                return Err(A::Error::custom(format!("the key `{key}` occurs twice")));
             }
             entries.push((key, value));
         }
@@ -71,7 +71,7 @@ impl<'de> Visitor<'de> for LawVisitor {
                 names.join(" and ")
             };
             let write =
-                "write each law as its name, or as an object of its own {\"name\": {settings}}";
+                "write each law as its name, or as a separate object {\"name\": {settings}}";
             A::Error::custom(format!(
                 "expected one law in an object, found {found}; {write}"
             ))
@@ -87,7 +87,7 @@ impl<'de> Deserialize<'de> for LawFile {
 }
 
 impl LawFile {
-    /// Takes the settings over into those of the law.
+    /// Sets the settings of the law to the values read.
     pub(super) fn fill<E: de::Error>(self, law: &mut dyn Settings) -> Result<(), E> {
         for (key, value) in self.settings.0 {
             let field = law.fields().into_iter().find(|field| field.key == key);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     crate::settings! {
-        /// A law that has a setting of every type.
+        /// A law with a setting of every type.
         struct Everything {
             /// A number.
             number: f64 = 0.1, allowed within(-1e300, 1e300), source "a test";
@@ -172,7 +172,7 @@ mod tests {
         values.into_iter().chain(names).collect()
     }
 
-    /// Writes and reads a law with each of its settings at other values.
+    /// Writes and reads a law after changing each of its settings.
     fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
         let (keys, mut tried) = (law.fields().len(), 0);
         for k in 0..keys {
@@ -181,7 +181,7 @@ mod tests {
             let mut changed = false;
             for value in values {
                 let field = law.fields().swap_remove(k);
-                // A value that this setting cannot have changes nothing.
+                // A value that the setting rejects changes nothing.
                 let _ = super::read_json(field, &value);
                 let written = law_json(name, law);
                 assert_eq!(read(&written), written);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_be_lost_is_refused() {
+    fn malformed_laws_are_refused() {
         refused(
             r#"[{"stops": {"at": 0.2}, "damper": {}}]"#,
             "expected one law in an object, found `stops` and `damper`",
@@ -235,15 +235,15 @@ mod tests {
         refused("[{}]", "expected one law in an object, found none");
         refused(
             r#"[{"stops": {"at": 0.2, "at": 0.3}}]"#,
-            "the key `at` is there twice",
+            "the key `at` occurs twice",
         );
         refused(
             r#"[{"stops": {}, "stops": {}}]"#,
-            "the key `stops` is there twice",
+            "the key `stops` occurs twice",
         );
         refused(
             r#"["stops", {"stops": {"at": 0.2}}]"#,
-            "the force `stops` is there twice",
+            "the force `stops` occurs twice",
         );
         refused(
             r#"[{"stops": {"at": null}}]"#,
@@ -259,7 +259,7 @@ mod tests {
             "the law `stops` has no setting `height`",
         );
         refused("[3]", "expected the name of a law, or an object");
-        refused(r#"["wool"]"#, "this program has no force `wool`");
+        refused(r#"["wool"]"#, "unknown force `wool`");
         // Two laws in two objects keep their order.
         let both = r#"[{"stops": {"at": 0.2}}, "damper"]"#;
         let both: ForceLaws = serde_json::from_str(both).unwrap();

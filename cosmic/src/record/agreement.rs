@@ -34,15 +34,15 @@ pub fn check_one_run(
     check_motion(folder, scene, design, trajectory)
 }
 
-/// The error for a file whose numbers are not those of the other files.
+/// The error for a file whose numbers contradict the other files.
 fn differs(folder: &Path, name: &str, what: &str) -> Error {
     let file = folder.join(name).display().to_string();
     Error::Usage(format!(
-        "{file}: {what}: the files in this folder are not all of one run"
+        "{file}: {what}: the files in this folder are not all from one run"
     ))
 }
 
-/// As [`check_one_run`], without a simulation: the volumes and the displacement.
+/// Checks volumes and displacement as [`check_one_run`] does, but without a simulation.
 ///
 /// # Errors
 /// As [`check_one_run`].
@@ -81,7 +81,7 @@ pub fn check_numbers(
     Ok(())
 }
 
-/// Checks that the trajectory begins as the design moves.
+/// Checks that the trajectory begins like a simulation of the design.
 fn check_motion(
     folder: &Path,
     scene: &Scene,
@@ -139,7 +139,7 @@ mod tests {
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
         let text = check(&a.0, &a.1, &trajectory).expect("another motion");
-        for words in ["trajectory.json: after 16 steps", "not all of one run"] {
+        for words in ["trajectory.json: after 16 steps", "not all from one run"] {
             assert!(text.contains(words), "{text}");
         }
     }

@@ -108,11 +108,11 @@ fn go_on(lock: Lock, snapshot: Snapshot, observer: &mut dyn Observer) -> Result<
     Run::open(lock, snapshot)?.finish(observer)
 }
 
-/// As [`resume`], for a folder that holds the run of a known plan.
+/// As [`resume`], for a folder whose run must have this plan.
 ///
 /// # Errors
 /// As [`resume`], and [`Error::Usage`] if the folder holds an unfinished run of another plan. That run
-/// stays as it is.
+/// is left unchanged.
 pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder)? else {
         return Summary::read(folder);
@@ -121,9 +121,9 @@ pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> 
     go_on(lock, snapshot, observer)
 }
 
-/// Delivers the robot of an unfinished run as it stands, in a new or empty folder: the run itself stays as
-/// it is. A folder that holds an earlier delivery of this run is delivered into again. Of a run with
-/// the caller's loss, `codesign` has to have that loss.
+/// Delivers the current robot of an unfinished run into a new or empty folder; the run itself is left
+/// unchanged. An earlier delivery of this run in the folder is overwritten. For a run with the caller's
+/// loss, `codesign` must have that loss.
 ///
 /// # Errors
 /// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a
@@ -141,7 +141,7 @@ pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) ->
         return refused("no iteration is done yet");
     };
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
-    // All that may be refused is refused before anything is written.
+    // All checks come before anything is written.
     snapshot.clone().unpack(&folder.join(SNAPSHOT), &codesign)?;
     let lock = begin_or_replace(into, folder)?;
     let mut plan = RunPlan::clone(&snapshot.plan);
@@ -152,8 +152,8 @@ pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) ->
     Run::open_with(lock, copy, codesign)?.finish(&mut ())
 }
 
-/// Locks a new or empty folder, or one with an earlier delivery of a run. Its summary is removed: until
-/// the new one is written, the folder is that of an unfinished run.
+/// Locks a new or empty folder, or one with an earlier delivery of a run. Removes its summary: until
+/// the new summary is written, the folder counts as an unfinished run.
 fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     if !is_earlier_delivery(into, run) {
         return begin(into);
@@ -166,8 +166,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in another folder is the beginning of a run's history. Rows have wall times: no
-/// other run has the same.
+/// True if the history in another folder is the beginning of a run's history. Rows contain wall times,
+/// so no other run has equal rows.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// The payload's height and no number. Its gradient is finite.
+    /// The payload's height plus NaN. Its gradient is finite.
     struct Lost;
 
     impl Loss for Lost {
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// Keeps the warnings of a run.
+    /// Collects the warnings of a run.
     struct Warned(Vec<String>);
 
     impl Observer for Warned {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_a_loss_warns_and_ends_and_so_does_what_goes_on_with_it() {
+    fn a_run_without_a_finite_loss_warns_and_ends_and_so_does_its_resumption() {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path().join("run");
         let plan = RunPlan::new("tiny", tiny(), 1);
@@ -301,7 +301,7 @@ mod tests {
         optimise(&other, &plan(2), &mut StopAfter(6)).unwrap_err();
         fs::create_dir(&foreign).unwrap();
         fs::write(foreign.join("history.csv"), "my own").unwrap();
-        // The run's own folder too: a delivery would end the run.
+        // The run's own folder is refused too: a delivery would end the run.
         for into in [&other, &foreign, &run] {
             let before = files(into);
             let error = deliver_so_far(&run, into, None).unwrap_err();
@@ -310,17 +310,17 @@ mod tests {
             assert_eq!(files(into), before);
         }
         assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 4);
-        // The run goes on, and is delivered there again.
+        // The run continues and is delivered into that folder again.
         resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
         assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 6);
-        // A delivery of another run stays.
+        // A delivery of another run is not overwritten.
         let before = files(&into);
         deliver_so_far(&other, &into, None).unwrap_err();
         assert_eq!(files(&into), before);
     }
 
     #[test]
-    fn a_run_of_another_plan_is_not_gone_on_with() {
+    fn a_run_of_another_plan_is_not_resumed() {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path().join("run");
         let plan = RunPlan::new("tiny", tiny(), 1);

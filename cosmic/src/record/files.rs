@@ -112,8 +112,8 @@ pub fn make_folder(folder: &Path) -> Result<()> {
     made.map_err(Error::writing(folder))
 }
 
-/// The error for a folder that lacks a file of every run. It says what the folder is instead, and where runs
-/// are, if it holds some.
+/// The error for a folder without a file that every run has. It tells what the folder is instead and where
+/// it holds a run, if it does.
 pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     let refused = |says: String| Error::reading(folder)(io::Error::other(says));
     match fs::metadata(folder) {

@@ -65,8 +65,8 @@ impl RunPlan {
         }
     }
 
-    /// Checks that the run in a folder has this plan. Whether an unstable time step is allowed may
-    /// differ: [`allow_unstable`](super::allow_unstable) changes that for a run that has begun.
+    /// Checks that the run in a folder has this plan. `physics.unstable_step` may differ, because
+    /// [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
     ///
     /// # Errors
     /// [`Error::Usage`] for a run of another scene, seed or number of iterations.

@@ -46,19 +46,21 @@ pub struct Summary {
     /// too.
     #[serde(default)]
     pub displacement_clock_p50: Option<f64>,
-    /// With two goals: the median over the starts of `displacement_p50` with the goal behind.
-    /// Negative is towards that goal.
+    /// With two goals: the median displacement with the goal behind, over the starts of
+    /// `displacement_p50`. A negative displacement is towards that goal.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub displacement_behind_p50: Option<f64>,
     /// Median over the other starts that the delivered design was chosen by; for a task other than
-    /// distance, the median of minus the loss. With two goals, of the worse of the two.
+    /// distance, the median of minus the loss. With two goals, the median merit for the goal that
+    /// the robot does worse at.
     pub displacement_selection_p50: Option<f64>,
-    /// The number that the best of several starts is chosen by: that median, or the 10 % quantile of
-    /// a robot that is unreliable in those starts. `None` in files of earlier versions too.
+    /// The number that the best of several starts is chosen by: `displacement_selection_p50`, or the
+    /// 10 % quantile if the robot is unreliable in those starts. Also `None` in files of earlier
+    /// versions.
     #[serde(default)]
     pub displacement_selection_score: Option<f64>,
-    /// Whether the robot does what `displacement_p50` says, or for a task other than distance
-    /// `loss_p50`; `None` in files of earlier versions.
+    /// Whether `displacement_p50` describes the robot; for a task other than distance, whether
+    /// `loss_p50` does. `None` in files of earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub reliability: Option<Reliability>,
     /// For a task other than distance: the median loss of the delivered design over the starts of
@@ -75,10 +77,11 @@ pub struct Summary {
     /// files of earlier versions.
     #[serde(default)]
     pub undecided: Option<bool>,
-    /// How the bars hang together; `None` for an undecided design, and in files of earlier versions.
+    /// How the bars are connected; `None` for an undecided design and in files of earlier versions.
     #[serde(default)]
     pub structure: Option<Structure>,
-    /// What actuators and bars bear; `None` for an undecided design, and in files of earlier versions.
+    /// The loads of actuators and bars; `None` for an undecided design and in files of earlier
+    /// versions.
     #[serde(default)]
     pub loads: Option<Loads>,
     /// Edges whose material after the snap is not the dominant one before it.
@@ -120,14 +123,15 @@ pub enum StopReason {
 pub struct Start {
     /// Its seed, and the name of its folder.
     pub seed: u64,
-    /// Its median over the starts that controllers are chosen by; `None` if it diverged.
+    /// The start's median over the perturbed starts that controllers are chosen by; `None` if it
+    /// diverged.
     pub displacement_selection_p50: Option<f64>,
     /// The number that the best start was chosen by, as in its summary.
     #[serde(default)]
     pub displacement_selection_score: Option<f64>,
     /// The median over other perturbed starts.
     pub displacement_p50: Option<f64>,
-    /// Whether its robot does what this median says.
+    /// Whether this median describes the start's robot.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub reliability: Option<Reliability>,
     /// The iteration after which the search dropped it, or `None`.
@@ -175,16 +179,16 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("seconds", |s| Some(s.seconds)),
 ];
 
-/// The share that one displacement is of another. `None` where a share says nothing: the divisor is
-/// below a centimetre, as for a robot that does not get anywhere, or the robot walks backwards instead.
+/// The ratio of two displacements. `None` if the ratio means nothing, because the divisor is below a
+/// centimetre (the robot stays in place) or because the robot walks backwards.
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
 impl Summary {
-    /// The [share](ratio) of its displacement that a robot keeps by the clock alone, without feedback;
-    /// `None` for an unreliable robot too.
+    /// The [`ratio`] of a robot's open-loop displacement, without feedback, to its displacement. Also
+    /// `None` for an unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
@@ -210,8 +214,8 @@ impl Summary {
         self.unreliable().is_some()
     }
 
-    /// The number that the best of several starts is chosen by. In files of earlier versions it is the
-    /// median.
+    /// The number that the best of several starts is chosen by; the median for files of earlier
+    /// versions.
     pub(super) fn score(&self) -> Option<f64> {
         match self.reliability {
             Some(_) => self.displacement_selection_score,

@@ -20,8 +20,8 @@ pub struct TrajectoryFile {
     pub steps: Vec<usize>,
     /// The state in the world's frame after so many steps, one for each of `steps`.
     pub states: Vec<State<f64>>,
-    /// What each edge bears over all steps, `None` for a void one. Empty for an undecided design, and
-    /// in files of earlier versions.
+    /// The loads of each edge over all steps, `None` for a void edge. Empty for an undecided design
+    /// and in files of earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Option<BarLoad>>,
 }

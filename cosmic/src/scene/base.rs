@@ -1,13 +1,13 @@
-//! The base of a scene: where the keys come from that its file lacks.
+//! The base of a scene: it supplies the keys that are missing in the scene's file.
 
 use super::Scene;
 
-/// The name of a built-in scene that supplies missing keys; `earth` where a file names none.
+/// The name of a built-in scene that supplies missing keys; `earth` if a file names no base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base(pub(super) &'static str);
 
 impl Base {
-    /// The scene that the declared defaults make: the paper's.
+    /// The scene of the declared defaults, which is the paper's scene.
     pub(super) const DECLARED: Base = Base("stability");
 
     /// The scene's name.
@@ -23,7 +23,8 @@ impl Default for Base {
 }
 
 impl Scene {
-    /// The paper's design b: the built-in scene `stability`, which the declared defaults make.
+    /// The paper's design b: the built-in scene `stability`, which consists of the declared
+    /// defaults.
     pub fn paper() -> Scene {
         Scene::declared(Base::DECLARED)
     }

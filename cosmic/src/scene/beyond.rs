@@ -21,8 +21,8 @@ settings! {
             source "paper: far";
         /// A loss in place of the task's, by a name that the program was given.
         own_loss: OwnLoss = OwnLoss::default(), since 1, source "the paper has none";
-        /// For "reach": where the payload should be in the states that the loss sees, along the ground from its
-        /// origin. It passes the target and keeps moving: no task makes a robot stop yet.
+        /// For "reach": where the payload should be in the states that the loss covers, along the ground from
+        /// its origin. The robot passes the target and keeps moving: no task makes a robot stop yet.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
@@ -42,8 +42,8 @@ settings! {
     enum TaskKind {
         /// To get far along the ground.
         Far = "far",
-        /// To be near a point, and slow, in the states that the loss sees. Nothing makes the robot stop: it passes the
-        /// point and keeps moving.
+        /// To be near a point, and slow, in the states that the loss covers. Nothing makes the robot stop: it passes
+        /// the point and keeps moving.
         Reach = "reach",
         /// To get the payload high.
         Climb = "climb",
@@ -149,7 +149,7 @@ impl SettingValue for OwnLoss {
         let word = word(value)?;
         let name = Self::known().find(|name| *name == word);
         if name.is_none() && word != OFF {
-            return Err(unknown(value, word, "names no loss of this program:"));
+            return Err(unknown(value, word, "names an unknown loss:"));
         }
         self.0 = name;
         Ok(())

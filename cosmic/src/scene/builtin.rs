@@ -15,7 +15,7 @@ use std::path::Path;
 pub struct Builtin {
     /// The name it is asked for by.
     pub name: &'static str,
-    /// Its TOML: what differs from its base.
+    /// The scene's TOML: the settings that differ from its base.
     pub text: &'static str,
 }
 
@@ -29,7 +29,7 @@ impl Builtin {
         first.trim_start_matches('#').trim()
     }
 
-    /// Its TOML without its base, to be laid [over](Scene::with) another scene.
+    /// The scene's TOML without its base, for [changing](Scene::with) another scene.
     pub fn changes(&self) -> String {
         let lines = self.text.lines();
         let keep = |line: &str| {
@@ -45,7 +45,7 @@ impl Builtin {
 }
 
 impl Base {
-    /// The base of a name: only scenes that ship with the crate can be one.
+    /// The base with this name. Only scenes that ship with the crate can be bases.
     pub fn named(name: &str) -> Option<Base> {
         let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
         builtin.map(|builtin| Base(builtin.name))
@@ -56,10 +56,10 @@ impl Base {
         BUILTIN.map(|builtin| builtin.name)
     }
 
-    /// The scene itself, which is its own base.
+    /// The base's scene, whose base is itself.
     ///
     /// # Panics
-    /// If a built-in scene is wrong; a test reads them all.
+    /// If a built-in scene is invalid; a test reads them all.
     pub fn scene(self) -> Scene {
         if self == Base::DECLARED {
             return Scene::paper();
@@ -94,7 +94,7 @@ macro_rules! builtin {
     };
 }
 
-/// Every built-in scene, the one that the program takes by default first. The base of each is `stability`.
+/// All built-in scenes; the program's default comes first. The base of each is `stability`.
 pub const BUILTIN: [Builtin; 13] = builtin![
     "earth",
     "stability",

@@ -88,7 +88,7 @@ const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
         in_force: |s| s.projection.hold_materials > 0.0 && s.designs(),
         option: "projection.hold_materials",
-        says: "each edge is held to one solid material, which the paper does in its ablation alone",
+        says: "each edge is held to one solid material, which the paper does only in its ablation",
     },
     KnownDeparture {
         in_force: |s| s.lattice.kind == LatticeKind::Triangular,
@@ -138,7 +138,7 @@ const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
         in_force: |s| s.physics.forces.laws().next().is_some(),
         option: "physics.forces",
-        says: "forces act on the robot that the paper does not have",
+        says: "additional forces act on the robot",
     },
     KnownDeparture {
         in_force: |s| s.physics.void_edges == VoidEdges::Drop,
@@ -153,7 +153,7 @@ const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
         in_force: |s| s.objective.own_loss.name().is_some(),
         option: "objective.own_loss",
-        says: "robots are designed for a loss that the program brings",
+        says: "robots are designed for a loss that the program adds",
     },
     KnownDeparture {
         in_force: |s| s.robust.samples > 0,
@@ -212,14 +212,14 @@ const KNOWN: &[KnownDeparture] = &[
             contact.has_ground() && of_paper.iter().all(|law| law.name() != contact.name())
         },
         option: "physics.contact",
-        says: "nodes meet the ground by a law that the paper does not have",
+        says: "the contact law is not in the paper",
     },
 ];
 
 impl Scene {
     /// The departures in force, for a run's summary. With none, physics and algorithm are the
-    /// paper's. Plain numbers are not departures: sizes, widths, rates, weights, the ground's angle, and the
-    /// order of a cycle's passes. A number that switches something on is one.
+    /// paper's. Sizes, widths, rates, weights, the ground's angle and the order of a cycle's passes are not
+    /// departures. A number that switches something on is a departure.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force
@@ -230,7 +230,7 @@ impl Scene {
             .collect()
     }
 
-    /// Whether there are passes of a kind, or none are needed.
+    /// Whether the cycle has passes of a kind or needs none.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

@@ -1,4 +1,4 @@
-//! Every key of a scene is the paper's, a plain number, or a departure.
+//! Checks that each value of a key is in the paper, is a plain number, or is a departure.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
 use std::collections::HashSet;
@@ -19,24 +19,24 @@ selection.kind = 'last'
 design.one_piece = false
 ";
 
-/// The values that are the paper's, that the paper leaves open, or that do not change the method. A new key
-/// with other values than numbers, or a new name, must be added here or be a departure.
+/// The values that the paper uses or leaves open, or that do not change the method. A new name, or a new
+/// key whose values are not numbers, must be added here or be a departure.
 const PAPERS: &[(&str, &[&str])] = &[
     ("lattice.kind", &["\"rectangular\""]),
     ("lattice.file", &["\"off\""]),
     ("physics.integrator", &["\"symplectic_euler\""]),
     ("physics.contact", &["\"infinite\"", "\"coulomb\""]),
     ("physics.void_edges", &["\"keep\""]),
-    // It decides which runs are refused, not what a run does.
+    // It decides which runs are refused; it does not change a run.
     ("physics.unstable_step", &["\"error\"", "\"warn\""]),
-    // It says which rollouts have no result, and changes none of them.
+    // It decides which rollouts have no result; it does not change a rollout.
     ("physics.speed_bound", &["\"off\"", "1.0"]),
     ("ground.profile", &["\"flat\""]),
     // Nothing reads them unless the profile is "points", which is a departure.
     ("ground.points", &["[[1.0, 0.1]]"]),
     ("controller.goal_relative", &["false"]),
     ("controller.two_goals", &["false"]),
-    // Designs d, b, c, the ablation's, and a.
+    // Designs d, b and c, the ablation, and design a.
     (
         "start.kind",
         &[
@@ -68,20 +68,20 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("objective.own_loss", &["\"off\""]),
 ];
 
-/// Values of keys whose description does not name them all.
+/// Values of keys whose description does not list all values.
 const MORE_VALUES: &[(&str, &[&str])] = &[
     ("schedule.cycle", &["\"dc\"", "\"cddcd\"", "\"d\"", "\"c\""]),
     ("ground.points", &["[[1.0, 0.1]]"]),
 ];
 
-/// Settings without which nothing reads a key.
+/// Settings that make the scene read a key.
 const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legged'")];
 
-/// Numbers that are 0 in the paper's scenes and that are not switches.
+/// Numbers that are 0 in the paper's scenes and do not switch anything on.
 const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
 
 crate::settings! {
-    /// Ground without any effect on velocities along it.
+    /// Ground that does not change velocities along it.
     struct Ice {}
 }
 
@@ -95,7 +95,7 @@ impl Contact for Ice {
     }
 }
 
-/// The paper's scene of a name, without departures.
+/// The paper's scene with this name, without departures.
 fn paper(name: &str) -> Scene {
     let scene = Scene::load(name).unwrap();
     scene.with("without departures", WITHOUT).unwrap()
@@ -106,7 +106,8 @@ fn options(scene: &Scene) -> HashSet<String> {
     departures.map(|departure| departure.option).collect()
 }
 
-/// A scene with a value at a key, whether or not it fits the other settings; `None` if the key cannot have it.
+/// A scene after setting a key to a value, even if the value contradicts other settings. `None` if the key
+/// rejects the value.
 fn with(scene: &Scene, key: &str, value: &str) -> Option<Scene> {
     let mut scene = scene.clone();
     let field = scene.field(key)?;
@@ -132,8 +133,8 @@ fn is_numeric(value: &str) -> bool {
     parts.peek().is_some() && parts.all(|part| part.parse::<f64>().is_ok())
 }
 
-/// The values that a key can have, if it is not a plain number: names in its description, both truth
-/// values, a number beside "off", and those listed above.
+/// The values of a key that is not a plain number: the names in its description, both booleans, a
+/// number if it can be "off", and the values listed above.
 fn values(scene: &mut Scene, key: &str) -> Vec<String> {
     let field = scene.field(key).unwrap();
     let (allowed, value) = (field.allowed(), field.value.toml());
@@ -154,7 +155,7 @@ fn values(scene: &mut Scene, key: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_value_that_is_not_a_number_is_the_paper_s_or_a_departure() {
+fn every_value_that_is_not_a_number_is_in_the_paper_or_a_departure() {
     OwnLoss::add("loss_of_departures");
     laws::add(laws::contact::<Ice>());
     let scene = paper("stability");
@@ -189,7 +190,7 @@ fn every_value_that_is_not_a_number_is_the_paper_s_or_a_departure() {
     }
 }
 
-/// A number that is 0 in the paper's scenes switches something on, or is plain.
+/// A number that is 0 in the paper's scenes must be a departure or a plain number.
 #[test]
 fn every_number_that_switches_something_on_is_a_departure() {
     let scene = paper("stability");
@@ -220,7 +221,7 @@ fn a_truss_is_a_departure() {
 }
 
 #[test]
-fn the_paper_s_scenes_have_no_departure_but_those_that_can_be_switched_off() {
+fn the_paper_s_scenes_only_have_departures_that_can_be_switched_off() {
     for name in [
         "stability",
         "uniform",
@@ -232,14 +233,14 @@ fn the_paper_s_scenes_have_no_departure_but_those_that_can_be_switched_off() {
     ] {
         assert_eq!(options(&paper(name)), HashSet::new(), "{name}");
     }
-    // The paper has one layout for its baseline and for this start.
+    // The paper uses one layout for its baseline and for this start.
     let legs = paper("three_legged");
     assert_eq!(options(&legs), HashSet::from(["start.layout".to_owned()]));
 }
 
-/// What nothing reads is not in force.
+/// A setting that nothing reads is not a departure.
 #[test]
-fn a_layout_departs_in_nothing_that_concerns_designs_alone() {
+fn a_layout_has_no_departures_in_settings_for_designing() {
     let text = "
         [design]
         free_ends = false
@@ -260,7 +261,7 @@ fn a_layout_departs_in_nothing_that_concerns_designs_alone() {
     assert_eq!(of("uniform").len(), 8);
 }
 
-/// The task and its loss are not read where a loss of the program takes their place.
+/// The task and its loss are not read if the program's own loss replaces them.
 #[test]
 fn an_own_loss_replaces_the_task_s() {
     let mut scene = Scene::load("stability").unwrap();

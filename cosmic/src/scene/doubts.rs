@@ -118,7 +118,7 @@ const DOUBTS: [Doubt; 16] = [
     Doubt {
         holds: ends_soon,
         keys: &["ground.count", "ground.spacing"],
-        says: "the rough ground ends within eight lengths of the robot, and the ground beyond is level",
+        says: "the rough ground ends within eight lengths of the robot; the ground beyond it is flat",
     },
     Doubt {
         holds: |s| {
@@ -158,7 +158,8 @@ fn starts_inside(scene: &Scene) -> bool {
     (0..lattice.columns).any(|column| is_inside([place(column), lattice.drop]))
 }
 
-/// True if rough ground ends within eight lengths of the robot ahead of it: good robots walk further.
+/// True if the rough ground ends within eight robot lengths ahead of the robot. Good robots walk
+/// farther.
 fn ends_soon(scene: &Scene) -> bool {
     const LENGTHS: f64 = 8.0;
     let (lattice, ground) = (&scene.lattice, &scene.physics.ground);
@@ -183,7 +184,7 @@ fn ends_soon(scene: &Scene) -> bool {
 }
 
 impl Scene {
-    /// Settings that run and are probably a mistake, such as void that is stiffer than skeleton, and settings that
+    /// Valid settings that are probably a mistake, such as void that is stiffer than skeleton, and settings that
     /// nothing reads.
     pub fn doubts(&self) -> Vec<Finding> {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));

@@ -4,8 +4,8 @@
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
 //!
 //! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
-//! the commented template and the tables in `docs/files.md` follow from the declarations. The declared
-//! defaults are the paper's values, the scene `stability`; every other scene differs from its [`Base`]. The
+//! the commented template and the tables in `docs/files.md` are made from the declarations. The declared defaults are
+//! the paper's values and form the scene `stability`. Other scenes state how they differ from their [`Base`]. The
 //! order of `mod` is the architecture: a file imports files above it.
 
 mod pass;

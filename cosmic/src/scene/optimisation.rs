@@ -193,8 +193,8 @@ settings! {
 settings! {
     /// Which controller of the fine-tuning is delivered, and how designs are measured.
     struct SelectionSettings {
-        /// The last controller, or the one with the best median over perturbed starts; an unreliable
-        /// robot counts as its 10 % quantile instead.
+        /// The last controller, or the one with the best median over perturbed starts; for an
+        /// unreliable robot, the 10 % quantile replaces the median.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
         /// Controllers with the best single rollouts that the median is taken of.
         candidates: usize = 6, allowed within(1.0, 1e4),

@@ -1,4 +1,4 @@
-//! Reading a scene: TOML over its base, every value checked, every fault pointed at.
+//! Reads a scene: TOML over its base. Checks every value and reports the place of every error.
 
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
@@ -13,22 +13,22 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What the files among the sources are.
+/// The kind of files among the sources.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Settings in place of a scene's own.
+    /// Settings that change another scene.
     Changes,
-    /// A scene. What it lacks comes from its base, unless it states a version.
+    /// A scene. Its base supplies missing keys unless the file states a version.
     Scene,
-    /// The scene of a run, which must not lack anything.
+    /// The scene of a run, in which no key may be missing.
     Run,
-    /// The scene in a snapshot. No person edits it, so that one without a version may lack keys.
+    /// The scene in a snapshot. Nobody edits it, so keys may be missing if it has no version.
     Snapshot,
 }
 
 impl Scene {
-    /// Reads a scene from TOML. Keys left out come from the scene that its key `base` names, from `earth` if
-    /// the key is missing. A truss file that it names is read.
+    /// Reads a scene from TOML. The scene in the key `base` supplies missing keys; without `base` it is
+    /// `earth`. If the scene names a truss file, that file is read too.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
@@ -38,7 +38,8 @@ impl Scene {
         Reader::over(Scene::paper(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// As [`parse`](Scene::parse), for the scene of a run: every key of its version must be there.
+    /// As [`parse`](Scene::parse), for the scene of a run, which must hold every key of its
+    /// version.
     ///
     /// # Errors
     /// As [`Scene::parse`], and [`Error::Malformed`] if keys are missing.
@@ -46,8 +47,8 @@ impl Scene {
         Reader::over(Scene::paper(), Kind::Run, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot, whose truss, if it has one, is
-    /// beside it.
+    /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss,
+    /// if there is one, next to the scene.
     ///
     /// # Errors
     /// As [`Scene::parse_of_run`].
@@ -73,7 +74,7 @@ impl Scene {
         reader.finished()
     }
 
-    /// The scene with the settings of a TOML text in place of its own. The text must not name a base.
+    /// The scene after the changes in a TOML text. The text must not name a base.
     ///
     /// # Errors
     /// As [`Scene::parse`].
@@ -94,8 +95,8 @@ impl Scene {
         Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
 
-    /// Reads the scene of a run for a reader that simulates nothing. A law or a loss that this program does not
-    /// have is no error: the scene is without it.
+    /// Reads the scene of a run for callers that do not simulate. Laws or a loss that this program does not
+    /// have are left out instead of being an error.
     ///
     /// # Errors
     /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
@@ -112,28 +113,28 @@ impl Scene {
     }
 }
 
-/// A scene to be shown, and not simulated.
+/// A scene for display, not for simulation.
 #[derive(Clone, Debug)]
 pub struct ShownScene {
-    /// The scene as far as this program knows it.
+    /// The scene, without the laws and the loss that this program does not have.
     pub scene: Scene,
-    /// The laws and the loss that it is without.
+    /// The laws and the loss that were left out.
     pub lacks: Lacks,
     /// The text of its file.
     pub text: String,
 }
 
-/// The laws and the loss that a scene names and this program does not have.
+/// The laws and the loss that a scene names but this program does not have.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Lacks {
-    /// The names of the laws. Without them nothing can be simulated.
+    /// The names of the laws. Without these laws the scene cannot be simulated.
     pub laws: Vec<String>,
     /// The name of the loss.
     pub loss: Option<String>,
 }
 
 impl Lacks {
-    /// True if the program has every law and the loss.
+    /// True if this program has all laws and the loss.
     pub fn is_empty(&self) -> bool {
         self.laws.is_empty() && self.loss.is_none()
     }
@@ -182,9 +183,9 @@ pub(super) struct Reader<'s, 't> {
     pub(super) faults: Vec<Fault>,
     /// Where `section.key` was set last.
     pub(super) places: HashMap<String, KeyPlace>,
-    /// Collects what this program lacks; `None` if that is a fault.
+    /// Collects the laws and the loss that this program does not have; `None` if they are an error.
     lacks: Option<Lacks>,
-    /// Laws named by values that could not be taken. Their sections are not read.
+    /// Laws in values that were rejected. The sections of these laws are not read.
     untaken: Vec<String>,
 }
 
@@ -196,14 +197,15 @@ pub(super) struct KeyPlace {
 }
 
 impl<'s, 't> Reader<'s, 't> {
-    /// A scene with the settings of all sources. A file that is a scene by itself replaces it by its base.
+    /// Reads all sources over a scene. A file that is a whole scene replaces the given scene by its own
+    /// base.
     fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Self::new(scene, kind, sources);
         reader.read();
         reader
     }
 
-    /// As [`over`](Self::over), before any source is read.
+    /// A reader that has not read any source yet; see [`over`](Self::over).
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
@@ -225,7 +227,7 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Reads the truss file that the scene names, if nothing is wrong so far.
+    /// Reads the truss file that the scene names, unless there are errors already.
     fn resolve(&mut self) -> Result<()> {
         if !self.faults.is_empty() {
             return Ok(());
@@ -234,7 +236,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.scene.lattice.file.resolve(&folder)
     }
 
-    /// The scene with the truss that it names, if nothing is wrong with it.
+    /// The scene with the truss that it names, or the errors found.
     fn resolved(mut self) -> Result<Scene> {
         self.resolve()?;
         self.finished()
@@ -340,7 +342,7 @@ impl<'s, 't> Reader<'s, 't> {
         }
     }
 
-    /// Notes a value that a key cannot have.
+    /// Records an error for a value that a key cannot have.
     fn misfit(&mut self, path: &str, value: &Spanned<DeValue>, misfit: Misfit, allowed: String) {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));
@@ -401,7 +403,8 @@ impl<'s, 't> Reader<'s, 't> {
     }
 }
 
-/// The number with a decimal comma at a byte of a text: its place, and the number with a point.
+/// Finds the number with a decimal comma at a byte of a text. Returns its place and the number with
+/// a point.
 fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     let (before, after) = text.split_at_checked(comma)?;
     let is_part = |c: char| c.is_ascii_alphanumeric() || "+-.,".contains(c);
@@ -414,7 +417,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
 /// The keys that choose laws, each of which may have a section of its name.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
-/// The strings in a value or in its entries.
+/// The strings in a value, or in the entries of an array.
 fn words(value: &Spanned<DeValue>) -> Vec<String> {
     let entries = value.get_ref().as_array();
     let entries = entries.map_or(vec![value], |entries| entries.iter().collect());

@@ -130,10 +130,10 @@ settings! {
         forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
         /// Whether void edges pull: dropped, those of an exactly one-hot layout do not.
         void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
-        /// The speed of a node above which a rollout counts as diverged, or "off": the robot has flown
-        /// apart, and where it got to says nothing. Nodes of delivered robots reach 13 m/s and those of
-        /// undecided ones that hold together about 50 m/s; in robots that fly apart they reach several
-        /// hundred.
+        /// The speed of a node above which a rollout counts as diverged, or "off". A robot with such a
+        /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
+        /// robots, about 50 m/s in undecided robots that hold together, and several hundred in robots
+        /// that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", since 1 before "off",
             source "found by experiment";
         /// What an optimisation does about a time step with which the robot's vibrations grow.
@@ -259,10 +259,11 @@ settings! {
         goal_relative: bool = false,
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "D3; paper: false";
-        /// Whether the controller is trained for a second goal too, mirrored behind the origin,
-        /// towards which the payload has to get as far back; reports and choices stay with the way
-        /// ahead. It does not steer yet: with the default `goal_scale` the robot walks to the same side
-        /// for both goals, and of the scales 0.05, 0.5, 1.5 and 3 none walks well both ways.
+        /// Whether the controller is also trained for a second goal, mirrored behind the origin: the
+        /// payload must get equally far back. Reports and choices only use the goal ahead. The
+        /// controller does not steer yet: with the default `goal_scale` the robot walks to the same
+        /// side for both goals, and with none of the scales 0.05, 0.5, 1.5 and 3 it walks well both
+        /// ways.
         two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets at the controller's input.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",

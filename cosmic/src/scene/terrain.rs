@@ -25,7 +25,7 @@ settings! {
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps" and "rough": how many steps, or heights that are drawn. Beyond the last one the ground is level:
+        /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat:
         /// rough ground ends after `count + 1` times `spacing`.
         count: usize = 10, allowed within(1.0, 62.0), since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
@@ -69,7 +69,7 @@ settings! {
     }
 }
 
-/// Whether there is a ground with one of these profiles.
+/// Whether the scene has ground with one of these profiles.
 fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     let physics = &scene.physics;
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)

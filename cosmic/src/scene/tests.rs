@@ -18,9 +18,9 @@ fn no_law_can_have_the_name_of_a_section() {
     assert_eq!(names, crate::laws::SECTIONS);
 }
 
-/// A key that came later has a value that older runs are read with, and belongs to a version that there is.
+/// A newer key must have a valid value for older runs and an existing version.
 #[test]
-fn what_a_key_was_before_is_a_value_of_it() {
+fn the_value_of_a_key_for_older_runs_is_valid() {
     let mut scene = Scene::paper();
     let fields = |_: &str, section: &mut dyn Settings| {
         section

@@ -1,9 +1,9 @@
-//! Settings that a scene has and does not read.
+//! Settings in a scene that have no effect.
 
 use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
-    /// The settings that differ from those of the scene's base.
+    /// The settings that differ from the settings of the scene's base.
     pub fn changed(&self) -> Vec<Setting> {
         let base = self.base.scene().settings();
         let mut settings = self.settings();
@@ -11,7 +11,7 @@ impl Scene {
         settings
     }
 
-    /// A remark on every setting that was changed although nothing reads it.
+    /// A warning for every setting that was changed although nothing reads it.
     pub(super) fn unread(&self) -> Vec<Finding> {
         let remark = |Setting { key, .. }: Setting| {
             let when = self.clone().when_read(&key, self)?;
@@ -21,7 +21,7 @@ impl Scene {
         self.changed().into_iter().filter_map(remark).collect()
     }
 
-    /// When a key is read, in words, if the scene does not read it.
+    /// The condition under which a key is read, in words. `None` if the scene reads the key.
     pub(super) fn when_read(&mut self, path: &str, scene: &Scene) -> Option<&'static str> {
         let (section, _) = path.split_once('.')?;
         let (when, is_read) = scene.section_is_read(section);
@@ -32,27 +32,27 @@ impl Scene {
         (!(field.is_read)(scene)).then_some(field.when)
     }
 
-    /// Whether there are iterations of the design: a given layout has none.
+    /// Whether the design is optimised. With a given layout it is not.
     pub(super) fn designs(&self) -> bool {
         self.start.kind != StartKind::Layout
     }
 
-    /// Whether the loss is that of the task.
+    /// Whether the loss is the task's loss.
     pub(super) fn has_task(&self) -> bool {
         self.objective.own_loss.name().is_none()
     }
 
-    /// Whether the task looks at more states than the last one.
+    /// Whether the loss depends on more states than the last one.
     pub(super) fn sees_several_states(&self) -> bool {
         self.loss.kind == LossKind::Mean || self.objective.task == TaskKind::Economy
     }
 
-    /// Whether the nodes are those of columns and rows.
+    /// Whether the lattice is generated from columns and rows.
     pub(super) fn is_generated(&self) -> bool {
         !self.lattice.is_truss()
     }
 
-    /// Whether the coefficient of friction counts; contact laws of other programs may read it.
+    /// Whether the contact law may read the coefficient of friction; laws of other programs may.
     pub(super) fn slips(&self) -> bool {
         !["infinite", "none"].contains(&self.physics.contact.name())
     }

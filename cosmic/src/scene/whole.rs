@@ -1,4 +1,4 @@
-//! The beginning of a scene file, its base and its version, and what a scene has to hold.
+//! Reads the beginning of a scene file, its base and version, and checks that no key is missing.
 
 use super::Scene;
 use super::base::Base;
@@ -14,8 +14,8 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 impl Reader<'_, '_> {
-    /// Begins a file that is a scene by itself: with its base, or, if it has to be complete, with the defaults.
-    /// Returns the version for which it has to be complete.
+    /// Begins a file that is a whole scene: from its base, or from the defaults if the file must be complete.
+    /// Returns the version whose keys the file must hold, if it must be complete.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
@@ -55,21 +55,22 @@ impl Reader<'_, '_> {
             return Ok(Some(base));
         }
         let says = match name {
-            Some(_) => "names no built-in scene:",
-            None => "is not the name of a scene:",
+            Some(_) => "names an unknown built-in scene:",
+            None => "must be the name of a scene, not",
         };
         let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// The version for which a scene has to be complete: the one that it states; 0 for a run's without one.
+    /// The version whose keys the scene must hold: the version that it states, or 0 for a run's scene
+    /// without a version. `None` if keys may be missing.
     fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {
             (None, None) => return Ok((self.kind != Kind::Scene).then_some(0)),
             (Some(format), Some(version)) => (format, version),
             (Some(lone), None) | (None, Some(lone)) => {
-                let says = "must not stand alone:".to_owned();
+                let says = "cannot be used alone:".to_owned();
                 let allowed =
                     format!("the scene of a run begins with format = {FORMAT:?} and a version");
                 let key = if format.is_some() {
@@ -84,7 +85,7 @@ impl Reader<'_, '_> {
             return Err(self.wrong(
                 "format",
                 format,
-                "is wrong:",
+                "is not a known format:",
                 format!("allowed: {FORMAT:?}"),
             ));
         }
@@ -98,7 +99,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A fault of the value of a key above the first section.
+    /// An error in the value of a key above the first section.
     fn wrong(&self, key: &str, value: &Spanned<DeValue>, says: &str, allowed: String) -> Fault {
         let text = &self.sources[self.source].text;
         let written = abridged(text.get(value.span()).unwrap_or_default());
@@ -110,7 +111,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Requires every key of a version. Newer keys have the values that they had in effect before.
+    /// Requires every key of a version. Newer keys get the values that reproduce older runs.
     pub(super) fn complete(&mut self, version: u32) {
         let is_lenient = self.kind == Kind::Snapshot && version == 0;
         let (places, mut missing) = (&self.places, Vec::new());
@@ -127,7 +128,7 @@ impl Reader<'_, '_> {
                 }
             }
         });
-        /// The keys that a message names.
+        /// The missing keys, as a message names them.
         const NAMED: usize = 3;
         let (named, others) = missing.split_at(NAMED.min(missing.len()));
         let message = match (named, others.len()) {

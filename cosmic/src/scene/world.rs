@@ -1,11 +1,11 @@
-//! The world of a scene in a line.
+//! The world of a scene in one line.
 
 use super::{ProfileKind, Scene};
 use crate::settings::Named;
 
 impl Scene {
-    /// The world in one line: gravity, contact and friction, drag, damping of the bars, end stops, and other forces
-    /// and ground that is not flat.
+    /// The world in one line: gravity, contact and friction, drag, damping of the bars and end stops. Other forces
+    /// and ground that is not flat follow if there are any.
     pub fn world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];

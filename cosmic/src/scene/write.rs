@@ -41,12 +41,12 @@ impl Scene {
 }
 
 impl Scene {
-    /// As [`to_toml`](Scene::to_toml), with format and version: the scene of a run, in which no key may be
-    /// missing.
+    /// As [`to_toml`](Scene::to_toml), with format and version, for the scene of a run, in which no key
+    /// may be missing.
     pub fn to_run_toml(&self) -> String {
         let text = self.to_toml();
         format!(
-            "# The scene of a run: it has to hold every key of its version.\n\
+            "# The scene of a run: it must hold every key of its version.\n\
              format = {FORMAT:?}\nversion = {VERSION}\n{text}"
         )
     }

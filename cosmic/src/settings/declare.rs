@@ -15,19 +15,19 @@
 /// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
 /// their own.
 ///
-/// A key that is new says so: `since 2 before 0.5` (in the order of the macro: before `source`) for a key that
-/// scenes of runs have from `scene::VERSION` 2 on, which has to be raised with it. Read from an older run, the key
-/// has the value after `before`, written as in TOML, which must reproduce what programs did that lacked the key;
-/// without `before` it is the default.
+/// A new key is marked, before `source`: `since 2 before 0.5` for a key that scenes of runs hold from version 2
+/// on. `scene::VERSION` must be raised with it. In scenes of older runs the key has the value after `before`,
+/// written as in TOML, or the default if there is no `before`. This value must reproduce what programs without the
+/// key did.
 ///
-/// A key that only some scenes read says which: `read "with the task reach" if |s: &Scene| ...` after that. A scene
-/// that sets the key and does not read it gets a warning.
+/// A key that only some scenes read has a condition after that: `read "with the task reach" if |s: &Scene| ...`. A
+/// scene that sets the key but does not read it gets a warning.
 ///
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
-/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections and the type of its
-/// base.
+/// the keys are made. An `enum` lists its members with their names in files, and the `scene` lists its sections and
+/// the type of its base.
 #[macro_export]
 macro_rules! settings {
     (
@@ -108,8 +108,8 @@ macro_rules! settings {
         $(#[doc = $about])+
         #[derive(Debug, Clone)]
         pub struct $Scene {
-            /// The built-in scene from which the file took the keys that it lacks. Scenes with equal settings
-            /// are equal, whatever their bases.
+            /// The built-in scene that supplied the keys missing in the file. Scenes with equal settings are
+            /// equal even if their bases differ.
             pub base: $Base,
             $($(#[doc = $doc])+ pub $section: $Settings,)+
         }
@@ -126,7 +126,8 @@ macro_rules! settings {
                 Self { base, $($section: <$Settings>::default(),)+ }
             }
 
-            /// When a section is read, in words, and whether a scene reads it; empty words where every scene does.
+            /// The condition under which a section is read, in words, and whether a scene reads it. The words are
+            /// empty if every scene reads the section.
             fn section_is_read(&self, section: &str) -> (&'static str, bool) {
                 match section {
                     $($(stringify!($section) => {
@@ -157,7 +158,8 @@ macro_rules! settings {
             $($(#[$doc])+ $Member,)+
         }
 
-        // Written out: a derive would need serde among the dependencies of the user's crate.
+        // Implemented by hand: a derive would need serde among the dependencies of the user's
+        // crate.
         impl $crate::settings::serde::Serialize for $Choice {
             fn serialize<S: $crate::settings::serde::Serializer>(
                 &self,

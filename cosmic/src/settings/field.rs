@@ -22,9 +22,9 @@ pub struct Field<'a> {
     pub source: &'static str,
     /// The first version of a run's scene that has the key.
     pub since: u32,
-    /// Its value in older scenes, as TOML; empty if that is the default.
+    /// The key's value in older scenes, as TOML; empty for the default.
     pub before: &'static str,
-    /// When the key is read, in words; empty if every scene reads it.
+    /// The condition under which the key is read, in words; empty if every scene reads it.
     pub when: &'static str,
     /// Whether the scene reads the key.
     pub is_read: fn(&dyn Any) -> bool,
@@ -40,8 +40,7 @@ impl Field<'_> {
         self.value.allowed(&self.limits)
     }
 
-    /// Gives the key the value that it had in effect before there was such a key. True unless the declaration is
-    /// wrong.
+    /// Sets the key to its value for scenes that are older than the key. False if the declaration is wrong.
     pub(crate) fn take_before(self) -> bool {
         let text = format!("before = {}", self.before);
         let Ok(table) = DeTable::parse(&text) else {
@@ -52,7 +51,8 @@ impl Field<'_> {
     }
 }
 
-/// Whether a condition on a scene holds. Settings are declared below the scene, whose type they do not know.
+/// Whether a condition on a scene holds. The type is a parameter because settings are declared below the
+/// scene and do not know its type.
 pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
     scene.downcast_ref().is_none_or(condition)
 }
@@ -89,7 +89,7 @@ impl Serialize for Values {
 }
 
 /// Sets a setting to a value in JSON. Numbers, strings, booleans and arrays of them are written as in TOML;
-/// `null` is what TOML calls `"off"`.
+/// `null` stands for TOML's `"off"`.
 ///
 /// # Errors
 /// A sentence that names the key, the value and what is allowed.

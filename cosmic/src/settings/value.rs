@@ -31,8 +31,8 @@ pub struct Misfit {
     pub span: Range<usize>,
     /// The part of the message between key and value.
     pub says: String,
-    /// The names of laws or losses that the value asks for and this program does not have. With them alone
-    /// at fault, the setting holds the rest of the value.
+    /// The names of laws or losses in the value that this program does not have. If these names are the
+    /// only error, the setting holds the rest of the value.
     pub unknown: Vec<String>,
 }
 
@@ -48,7 +48,7 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     }
 }
 
-/// A name that only another program knows.
+/// A name that this program does not know.
 pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
     Misfit {
         unknown: vec![name.to_owned()],
@@ -211,7 +211,7 @@ pub trait Named: Copy + Debug + PartialEq + 'static {
 /// Reads a member of an enumeration by its name, for [`settings!`](crate::settings!).
 ///
 /// # Errors
-/// Those of the deserializer, and for a string that is not one of the names.
+/// The errors of the deserializer, and an error for a string that is not one of the names.
 #[doc(hidden)]
 pub fn member<'de, T: Named, D: Deserializer<'de>>(
     deserializer: D,

@@ -1,4 +1,5 @@
-//! The cause of a divergence: which part of a step gave a node its velocity, or which bound it exceeds.
+//! The cause of a divergence: the part of a step that gave a node its velocity, or the bound that the
+//! node exceeds.
 
 use super::rollout::Simulator;
 use crate::controller::{Controller, observation};

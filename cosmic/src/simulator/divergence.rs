@@ -1,8 +1,8 @@
 //! The guard: finding where a rollout went wrong.
 //!
-//! A rollout diverges where a state is absurd, or where a node is faster than the scene allows:
-//! the robot has flown apart. A guarded rollout is [watched](Span::watched): it tells whether some
-//! state may be one of these. Only then is the rollout done again, and every state looked at.
+//! A rollout diverges if a state is absurd or a node is faster than the scene allows, because the
+//! robot has flown apart. A guarded rollout is [watched](Span::watched): it detects whether a state
+//! may be absurd or too fast. Only then the rollout is repeated and every state is checked.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -24,7 +24,7 @@ const KEPT: usize = 8;
 pub struct Divergence {
     /// The step that produced it, from 0.
     pub step: usize,
-    /// The first node that is absurd in it, or too fast.
+    /// The first node that is absurd or too fast in that state.
     pub node: usize,
     /// Its position in the world's frame, m.
     pub position: [f64; 2],
@@ -41,7 +41,7 @@ pub struct Divergence {
 pub struct Guarded {
     /// The observed states, bit for bit those of [`Simulator::rollout`].
     pub trajectory: Trajectory<f64>,
-    /// The first absurd or too fast state, observed or not; the start is not judged.
+    /// The first absurd or too fast state, observed or not. The start is not checked.
     pub divergence: Option<Divergence>,
 }
 
@@ -58,9 +58,9 @@ impl From<&Divergence> for Error {
 }
 
 impl Simulator {
-    /// A rollout in which no absurd and no too fast state goes unnoticed. Where none is, this costs
-    /// a look at every number of every state beyond the plain rollout; where one is, up to two more
-    /// rollouts.
+    /// A rollout that detects every absurd or too fast state. If there is none, this costs one
+    /// check per number of each state in addition to the plain rollout. If there is one, it costs
+    /// up to two more rollouts.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -89,9 +89,9 @@ impl Simulator {
         }
     }
 
-    /// The number from which on a place or a velocity is caught in a watched rollout. The watch is
-    /// the same for all numbers of a state: with a bound on the speed, places as many metres from the
-    /// origin are caught too, and looked at in vain.
+    /// The limit from which on a watched rollout detects a position or a velocity. All numbers of a
+    /// state have one limit. So a bound on the speed also detects positions that many metres from the
+    /// origin, which are then checked in vain.
     pub(super) fn watched(&self) -> f64 {
         // A node is no faster than the bound while neither of its components reaches this.
         let component = |bound: f64| bound / 2f64.sqrt();
@@ -99,8 +99,8 @@ impl Simulator {
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
-    /// True if a watched rollout that ends in this state surely had none that is absurd or too fast.
-    /// Otherwise [`guarded`](Simulator::guarded) finds out.
+    /// True if a watched rollout that ends in this state cannot have had an absurd or too fast
+    /// state. Otherwise [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
         // A place within both bounds of the ground's frame is that far from its origin at most,
         // which may itself be far above the world's.
@@ -108,8 +108,8 @@ impl Simulator {
         farthest < ABSURD && !last.is_absurd()
     }
 
-    /// The first absurd or too fast state of a rollout over these of the planned steps, or `None`.
-    /// The start is not checked.
+    /// The first absurd or too fast state of a rollout over these planned steps, or `None`. The
+    /// start is not checked.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -143,8 +143,9 @@ impl Simulator {
         Some(self.diagnose(body, controller, node, bound, last))
     }
 
-    /// Shows every state of a rollout over these of the planned steps, after so many steps, the
-    /// start left out, until it is told to stop. Only a block of states is held at a time.
+    /// Passes every state of a rollout over these planned steps to a callback, with the number of
+    /// steps done, until the callback stops it. The start is left out. Only a block of states is
+    /// held at a time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,

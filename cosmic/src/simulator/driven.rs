@@ -9,7 +9,7 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 /// A lattice in its surroundings for robots whose activations the caller holds, as a policy that learns
 /// does.
 ///
-/// Robots of different activations run side by side in SIMD lanes. No controller is evaluated.
+/// Robots with different activations run in parallel in SIMD lanes. No controller is evaluated.
 #[derive(Clone, Debug)]
 pub struct Driven(Simulator);
 
@@ -27,8 +27,8 @@ impl Driven {
     /// held throughout.
     ///
     /// # Panics
-    /// As [`Simulator::rollout_many`], and unless there is a list of activations for each start that has as
-    /// many entries as the robot has edges.
+    /// As [`Simulator::rollout_many`]. Also unless there is one list of activations per start, with one
+    /// entry per edge of the robot.
     pub fn held(
         &self,
         body: &Body<f64>,
@@ -58,11 +58,10 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::{Span, Trajectory};
 
-    /// The activations of the edges: full, none and in between, of either sign.
+    /// The activations of the edges: full, zero and in between, of either sign.
     const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
 
-    /// The scenes that differ by one force: each of the laws of this crate, and those that a key switches
-    /// on.
+    /// Scenes that differ by one force: each law of this crate, and each force that a key switches on.
     fn forces() -> Vec<String> {
         let mut forces = vec![String::new()];
         for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
@@ -72,14 +71,14 @@ mod tests {
         forces
     }
 
-    /// The largest difference between two robots' places.
+    /// The largest difference between the node positions of two robots.
     fn apart(a: &Trajectory<f64>, b: &Trajectory<f64>) -> f64 {
         let [a, b] = [a, b].map(|seen| seen.states.last().unwrap().x.as_flattened());
         let pairs = a.iter().zip(b);
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     }
 
-    /// A controller whose biases alone matter gives the activations that are held.
+    /// A controller in which only the biases matter gives the held activations.
     fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
         /// A bias whose hyperbolic tangent is 1 in double precision.
         const SATURATED: f64 = 40.0;
@@ -90,13 +89,13 @@ mod tests {
         case.controller.w2.fill(0.0);
         let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
         case.controller.b2 = held.iter().map(bias).collect();
-        // Every bar is an actuator, and begins beyond its stops: idle ones meet them too.
+        // Every bar is an actuator and starts beyond its stops, so that stops act on idle bars too.
         case.z = vec![[0.0, 0.5, 1.0]; held.len()];
         case.start.x.iter_mut().for_each(|x| x[0] *= 1.5);
         (case, held)
     }
 
-    /// Whatever forces there are, and also for activations of zero and below.
+    /// Tests every force, and activations of zero and below.
     #[test]
     fn held_activations_drive_as_a_controller_that_gives_them() {
         let span = Span::from_start(vec![200]);
@@ -113,7 +112,8 @@ mod tests {
                 let task = case.task();
                 let controlled =
                     task.rollout(&case.own_mixture(), &case.controller, &case.start, &span);
-                // Activations are rounded at 1e-16; 200 steps with contacts enlarge that to less than this.
+                // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
+                // 1e-10.
                 let far = apart(&controlled, seen);
                 assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
                 let alone = driven.held(&case.body(), &[held], &starts[..1], &span);
@@ -122,7 +122,7 @@ mod tests {
             assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
             all.push(seen);
         }
-        // Every force changes something: otherwise its law would not have been tested.
+        // Every force must change the motion: otherwise the test would not cover its law.
         for (force, seen) in forces().iter().zip(&all).skip(1) {
             for (k, (with, without)) in seen.iter().zip(&all[0]).enumerate() {
                 assert!(
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "activations of a robot of 6 nodes")]
-    fn held_activations_are_one_for_each_edge() {
+    fn there_must_be_one_held_activation_per_edge() {
         let (case, held) = case_of("", |_| 0.0);
         let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
         let start = std::slice::from_ref(&case.start);

@@ -20,19 +20,19 @@ pub struct Magnitude {
     pub p99: f64,
 }
 
-/// The largest magnitudes of a series: the hundredth part of it that its 99 % quantile depends on.
+/// The largest magnitudes of a series: the top 1 %, which determines the 99 % quantile.
 #[derive(Clone, Debug)]
 struct Largest {
-    /// How many are needed.
+    /// How many values are needed.
     needed: usize,
-    /// These and fewer than as many others, in no order.
+    /// The needed values and fewer than `needed` others, unsorted.
     values: Vec<f64>,
-    /// No smaller value is needed.
+    /// Smaller values are not needed.
     floor: f64,
 }
 
 impl Largest {
-    /// Of a series of so many numbers.
+    /// For a series of `count` numbers.
     fn of(count: usize) -> Self {
         let below = 0.99 * count.saturating_sub(1) as f64;
         Self {
@@ -53,7 +53,7 @@ impl Largest {
         }
     }
 
-    /// Sorts the values, the largest first, and drops those that are not needed.
+    /// Sorts the values, largest first, and drops values that are not needed.
     fn keep_needed(&mut self) {
         self.values.sort_unstable_by(|a, b| b.total_cmp(a));
         self.values.truncate(self.needed);
@@ -98,7 +98,8 @@ pub struct BarLoad {
     pub compression: f64,
 }
 
-/// The loads of a robot over a rollout: of its actuators, and the largest push on a bar.
+/// The loads of a robot over a rollout: the loads of its actuators and the largest compression of a
+/// bar.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
     /// Least and greatest strain of an actuator.
@@ -113,8 +114,8 @@ pub struct Loads {
     pub power: Magnitude,
     /// The largest force that pushes on a bar, N.
     pub compression: f64,
-    /// Share of the states of a delivery's trajectory in which bars cross that do not at rest: nothing keeps a
-    /// robot from passing through itself.
+    /// Share of the states of a delivery's trajectory in which bars cross that do not cross at rest. Nothing
+    /// keeps a robot from passing through itself.
     pub tangled: f64,
     /// Such pairs of bars in a state, in the mean.
     pub tangles: f64,
@@ -148,7 +149,7 @@ impl Simulator {
         states.map(moment).collect()
     }
 
-    /// What the edges do in the state after so many steps.
+    /// The loads and rates of the edges in the state after `step` steps.
     fn moment(
         &self,
         body: &Body<f64>,
@@ -180,8 +181,8 @@ impl Simulator {
         }
     }
 
-    /// The loads of the bars of a layout, one for each edge and `None` for a void one, over all
-    /// states of a rollout of so many steps. A hundredth of them is held at a time.
+    /// The loads of the bars of a layout over all states of a rollout of `steps` steps: one entry
+    /// per edge, `None` for a void edge. Memory grows with about a hundredth of the steps.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -209,8 +210,8 @@ impl Simulator {
         bars.into_iter().map(load).collect()
     }
 
-    /// The loads of a layout from those of its bars. Whether bars pass through one another is told from the
-    /// states of a trajectory.
+    /// The loads of a layout, computed from the loads of its bars. Crossing bars are counted in the states
+    /// of a trajectory.
     pub fn loads_of(
         &self,
         layout: &[Material],
@@ -265,7 +266,7 @@ impl BarLoad {
     }
 }
 
-/// What a bar bears and does, gathered state by state.
+/// The loads and motion of a bar, collected state by state.
 #[derive(Clone, Debug)]
 struct Gathered {
     strains: [f64; 2],
@@ -278,7 +279,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Over so many states.
+    /// For this number of states.
     fn over(states: usize) -> Self {
         let largest = Largest::of(states);
         Self {
@@ -333,7 +334,7 @@ mod tests {
         let of = |sample: &[f64]| {
             let mut largest = Largest::of(sample.len());
             sample.iter().for_each(|x| largest.see(*x));
-            // Twice a hundredth of the series, rounded up, and one more.
+            // Twice a hundredth of the series, rounded up, plus one.
             assert!(largest.values.len() <= sample.len() / 50 + 4);
             largest.magnitude()
         };
@@ -348,7 +349,7 @@ mod tests {
                 p99: 2.0
             }
         );
-        // A series in no order, against all of it in order.
+        // Compares an unsorted series with the fully sorted series.
         for count in [2, 51, 149, 150, 151, 1000, 8193] {
             let sample: Vec<f64> = (0..count).map(|k| (1.7 * k as f64).sin()).collect();
             let mut sorted: Vec<f64> = sample.iter().map(|x| x.abs()).collect();
@@ -359,10 +360,10 @@ mod tests {
         }
     }
 
-    /// The stiffness of a bar is not that of its material, so no radius against buckling follows from it.
-    /// Earlier versions wrote one, and their summaries can be read.
+    /// The stiffness of a bar is not the stiffness of its material, so it does not determine a radius
+    /// against buckling. Earlier versions wrote such a radius; their summaries can still be read.
     #[test]
-    fn loads_tell_no_radius_and_those_of_earlier_versions_are_read() {
+    fn loads_have_no_radius_and_loads_of_earlier_versions_are_read() {
         let mut file = serde_json::to_value(Loads::default()).unwrap();
         for gone in ["least_radius", "buckling"] {
             assert_eq!(file.get(gone), None);

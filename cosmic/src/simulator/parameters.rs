@@ -11,19 +11,19 @@ pub(super) struct Parameters<A, M = A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// What the actuators follow.
+    /// The source of the activations.
     pub(super) drive: Drive<A, M>,
     /// For each force, the arrays that it wants.
     pub(super) constants: Vec<Vec<A>>,
 }
 
-/// What the actuators of a robot follow.
+/// The source of a robot's activations.
 pub(super) enum Drive<A, M = A> {
-    /// Nothing: no edge has an actuator.
+    /// No activations: no edge has an actuator.
     Idle,
     /// A controller.
     Network(Network<A, M>),
-    /// Activations that are held throughout, one per slot of the graph.
+    /// Activations that stay constant, one per slot of the graph.
     Held(A),
 }
 

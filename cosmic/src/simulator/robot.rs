@@ -22,7 +22,7 @@ pub(super) struct Robot {
     hidden: usize,
     /// Whether the controller sees positions and velocities.
     senses: [bool; 2],
-    /// Whether activations are given in place of a controller.
+    /// Whether constant activations replace a controller.
     held: bool,
     pub(super) mechanics: Mechanics,
 }
@@ -76,7 +76,7 @@ impl Robot {
         }
     }
 
-    /// This robot with activations that are given and held in place of a controller.
+    /// This robot with constant activations in place of a controller.
     pub(super) fn held(&self) -> Self {
         Self {
             held: true,

@@ -25,8 +25,8 @@ pub struct Span {
     /// How many nodes are looked at, from the first on, at least one; the states observed hold no
     /// others.
     pub nodes: usize,
-    /// Whether a state after the start, observed or not, that is absurd or too fast, or close to
-    /// it, makes NaN of all that is observed; [`Simulator::guarded`] relies on it.
+    /// Whether all observations become NaN if any state after the start is absurd or too fast, or
+    /// close to it. Unobserved states count too. [`Simulator::guarded`] relies on this.
     pub watched: bool,
     /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
@@ -58,7 +58,8 @@ pub struct Simulator {
     /// Length of a step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
-    /// The speed of a node, m/s, above which a guarded rollout has diverged, if there is a bound.
+    /// The speed of a node, m/s, above which a guarded rollout counts as diverged; `None` without a
+    /// bound.
     pub(super) speed_bound: Option<f64>,
     pub(super) controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
@@ -123,7 +124,7 @@ impl Simulator {
         }
     }
 
-    /// This world for robots whose activations are given in place of a controller.
+    /// This world for robots with given activations in place of a controller.
     pub(super) fn driven(&self) -> Self {
         Self {
             robot: self.robot.held(),
@@ -209,7 +210,7 @@ impl Simulator {
         self.in_lanes(model, bodies, drive, starts, span)
     }
 
-    /// Steps a robot of several bodies, or of one that all starts share.
+    /// Steps robots with several bodies, or with one body that all starts share.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
@@ -278,7 +279,7 @@ impl Simulator {
         }
     }
 
-    /// Panics unless a controller is of this lattice.
+    /// Panics unless a controller fits this lattice.
     fn check_controller<R: Real>(&self, controller: &Controller<R>) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
         let inputs = observation_length(&self.controller, nodes);
@@ -291,7 +292,7 @@ impl Simulator {
         fits("second biases", c.b2.len(), edges);
     }
 
-    /// Panics unless there are as many numbers as this lattice needs.
+    /// Panics unless the count of numbers is what this lattice needs.
     #[track_caller]
     pub(super) fn fits(&self, what: &str, found: usize, expected: usize) {
         let nodes = self.lattice.nodes();

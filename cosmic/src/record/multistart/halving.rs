@@ -50,7 +50,8 @@ pub struct Standing {
     /// most of them diverged.
     pub displacement: Option<f64>,
     /// The number that starts are ranked by: that median, or for a task other than distance the
-    /// median of minus the loss, or with two goals the median of the worse one's merit.
+    /// median of minus the loss, or with two goals the median merit for the goal that the robot
+    /// does worse at.
     pub merit: Option<f64>,
 }
 
@@ -75,7 +76,7 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
         let standings = side_by_side(folder, &left, observer, |seed, observer| {
             if let Some(mut run) = run_of(folder, seed, plan, iteration)? {
                 match run.advance(iteration, observer) {
-                    // A start that ended before the rung is the last one. It does not stop the others.
+                    // A start that ended before the rung ranks last. It does not stop the others.
                     Err(error) if error.is_of_rollouts() => return Ok(Standing::last(seed)),
                     done => done?,
                 }
@@ -102,7 +103,7 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
 }
 
 impl Standing {
-    /// The standing of a start without any number to rank it by.
+    /// The standing of a start that has no number to rank it by.
     fn last(seed: u64) -> Self {
         Self {
             seed,
@@ -200,7 +201,7 @@ mod tests {
         assert_eq!(median(&rows[3..], 8, reached), None);
     }
 
-    /// The worse halves of the starts by a loss that the scene names, not by how far they get.
+    /// Halving ranks the starts by the scene's own loss, not by displacement.
     #[test]
     fn starts_are_ranked_by_an_own_loss_and_by_the_worse_of_two_goals() {
         objective::add("up_for_halving", Up);

@@ -91,8 +91,8 @@ pub(in crate::record) fn search(
         }
         return Err(error);
     }
-    // The first of equals. Its figure to quote is from other perturbed starts, because the best of many
-    // flatters its own.
+    // The first one if several are equal. The figure to quote comes from other perturbed starts,
+    // because the best of many looks better than it is in the starts that it was chosen by.
     let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
@@ -106,7 +106,7 @@ pub(in crate::record) fn search(
     Ok(summary)
 }
 
-/// The numbers that the best start is chosen by: its score, then its median.
+/// The numbers that starts are ranked by: the score, then the median.
 fn rank(summary: &Summary) -> [f64; 2] {
     let numbers = [summary.score(), summary.displacement_selection_p50];
     numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
@@ -218,9 +218,9 @@ mod tests {
         assert_eq!(designs(&run), designs(&whole));
     }
 
-    /// Another run in the place of a start is neither gone on with nor copied.
+    /// Another run in the folder of a start is neither resumed nor copied.
     #[test]
-    fn another_run_in_the_place_of_a_start_is_refused() {
+    fn another_run_in_the_folder_of_a_start_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let lock = create(folder.path(), &plan()).unwrap();
         let start = folder_of(folder.path(), 4);
@@ -239,7 +239,8 @@ mod tests {
         assert_eq!(fs::read(start.join(SNAPSHOT)).unwrap(), before);
     }
 
-    /// An unreliable start counts as its 10 % quantile, and one of an older version as its median.
+    /// An unreliable start is ranked by its 10 % quantile, and a start of an older version by its
+    /// median.
     #[test]
     fn the_best_start_is_chosen_by_its_score() {
         let folder = tempfile::tempdir().unwrap();

@@ -41,8 +41,8 @@ pub trait Observer: Send {
     /// A warning, given once. The run goes on.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
-    /// True if the run should stop although no iteration is left: it is asked between the parts of the
-    /// delivery. The run is saved and can be resumed.
+    /// True if the run should stop during its delivery; called between the parts of the delivery. The
+    /// run is saved and can be resumed.
     fn is_stopped(&self) -> bool {
         false
     }
@@ -68,7 +68,7 @@ pub struct Run {
     warned: Grade,
     /// Number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
-    /// True after the warning about a loss that is not a number.
+    /// True once a loss that is not finite has been warned about.
     lost: bool,
     /// Wall time spent by earlier processes, s.
     before: f64,
@@ -199,7 +199,8 @@ impl Run {
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             self.judge_slopes(&record, observer);
             self.judge_loss(&record, observer);
-            // The iteration is not saved: what goes on with the run does it again, and ends again.
+            // The iteration is not saved: resuming the run repeats it and ends with this error
+            // again.
             (self.progress.check_loss(&record))
                 .map_err(|lost| self.or_divergence(lost, observer))?;
             let judged = self.judge_step(observer);
@@ -257,7 +258,7 @@ impl Run {
         Ok(())
     }
 
-    /// Warns once of a loss that is not a number.
+    /// Warns once about a loss that is not finite.
     fn judge_loss(&mut self, record: &Record, observer: &mut dyn Observer) {
         let lost = record.loss_horizon.filter(|loss| !loss.is_finite());
         let Some(loss) = lost.filter(|_| !self.lost) else {
@@ -272,8 +273,8 @@ impl Run {
         observer.warning(self, &text);
     }
 
-    /// The error of a run without a loss, or the divergence of its robot, if that is the cause. Then the
-    /// last states are written.
+    /// The error of a run without a finite loss, or the divergence of its robot if that is the cause. In
+    /// the second case the last states are written.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
         let delivery = self.codesign.deliver(&self.progress);
         if delivery.divergence.is_none() {

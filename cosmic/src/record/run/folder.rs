@@ -100,16 +100,17 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
     Ok(Some((lock, snapshot(folder)?)))
 }
 
-/// A folder's snapshot.
+/// Reads a folder's snapshot.
 ///
 /// # Errors
-/// The errors of [`Snapshot::read`]; those about its content say how to do without it.
+/// The errors of [`Snapshot::read`]. Errors about the content tell how to continue without the
+/// snapshot.
 fn snapshot(folder: &Path) -> Result<Snapshot<'static>> {
     Snapshot::read(folder).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
             let scene = in_shell(&folder.join(SCENE));
             *report += &format!(
-                "\n  = the run cannot go on from this file: put back a copy of it, or begin again with: \
+                "\n  = the run cannot go on from this file: restore the file from a copy, or begin again with: \
                  cosmic optimize {scene} --seed SEED --out NEW"
             );
         }
@@ -136,12 +137,13 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     read_kept(&path, Some(scene)).map(drop)
 }
 
-/// The scene of the run in a folder, or of a design alone in it: `scene.toml`, which must hold every key. It must be
-/// the scene of the run's snapshot, if there is one, and is read from the snapshot if the file is missing. All
-/// commands read the scene of a run by this function.
+/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must hold every key and
+/// must agree with the run's snapshot, if there is one. If the file is missing, the scene is read from the snapshot.
+/// All commands read the scene of a run by this function.
 ///
 /// # Errors
-/// [`Error::Usage`] if the file is not the scene of the snapshot; those of [`Scene::parse_of_run`]; [`Error::Read`].
+/// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
+/// [`Error::Read`].
 pub fn read_scene(folder: &Path) -> Result<Scene> {
     let path = folder.join(SCENE);
     let begun_with = || Snapshot::scene(folder);
@@ -150,7 +152,7 @@ pub fn read_scene(folder: &Path) -> Result<Scene> {
     {
         return Ok(scene);
     }
-    // A fault in the file comes before one in the snapshot.
+    // An error in the file is reported before an error in the snapshot.
     let scene = read_kept(&path, None)?;
     match begun_with()? {
         Some(begun_with) => read_kept(&path, Some(&begun_with)),
@@ -158,8 +160,8 @@ pub fn read_scene(folder: &Path) -> Result<Scene> {
     }
 }
 
-/// As [`read_scene`], for a reader that simulates nothing: the scene may name laws or a loss that this program does
-/// not have. Such a scene cannot be compared with the snapshot.
+/// As [`read_scene`], for callers that do not simulate: the scene may name laws or a loss that this program does
+/// not have. A scene with unknown laws or an unknown loss is not compared with the snapshot.
 ///
 /// # Errors
 /// As [`read_scene`].
@@ -179,7 +181,7 @@ pub fn read_scene_to_show(folder: &Path) -> Result<ShownScene> {
     })
 }
 
-/// The scene in a run's file, which must be the one that the run began with.
+/// The scene in a run's file, which must be the scene that the run began with.
 fn read_kept(path: &Path, begun_with: Option<&Scene>) -> Result<Scene> {
     let scene = Scene::parse_of_run(&path.display().to_string(), &Scene::text(path)?)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
