@@ -260,7 +260,7 @@ settings! {
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "D3; paper: false";
         /// Whether the controller is also trained for a second goal, mirrored behind the origin: the
-        /// payload must get equally far back. Reports and choices only use the goal ahead. The
+        /// payload must get equally far back. Robots are ranked by the worse of the two goals. The
         /// controller does not steer yet: with the default `goal_scale` the robot walks to the same
         /// side for both goals, and with none of the scales 0.05, 0.5, 1.5 and 3 it walks well both
         /// ways.
