@@ -231,10 +231,12 @@ function working() {
 function finished() {
   const { walk, asDesigned, measured } = design.delivered;
   const { p10, p50, p90 } = measured.spread;
+  const { verdict, reason } = measured.reliability;
   const far = [p50, p10, p90].every(Number.isFinite)
     ? `${decimals(p50, 2)} m from perturbed starts (10 to 90 %: ${decimals(p10, 2)} to ${decimals(p90, 2)} m)`
     : "some perturbed starts diverge";
-  if (walk === asDesigned) return `Designed in ${Math.round(design.seconds)} s: ${far}.`;
+  const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
+  if (walk === asDesigned) return `Designed in ${Math.round(design.seconds)} s: ${far}.${doubt}`;
   if (walk.along === null) return `Edited: ${walk.diverged}.`;
   return `Edited: ${decimals(walk.along, 2)} m; as designed ${decimals(asDesigned.along, 2)} m.`;
 }

@@ -80,6 +80,7 @@ impl Session {
             controller,
             iteration,
             spread,
+            reliability,
             volumes,
             ..
         } = work.codesign.deliver(&work.progress);
@@ -95,6 +96,7 @@ impl Session {
         work.edited = None;
         Ok(json!({
             "spread": spread,
+            "reliability": reliability,
             "volumes": volumes,
             "iteration": iteration,
             "robot": shown,

@@ -274,6 +274,17 @@ async function framed(browser, address) {
   }
 }
 
+/** A robot whose walks from perturbed starts differ much is called unreliable. */
+async function unreliable(browser, address) {
+  const few = SMALL.replace("seed=1", "seed=11").replace("iterations%3D120", "iterations%3D20").replace("from%3D40", "from%3D4").replace("at%3D80", "at%3D8");
+  const { page, faults } = await open(browser, `${address}${few}&set=selection.perturbation%3D0.001`);
+  await ready(page);
+  await press(page, "design");
+  await says(page, "Design again");
+  check(/Unreliable: the /.test(await text(page, "status")), await text(page, "status"));
+  await close(page, faults);
+}
+
 /** For a link that cannot be opened, the page shows the reason in sight and another robot. */
 async function refusedLinks(browser, address) {
   for (const [link, reason, shows] of [
@@ -356,6 +367,7 @@ async function inChromium(address) {
     await stopping(browser, address);
     await motionless(browser, address);
     await framed(browser, address);
+    await unreliable(browser, address);
     await refusedLinks(browser, address);
     await cancelled(browser, address);
     if (given.shots) await shots(browser, address, given.shots);
