@@ -71,7 +71,7 @@ fn without_it(bench: &Bench, sets: &str) {
     let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
         let told = bench.cosmic(line);
-        told.fails(2, &[name, "of this program"]);
+        told.fails(2, &[name, "names an unknown"]);
         assert_eq!(told.error.matches("error: ").count(), 1, "{}", told.error);
     }
     let is_law = !sets.starts_with("own_loss");
@@ -109,7 +109,7 @@ fn without_it(bench: &Bench, sets: &str) {
     if is_law {
         bench
             .cosmic("export a --mujoco")
-            .fails(2, &[name, "of this program"]);
+            .fails(2, &[name, "names an unknown"]);
     }
 }
 
@@ -191,7 +191,7 @@ fn a_run_with_a_law_is_resumed() {
     );
     bench
         .cosmic("resume part")
-        .fails(2, &["\"wind\"", "of this program"]);
+        .fails(2, &["\"wind\"", "names an unknown"]);
     run_of(&program, &bench, "resume part");
     for file in ["design.json", "trajectory.json"] {
         let [part, whole] = ["part", "whole"].map(|run| bench.read(&format!("{run}/{file}")));
