@@ -307,7 +307,7 @@ pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Array, Graph, Kernel, Matrix, Program};
+pub use arrays::{Array, Graph, Kernel, Matrix, Program, Pullback};
 pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
