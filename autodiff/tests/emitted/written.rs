@@ -291,9 +291,9 @@ impl Every {
         let t292 = t240 * t240;
         let t293 = t292.less(t39);
         let t294 = R::select(t293, t291, t139);
-        let t295 = x1.elementary(autodiff::Elementary::Sinh);
-        let t296 = x1.elementary(autodiff::Elementary::Cosh);
-        let t297 = x2.elementary(autodiff::Elementary::Cbrt);
+        let t295 = x1.sinh();
+        let t296 = x1.cosh();
+        let t297 = x2.cbrt();
         let t298 = t123 * t297;
         let t299 = t297 * t298;
         let t300 = t299.recip();

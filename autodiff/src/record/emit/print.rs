@@ -211,7 +211,7 @@ fn unary(f: Unary, x: &str) -> String {
     match f {
         Unary::Neg => format!("-{x}"),
         Unary::Powi(exponent) => format!("{x}.powi({exponent})"),
-        Unary::Elementary(f) => format!("{x}.elementary(autodiff::Elementary::{f:?})"),
+        Unary::Elementary(f) => format!("{x}.{}()", f.name()),
         _ => format!("{x}.{}()", method(f)),
     }
 }
