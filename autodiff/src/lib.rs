@@ -168,7 +168,7 @@
 //! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
 //! | values and gradients of one function at many points | [`batch::Recorded`] | recorded once; a few, in lanes over the points |
 //! | gradient of a sum over data, of a network's loss for example | [`batch::Sum`] | a few, in lanes over the data |
-//! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
+//! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's adjoint is emitted ([`emit::adjoint`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -307,7 +307,7 @@ pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Array, Graph, Kernel, Matrix, Program};
+pub use arrays::{Array, Graph, Kernel, Matrix, Program, Pullback};
 pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]

@@ -34,7 +34,7 @@ pub use array::{Array, Matrix};
 pub(crate) use dense::Aligned;
 pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
-pub use kernel::Kernel;
+pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use operation::Operation;
 pub use program::Program;
 pub(crate) use row::{Bars, StepValues};

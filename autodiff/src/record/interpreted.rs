@@ -6,7 +6,7 @@ use super::arithmetic::{binary, holds, logic, number, unary};
 use super::operation::{Op, Place, Run};
 use super::recording::{Recording, record};
 use super::symbol::Symbol;
-use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, Pullback, SlotEdge, StepValues};
 use crate::real::{Mask, Real};
 
 /// The operations of some generic code, and the places of its results among them.
@@ -74,8 +74,8 @@ impl ListedKernel {
         Self {
             eval: List::of::<K>(I, |x| kernel.eval(inputs(x)).to_vec()),
             vjp: List::of::<K>(I + O, |x| {
-                let y_bar = std::array::from_fn(|k| x[I + k]);
-                kernel.vjp(inputs(x), y_bar).to_vec()
+                let (x, y_bar) = (inputs(x), std::array::from_fn(|k| x[I + k]));
+                kernel.vjp(Pullback::new(kernel, x, [y_bar])).concat()
             }),
         }
     }

@@ -1,6 +1,6 @@
 //! The sum of a kernel's results over the elements of arrays of variables.
 
-use crate::arrays::Kernel;
+use crate::arrays::{Kernel, Pullback};
 use crate::real::{Fused, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
@@ -50,7 +50,7 @@ impl<K: Kernel<I, 1> + Sync, const I: usize> Fused for Total<K, I> {
 
     fn reverse<R: Real>(&self, x: &mut Vec<Vec<R>>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
         let x_bar = x.iter().map(|x| vec![R::zero(); x.len()]).collect();
-        R::vectorize(Pullback {
+        R::vectorize(Reverse {
             of: self,
             x,
             bar: y_bar[0],
@@ -95,20 +95,21 @@ impl<R: Real, K: Kernel<I, 1>, const I: usize> Vectorized<R> for Value<'_, R, K,
     }
 }
 
-struct Pullback<'a, R, K, const I: usize> {
+struct Reverse<'a, R, K, const I: usize> {
     of: &'a Total<K, I>,
     x: &'a [Vec<R>],
     bar: R,
     x_bar: Vec<Vec<R>>,
 }
 
-impl<R: Real, K: Kernel<I, 1>, const I: usize> Vectorized<R> for Pullback<'_, R, K, I> {
+impl<R: Real, K: Kernel<I, 1>, const I: usize> Vectorized<R> for Reverse<'_, R, K, I> {
     type Output = Vec<Vec<R>>;
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) -> Vec<Vec<R>> {
         let (len, bar) = (self.x.first().map_or(0, Vec::len), L::splat(self.bar));
         for first in (0..len).step_by(L::N) {
-            let x_bar = self.of.0.vjp(load(self.x, first), [bar]);
+            let at = Pullback::new(&self.of.0, load(self.x, first), [[bar]]);
+            let [x_bar] = self.of.0.vjp(at);
             for i in 0..I {
                 x_bar[i].store_up_to(&mut self.x_bar[i][first..]);
             }
