@@ -210,7 +210,7 @@ fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
 /// The rotation and the translation of the whole hand.
 fn global<R: Real>(theta: &[R]) -> Affine<R> {
     let r = [theta[0], theta[1], theta[2]];
-    let small = R::dot(&r, &r).sqrt().lt(R::lit(NO_ROTATION));
+    let small = R::dot(&r, &r).sqrt().less(R::lit(NO_ROTATION));
     let mut matrix = [[R::zero(); 4]; 3];
     for column in 0..3 {
         let mut unit = [R::zero(); 3];
