@@ -1,13 +1,13 @@
 //! How time, memory and distance grow with the lattice.
 //!
-//! - `cargo bench -p benches --bench growth`: time and memory
-//! - the same with `-- --table` designs robots of all sizes as well, and writes `docs/growth.md`.
+//! `cargo bench -p benches --bench growth` prints a section of `RESULTS.md`: time and memory. With
+//! `-- --designs` it designs robots of all sizes too, a quarter of an hour on two cores.
 
 use std::fmt::Write as _;
 use std::time::Instant;
 
 use autodiff::Memory;
-use benches::machine::{machine, row, seconds, write_page};
+use benches::machine::{row, seconds, section};
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::inputs::{CONTROLLER, DESIGN};
@@ -39,8 +39,12 @@ fn main() {
     let edges = cases.each_ref().map(|(_, case)| case.lattice.edges.len());
     let times = times(&subjects, edges);
     let budgets = budgets(subjects.last().expect("there are sizes"));
-    println!("{times}\n{budgets}");
-    write_page("growth.md", || page(&times, &budgets));
+    let mut tables = format!("{times}\n{budgets}");
+    if std::env::args().any(|argument| argument == "--designs") {
+        tables = format!("{tables}\n{}", distances());
+    }
+    let command = "cargo bench -p benches --bench growth -- --designs";
+    println!("{}", section("Growth", command, &tables));
 }
 
 /// A built-in scene with so many rows and columns.
@@ -148,26 +152,4 @@ fn distances() -> String {
         }
     }
     table
-}
-
-fn page(times: &str, budgets: &str) -> String {
-    let (machine, distances) = (machine(), distances());
-    format!(
-        "# Growth\n\n\
-         Measured on {machine}. This page is written by\n\n```sh\n\
-         cargo bench -p benches --bench growth -- --table    # a quarter of an hour on two cores\n```\n\n\
-         ## Time and memory\n\n\
-         The scene `large` with other numbers of nodes, a mixture of all materials, over {MEASURED_STEPS} \
-         steps, on one thread. Times are nanoseconds by edge and step, the least of {ROUNDS} rounds taken in \
-         turns, and behind each its ratio to that of {UNIT}x{UNIT} nodes. The memory is what a design gradient \
-         of an optimisation holds, which runs the performance and the stability projection side by side; it \
-         grows with the horizon.\n\n{times}\n\
-         `gradient.memory` is a budget for it, in MB: steps are run again where their record is not kept, \
-         and the gradient has the same bits. For {largest}x{largest} nodes:\n\n{budgets}\n\
-         ## Distance\n\n\
-         Displacements of delivered designs (`displacement_p50` of a summary), over seeds that nobody tuned \
-         on, and the median time of an optimisation on one core. One run of these is \
-         `cosmic optimize large --set lattice.columns=16 --set lattice.rows=16 --seed 0`.\n\n{distances}",
-        largest = SIZES[SIZES.len() - 1],
-    )
 }

@@ -1,8 +1,10 @@
 //! Benchmarks across both crates.
 
 pub mod machine;
-pub mod adbench;
 pub mod callgrind;
+pub mod distance;
+pub mod objectives;
+pub mod adbench;
 pub mod gradbench;
-pub mod handwritten;
+pub mod driver;
 pub mod tapes;

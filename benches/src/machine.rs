@@ -1,9 +1,8 @@
-//! Shared by all benches: the machine, the built-in robots, and the pages of the documentation that
-//! they write.
+//! Shared by all benches: the machine, the built-in robots, timing, and the sections of `RESULTS.md` that
+//! they print.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
 use cosmic::case::Case;
@@ -40,16 +39,17 @@ pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// How long one measurement in turns lasts, s: long against the warming up of caches and branch predictors
-/// after its predecessor, short against a time slice.
-const SPAN: f64 = 2e-3;
+/// How long one measurement in turns lasts by default, s: long against the warming up of caches and branch
+/// predictors after its predecessor, short against a time slice.
+pub const SPAN: f64 = 2e-3;
 
-/// Seconds that each work takes: the least of so many rounds, in each of which all have their turn.
-pub fn in_turns<T>(works: &mut [impl FnMut() -> T], rounds: usize) -> Vec<f64> {
+/// Seconds that each work takes: the least of so many rounds, in each of which each work has its turn
+/// and is repeated for so many seconds.
+pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; works.len()];
     for round in 0..=rounds {
         for (work, least) in works.iter_mut().zip(&mut least) {
-            let repeats = ((SPAN / *least) as usize).max(1);
+            let repeats = ((span / *least) as usize).max(1);
             let all = || {
                 for _ in 0..repeats {
                     black_box(work());
@@ -72,14 +72,10 @@ pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += " |\n";
 }
 
-/// Writes a page of `docs` if the program was called with `--table`.
-///
-/// # Panics
-/// If the folder cannot be written.
-pub fn write_page(name: &str, page: impl FnOnce() -> String) {
-    if std::env::args().any(|argument| argument == "--table") {
-        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
-        std::fs::write(docs.join(name), page()).expect("the folder can be written");
-        println!("written: docs/{name}");
-    }
+/// A section of `benches/RESULTS.md`: its title, the command that prints it, the machine, and the rest.
+pub fn section(title: &str, command: &str, rest: &str) -> String {
+    format!(
+        "## {title}\n\n`{command}`, {}, one thread.\n\n{rest}",
+        machine()
+    )
 }

@@ -2,8 +2,7 @@
 //! machine does not disturb, beside the times of the other benches. Needs valgrind, and says so
 //! where there is none.
 //!
-//! - `cargo bench -p benches --bench instructions`
-//! - the same with `-- --table` writes `docs/instructions.md`.
+//! `cargo bench -p benches --bench instructions` prints a section of `RESULTS.md`.
 
 mod document;
 mod works;
@@ -11,7 +10,7 @@ mod works;
 use std::process::ExitCode;
 
 use benches::callgrind::{self, CountError};
-use benches::machine::write_page;
+use benches::machine::section;
 use works::{CountTable, tables};
 
 /// The argument that makes this program do the work of that number, so many times: how it calls
@@ -33,8 +32,8 @@ fn main() -> ExitCode {
     match count(&tables) {
         Ok(counts) => {
             let page = document::page(&tables, &counts, &version);
-            println!("{page}");
-            write_page("instructions.md", || page);
+            let command = "cargo bench -p benches --bench instructions";
+            println!("{}", section("Instructions", command, &page));
             ExitCode::SUCCESS
         }
         Err(error) => {

@@ -4,11 +4,11 @@ use std::hint::black_box;
 use std::path::Path;
 
 use autodiff::Real;
-use benches::adbench::{self, Problem};
+use benches::adbench::{self, Case};
 use benches::machine::built_in;
-use benches::tapes::rivals::{Gradient, plain, tapes};
+use benches::objectives::Problem;
 use benches::tapes::step::SpringLattice;
-use benches::tapes::{inputs, kernels};
+use benches::tapes::{Gradient, inputs, kernels, on_tape, plain};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
@@ -60,7 +60,7 @@ impl CountTable {
 
 /// All tables.
 pub(crate) fn tables() -> Vec<CountTable> {
-    vec![robot(), scalar_tapes(), problems()]
+    vec![robot(), one_piece(), scalar_tapes(), problems()]
 }
 
 fn robot() -> CountTable {
@@ -98,10 +98,15 @@ fn matvecs(scene: &'static str) -> CountedWork {
     CountedWork::new(1, MEASURED_STEPS, run)
 }
 
-/// Work on a rollout of a scene's robot.
-fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> CountedWork {
+/// Work on a rollout of a scene's robot, whose setting `design.one_piece` may be another one.
+fn rollout(
+    scene: &'static str,
+    one_piece: Option<bool>,
+    work: impl Fn(&Subject<'_>) + 'static,
+) -> CountedWork {
     let run = move |repeats| {
-        let (scene, case) = built_in(scene);
+        let (scene, mut case) = built_in(scene);
+        case.design.one_piece = one_piece.unwrap_or(case.design.one_piece);
         let subject = Subject::new(&case, &scene.loss);
         for _ in 0..repeats {
             work(&subject);
@@ -112,14 +117,38 @@ fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> Counte
 
 fn in_type<R: Real>(scene: &'static str) -> Vec<CountedWork> {
     let gradient = |blocks| {
-        rollout(scene, move |subject| {
+        rollout(scene, None, move |subject| {
             black_box(subject.gradient::<R>(blocks));
         })
     };
-    let plain = rollout(scene, |subject| {
+    let plain = rollout(scene, None, |subject| {
         black_box(subject.rollout::<R>());
     });
     vec![plain, gradient(DESIGN), gradient(CONTROLLER)]
+}
+
+fn one_piece() -> CountTable {
+    fn row<R: Real>(name: &str, scene: &'static str) -> (String, Vec<CountedWork>) {
+        let gradient = |one_piece| {
+            rollout(scene, Some(one_piece), |subject| {
+                black_box(subject.gradient::<R>(DESIGN));
+            })
+        };
+        (name.to_owned(), vec![gradient(false), gradient(true)])
+    }
+    CountTable {
+        title: "Design gradients with `one_piece`",
+        about: "Value and design gradient, instructions a step. In brackets: times the gradient without \
+                `design.one_piece`.",
+        columns: &["design", "without", "with `one_piece`"],
+        rows: vec![
+            row::<f64>("mixture, f64", "stability"),
+            row::<f32>("mixture, f32", "stability"),
+            row::<f64>("one-hot, f64", "baseline_tall"),
+            row::<f32>("one-hot, f32", "baseline_tall"),
+        ],
+        base: ComparedTo::Row,
+    }
 }
 
 /// Steps of the rollouts that kernels are counted in.
@@ -127,28 +156,17 @@ const STEPS: usize = 256;
 
 fn scalar_tapes() -> CountTable {
     let row = |name: &str, work| (name.to_owned(), vec![work]);
-    let mut rows = vec![row("primal, scalar f64", spring_step(1, plain))];
-    rows.extend(
-        tapes()
-            .into_iter()
-            .map(|(name, tape)| row(name, spring_step(1, tape))),
-    );
-    rows.extend([
-        row(
-            "primal, kernels in lanes",
-            spring_step(STEPS, || kernels::value(&SpringLattice::default(), STEPS)),
-        ),
-        row(
-            "kernels of this crate",
-            spring_step(STEPS, || {
-                kernels::gradient(&SpringLattice::default(), STEPS)
-            }),
-        ),
-    ]);
+    let value = || kernels::value(&SpringLattice::default(), STEPS);
+    let gradient = || kernels::gradient(&SpringLattice::default(), STEPS);
+    let rows = vec![
+        row("primal, scalar f64", spring_step(1, plain)),
+        row("`Tape`", spring_step(1, on_tape)),
+        row("primal, kernels in lanes", spring_step(STEPS, value)),
+        row("kernels", spring_step(STEPS, gradient)),
+    ];
     CountTable {
         title: "Scalar tapes",
-        about: "The gradient of one step of springs, as in [speed.md](speed.md). In brackets: \
-                times the primal.",
+        about: "The gradient of one step of springs. In brackets: times the primal.",
         columns: &["one step", "instructions"],
         rows,
         base: ComparedTo::Table,
@@ -168,24 +186,23 @@ fn spring_step(steps: usize, gradient: impl Fn() -> Gradient + 'static) -> Count
 fn problems() -> CountTable {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench");
     let cases = adbench::cases(&folder).expect("the problems of this workspace are readable");
-    let row = |case: adbench::DataFile| {
+    let row = |case: Case| {
         let objective = problem(case.clone(), |problem| problem.objective());
         let derivative = problem(case.clone(), |problem| problem.derivative());
         (case.name, vec![objective, derivative])
     };
     CountTable {
         title: "ADBench",
-        about: "Objectives and derivatives of [adbench.md](adbench.md). In brackets: times the \
-                objective.",
+        about: "In brackets: times the objective.",
         columns: &["case", "objective", "objective and derivative"],
         rows: cases.into_iter().map(row).collect(),
         base: ComparedTo::Row,
     }
 }
 
-fn problem(case: adbench::DataFile, work: impl Fn(&mut dyn Problem) + 'static) -> CountedWork {
+fn problem(case: Case, work: impl Fn(&mut dyn Problem) + 'static) -> CountedWork {
     let run = move |repeats| {
-        let mut problem = adbench::open(case.kind, &case.file, None).expect("it was read before");
+        let mut problem = case.open().expect("it was read before");
         for _ in 0..repeats {
             work(&mut *problem);
         }

@@ -1,9 +1,8 @@
 //! This workspace's differentiation beside its peers: small tasks, each written as a crate's own documentation
 //! would have it. Answers are compared before anything is timed.
 //!
-//! - `cargo bench -p benches --bench peers --features rivals`, or `--features candle` with
-//!   `RAYON_NUM_THREADS=1` for tensors too;
-//! - the same with `-- --table` writes `docs/peers.md`.
+//! `cargo bench -p benches --bench peers --features rivals`, or `--features candle` with
+//! `RAYON_NUM_THREADS=1` for tensors too, prints a section of `RESULTS.md`.
 
 mod document;
 mod ensemble;
@@ -14,7 +13,7 @@ mod rosenbrock;
 mod sparse;
 mod task;
 
-use benches::machine::write_page;
+use benches::machine::section;
 
 /// Times that each way is measured, in turns; the least counts.
 const ROUNDS: usize = 100;
@@ -43,5 +42,7 @@ fn main() {
         println!("{}", document::table(&measured));
         measured
     });
-    write_page("peers.md", || document::page(&measured));
+    let summary = document::summary(&measured);
+    let command = "RAYON_NUM_THREADS=1 cargo bench -p benches --bench peers --features candle";
+    println!("{}", section("Peers", command, &summary));
 }

@@ -1,5 +1,7 @@
 //! A task, the ways to do it, and what each takes.
 
+use benches::machine::{SPAN, in_turns};
+
 /// Data that all ways of a task share, kept for the program's life.
 pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
     data.into_iter().collect::<Vec<T>>().leak()
@@ -85,7 +87,7 @@ impl Task {
     /// Times the ways in turns.
     pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
         let works = self.ways.iter_mut().map(|way| &mut way.run);
-        let seconds = benches::machine::in_turns(&mut works.collect::<Vec<_>>(), rounds);
+        let seconds = in_turns(&mut works.collect::<Vec<_>>(), SPAN, rounds);
         let source = self.source;
         let outcome = |(way, seconds): (&Way, f64)| Outcome {
             by: way.by,

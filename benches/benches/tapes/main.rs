@@ -1,29 +1,18 @@
-//! The cost of a scalar tape: the gradient of one step of springs, on our tape, on those of other
-//! crates and through our kernels. Answers are compared before anything is timed.
+//! The cost of the scalar tape: the gradient of one step of springs, on the tape and through kernels. Answers
+//! are compared before anything is timed.
 //!
-//! - `cargo bench -p benches --bench tapes --features rivals,xad-rs --ignore-rust-version`
-//! - the same with `-- --table` writes `docs/speed.md`, with the rollout's figures.
-
-mod document;
+//! `cargo bench -p benches --bench tapes` prints a section of `RESULTS.md`.
 
 use std::hint::black_box;
 
-use benches::machine::{in_turns, write_page};
-use benches::tapes::rivals::{self, Gradient, tapes};
+use benches::machine::{SPAN, in_turns, section};
 use benches::tapes::step::SpringLattice;
-use benches::tapes::{inputs, kernels};
+use benches::tapes::{Gradient, inputs, kernels, on_tape, plain};
 
 /// Steps of the rollouts that kernels are timed in.
 const STEPS: usize = 256;
 /// Times that each measurement is taken, in turns; the least counts.
 const ROUNDS: usize = 300;
-
-/// A row of the table.
-pub(crate) struct TapeRow {
-    pub(crate) name: &'static str,
-    /// Microseconds a step, or why there are none.
-    pub(crate) time: Result<f64, &'static str>,
-}
 
 struct TimedTape {
     name: &'static str,
@@ -35,88 +24,49 @@ fn main() {
     let lattice = SpringLattice::default();
     let inputs = inputs();
     compare(&lattice, &inputs);
-    let mut rows = time(&mut subjects(&lattice), &lattice, &inputs);
-    rows.extend(absent());
-    let table = document::tapes(&rows);
-    println!("{table}");
-    write_page("speed.md", || document::page(&table));
+    let table = table(&mut subjects(&lattice), &lattice, &inputs);
+    let command = "cargo bench -p benches --bench tapes";
+    println!("{}", section("Scalar tapes", command, &table));
 }
 
-/// The tapes that this build leaves out.
-fn absent() -> Vec<TapeRow> {
-    let mut rows = Vec::new();
-    let mut leave_out = |name, why| {
-        rows.push(TapeRow {
-            name,
-            time: Err(why),
-        })
-    };
-    if cfg!(not(feature = "xad-rs")) {
-        leave_out(
-            "xad-rs",
-            "not built: `--features xad-rs`, and Rust 1.98 or `--ignore-rust-version`",
-        );
-    }
-    if cfg!(not(feature = "rivals")) {
-        leave_out(
-            "reverse, ad_trait, echidna",
-            "not built: `--features rivals`",
-        );
-    }
-    rows
+fn subjects(lattice: &SpringLattice) -> [TimedTape; 4] {
+    [
+        ("primal, scalar f64", 1, plain()),
+        ("`Tape`", 1, on_tape()),
+        (
+            "primal, kernels in lanes",
+            STEPS,
+            kernels::value(lattice, STEPS),
+        ),
+        ("kernels", STEPS, kernels::gradient(lattice, STEPS)),
+    ]
+    .map(|(name, steps, run)| TimedTape { name, steps, run })
 }
 
-fn subjects(lattice: &SpringLattice) -> Vec<TimedTape> {
-    let (value, gradient) = (
-        kernels::value(lattice, STEPS),
-        kernels::gradient(lattice, STEPS),
-    );
-    let subject = |(name, steps, run)| TimedTape { name, steps, run };
-    let tapes = tapes().into_iter().map(|(name, tape)| (name, 1, tape()));
-    [("primal, scalar f64", 1, rivals::plain())]
-        .into_iter()
-        .chain(tapes)
-        .chain([
-            ("primal, kernels in lanes", STEPS, value),
-            ("kernels of this crate", STEPS, gradient),
-        ])
-        .map(subject)
-        .collect()
-}
-
-/// Every tape must agree with ours, and ours with the kernels' adjoints.
+/// The tape must agree with the adjoints of the kernels.
 fn compare(lattice: &SpringLattice, inputs: &[f64]) {
-    let (value, gradient) = rivals::ours()(lattice, inputs);
-    let kernels = ("kernels", kernels::gradient(lattice, 1));
-    let tapes = tapes().into_iter().map(|(name, tape)| (name, tape()));
-    for (name, mut other) in tapes.chain([kernels]) {
-        let (its_value, its_gradient) = other(lattice, inputs);
-        assert_eq!(gradient.len(), its_gradient.len(), "{name}");
-        // Sums of about 100 terms in another order: 100 roundings of the largest, at most.
-        let scale = gradient.iter().fold(1.0, |most: f64, g| most.max(g.abs()));
-        let differ = |a: f64, b: f64| (a - b).abs() > 1e-13 * scale.max(a.abs());
-        assert!(
-            !differ(value, its_value),
-            "{name}: {its_value}, not {value}"
-        );
-        for (k, (&ours, &its)) in gradient.iter().zip(&its_gradient).enumerate() {
-            assert!(
-                !differ(ours, its),
-                "{name}: component {k} is {its}, not {ours}"
-            );
-        }
+    let (value, gradient) = on_tape()(lattice, inputs);
+    let (other_value, other) = kernels::gradient(lattice, 1)(lattice, inputs);
+    assert_eq!(gradient.len(), other.len());
+    // Sums of about 100 terms in another order: 100 roundings of the largest, at most.
+    let scale = gradient.iter().fold(1.0, |most: f64, g| most.max(g.abs()));
+    let differ = |a: f64, b: f64| (a - b).abs() > 1e-13 * scale.max(a.abs());
+    assert!(!differ(value, other_value), "{other_value}, not {value}");
+    for (k, (&a, &b)) in gradient.iter().zip(&other).enumerate() {
+        assert!(!differ(a, b), "component {k} is {b}, not {a}");
     }
 }
 
-/// Microseconds a step, the least of many rounds.
-fn time(subjects: &mut [TimedTape], lattice: &SpringLattice, inputs: &[f64]) -> Vec<TapeRow> {
+/// Microseconds a step; the first row is the primal that ratios are taken to.
+fn table(subjects: &mut [TimedTape], lattice: &SpringLattice, inputs: &[f64]) -> String {
     let works = subjects.iter_mut();
     let works = works.map(|subject| || (subject.run)(lattice, black_box(inputs)));
-    let least = in_turns(&mut works.collect::<Vec<_>>(), ROUNDS);
-    let rows = subjects.iter().zip(least);
-    rows.map(|(subject, seconds)| TapeRow {
-        name: subject.name,
-        time: Ok(seconds * 1e6 / subject.steps as f64),
-    })
-    .collect()
+    let least = in_turns(&mut works.collect::<Vec<_>>(), SPAN, ROUNDS);
+    let mut table = String::from("| one step | us | times the primal |\n| --- | --- | --- |\n");
+    for (TimedTape { name, steps, .. }, seconds) in subjects.iter().zip(&least) {
+        let time = seconds * 1e6 / *steps as f64;
+        let times = time / (least[0] * 1e6);
+        table += &format!("| {name} | {time:.3} | {times:.1} |\n");
+    }
+    table
 }

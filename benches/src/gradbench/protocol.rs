@@ -5,53 +5,38 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use serde_json::value::RawValue;
 
-use super::{Refusal, Work, evaluation};
+use crate::objectives::{Error, Work, evaluation};
 
 /// The name that the tool gives itself.
 pub const TOOL: &str = "cosmic-autodiff";
 
-/// A line of the evaluation's.
-#[derive(Deserialize)]
+/// A line of the evaluation.
+#[derive(Default, Deserialize)]
+#[serde(default)]
 struct Message<'a> {
-    #[serde(borrow)]
-    id: &'a RawValue,
-    kind: String,
-    module: Option<String>,
-    function: Option<String>,
+    id: Value,
+    kind: Value,
+    module: Value,
+    function: Value,
     #[serde(borrow)]
     input: Option<&'a RawValue>,
 }
 
-/// All that is read of a line which is no message.
-#[derive(Deserialize)]
-struct Identified<'a> {
-    #[serde(borrow)]
-    id: &'a RawValue,
-}
-
 /// How often a function is run.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(default)]
 struct Effort {
     min_runs: u64,
     min_seconds: f64,
 }
 
-impl Default for Effort {
-    fn default() -> Self {
-        Self {
-            min_runs: 1,
-            min_seconds: 0.0,
-        }
-    }
-}
-
 /// The answer to a line.
 #[derive(Default, Serialize)]
-struct Reply<'a> {
-    id: Option<&'a RawValue>,
+struct Reply {
+    id: Value,
     #[serde(skip_serializing_if = "Option::is_none")]
     tool: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,7 +44,7 @@ struct Reply<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    output: Option<Box<RawValue>>,
+    output: Option<Value>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     timings: Vec<Timing>,
 }
@@ -78,6 +63,23 @@ impl Timing {
     }
 }
 
+impl Reply {
+    fn success() -> Self {
+        Self {
+            success: Some(true),
+            ..Self::default()
+        }
+    }
+
+    fn refusal(error: impl ToString) -> Self {
+        Self {
+            success: Some(false),
+            error: Some(error.to_string()),
+            ..Self::default()
+        }
+    }
+}
+
 /// Answers every line until there are no more.
 ///
 /// # Errors
@@ -93,97 +95,79 @@ pub fn serve(mut lines: impl BufRead, mut replies: impl Write) -> io::Result<()>
     Ok(())
 }
 
-fn answer(line: &[u8]) -> Reply<'_> {
+fn answer(line: &[u8]) -> Reply {
     let message: Message = match serde_json::from_slice(line) {
         Ok(message) => message,
-        Err(error) => {
-            let identified = serde_json::from_slice(line).ok();
-            let id = identified.map(|Identified { id }| id);
-            return Reply {
-                id,
-                ..refused(format!("the line is no message: {error}"))
-            };
-        }
+        Err(error) => return Reply::refusal(format!("malformed line: {error}")),
     };
     let reply = match message.kind.as_str() {
-        "start" => Reply {
+        Some("start") => Reply {
             tool: Some(TOOL),
             ..Reply::default()
         },
-        "define" => define(&message),
-        "evaluate" => evaluate(&message),
-        _ => Reply::default(),
+        Some("define") => match evaluation(text(&message.module)) {
+            Ok(_) => Reply::success(),
+            Err(error) => Reply::refusal(error),
+        },
+        Some("evaluate") => evaluate(&message),
+        Some(_) => Reply::default(),
+        None => Reply::refusal("malformed line: `kind` must be a string"),
     };
     Reply {
-        id: Some(message.id),
+        id: message.id,
         ..reply
     }
 }
 
-fn refused<'a>(error: String) -> Reply<'a> {
-    Reply {
-        success: Some(false),
-        error: Some(error),
-        ..Reply::default()
-    }
-}
-
-fn define<'a>(message: &Message<'_>) -> Reply<'a> {
-    let module = message.module.as_deref().unwrap_or_default();
-    if evaluation(module).is_none() {
-        return refused(format!("there is no module '{module}'"));
-    }
-    Reply {
-        success: Some(true),
-        ..Reply::default()
-    }
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
 }
 
 /// Runs a function. That a panic does not end the session is a safeguard: inputs are checked when
 /// they are read.
-fn evaluate<'a>(message: &Message<'_>) -> Reply<'a> {
-    let timed = catch_unwind(AssertUnwindSafe(|| timed(message)));
-    match timed {
+fn evaluate(message: &Message) -> Reply {
+    match catch_unwind(AssertUnwindSafe(|| timed(message))) {
         Ok(Ok((output, timings))) => Reply {
-            success: Some(true),
             output: Some(output),
             timings,
-            ..Reply::default()
+            ..Reply::success()
         },
-        Ok(Err(refusal)) => refused(refusal.to_string()),
-        Err(_) => refused("the function panicked".into()),
+        Ok(Err(error)) => Reply::refusal(error),
+        Err(_) => Reply::refusal("the function panicked"),
     }
 }
 
-fn timed(message: &Message<'_>) -> Result<(Box<RawValue>, Vec<Timing>), Refusal> {
-    let module = message.module.as_deref().unwrap_or_default();
-    let function = message.function.as_deref().unwrap_or_default();
-    let missing = |what: &str| Refusal::Shape(what.to_owned());
-    let prepare = evaluation(module).ok_or_else(|| missing("there is no such module"))?;
-    let input = message.input.ok_or_else(|| missing("it is missing"))?;
-    let effort = effort(input)?;
+fn timed(message: &Message) -> Result<(Value, Vec<Timing>), Error> {
+    let prepare = evaluation(text(&message.module))?;
+    let input = message.input.ok_or(Error::Shape("it is missing".into()))?;
+    // The input of `hello` is a number, which has no room for an effort.
+    let effort = match input.get().starts_with('{') {
+        true => serde_json::from_str(input.get())?,
+        false => Effort::default(),
+    };
     let start = Instant::now();
-    let mut work = prepare(function, input)?;
+    let mut work = prepare(text(&message.function), input)?;
     let mut timings = vec![Timing::new("prepare", start.elapsed())];
     run(&mut *work, &effort, &mut timings);
-    let output = work.answer()?;
-    // What is not finite is written so; no answer has it otherwise.
-    if output.contains("null") {
-        return Err(Refusal::NotFinite);
-    }
-    Ok((RawValue::from_string(output)?, timings))
-}
-
-/// The effort that an input asks for. The numbers of `hello` ask for none.
-fn effort(input: &RawValue) -> Result<Effort, Refusal> {
-    if input.get().starts_with('{') {
-        Ok(serde_json::from_str(input.get())?)
+    let output = work.answer();
+    if is_finite(&output) {
+        Ok((output, timings))
     } else {
-        Ok(Effort::default())
+        Err(Error::NotFinite)
     }
 }
 
-/// Runs until there are runs enough, and together they have taken long enough.
+/// Numbers that are not finite are null.
+fn is_finite(output: &Value) -> bool {
+    match output {
+        Value::Null => false,
+        Value::Array(list) => list.iter().all(is_finite),
+        Value::Object(fields) => fields.values().all(is_finite),
+        _ => true,
+    }
+}
+
+/// Runs until there are enough runs that together have taken long enough.
 fn run(work: &mut dyn Work, effort: &Effort, timings: &mut Vec<Timing>) {
     let (mut runs, mut seconds) = (0, 0.0);
     while runs < effort.min_runs.max(1) || seconds < effort.min_seconds {

@@ -2,7 +2,7 @@
 
 use autodiff::{Graph, Kernel, Model, Program, Pullback, Real, Rollout, Tape, Var};
 
-use super::rivals::Gradient;
+use super::Gradient;
 use super::step::{DECAY, DT, EDGES, GRAVITY, NODES, SOFTENING, SpringLattice};
 
 /// The impulse of an edge on its tail, from `[dx, dy, stiffness, rest length]`.

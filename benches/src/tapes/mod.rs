@@ -1,15 +1,31 @@
-//! The gradient of one step of springs, on our tape, on those of other crates and through our
-//! kernels: what `--bench tapes` times.
+//! The gradient of one step of springs, on the tape and through kernels: what `--bench tapes` times.
 
 #[rustfmt::skip]
 mod adjoints;
 #[cfg(test)]
 mod emission;
 pub mod kernels;
-pub mod rivals;
 pub mod step;
 
-use step::{EDGES, NODES};
+use autodiff::Tape;
+use step::{EDGES, NODES, SpringLattice};
+
+/// Differentiates the step: its value and gradient. Keeps its memory.
+pub type Gradient = Box<dyn FnMut(&SpringLattice, &[f64]) -> (f64, Vec<f64>)>;
+
+/// The step alone, as plain numbers.
+pub fn plain() -> Gradient {
+    Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()))
+}
+
+/// The step on the tape.
+pub fn on_tape() -> Gradient {
+    let mut tape = Tape::new();
+    Box::new(move |lattice, inputs| {
+        let sum = tape.record(inputs, |inputs| lattice.step(inputs));
+        (sum.value(), tape.pullback(&[sum], &[1.0]).to_vec())
+    })
+}
 
 /// Positions, velocities (a few of them into the ground) and stiffness, as for
 /// [`SpringLattice::step`](step::SpringLattice::step).

@@ -1,8 +1,11 @@
-//! The work that all tapes are given: one step of a 6x6 lattice of springs, in scalar code.
+//! One step of a 6x6 lattice of springs, in scalar code.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The operations that the step needs: the common ground of the tapes compared.
+use autodiff::{Real, Var};
+
+/// The operations that the step needs; plain numbers multiply and add in two operations, for without FMA one
+/// would be a call.
 pub trait Number:
     Copy
     + Add<Output = Self>
@@ -11,26 +14,51 @@ pub trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A constant. Some tapes cannot make one without a variable to take the tape from.
-    fn like(self, value: f64) -> Self;
+    /// A constant.
+    fn lit(value: f64) -> Self;
     /// The plain number, for comparisons.
     fn primal(self) -> f64;
     /// The square root.
     fn sqrt(self) -> Self;
-    /// `self * factor`.
-    #[inline(always)]
-    fn scale(self, factor: f64) -> Self {
-        self * self.like(factor)
-    }
-    /// `self + term`.
-    #[inline(always)]
-    fn shift(self, term: f64) -> Self {
-        self + self.like(term)
-    }
     /// `self * factor + term`.
+    fn fma(self, factor: Self, term: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn primal(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
     #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
+    }
+}
+
+impl Number for Var<f64> {
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Real::lit(value)
+    }
+    #[inline(always)]
+    fn primal(self) -> f64 {
+        self.value()
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Real::sqrt(self)
+    }
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        Real::fma(self, factor, term)
     }
 }
 
@@ -90,14 +118,14 @@ impl SpringLattice {
     pub fn step<T: Number>(&self, inputs: &[T]) -> T {
         let (state, stiffness) = inputs.split_at(4 * NODES);
         let (state, _) = state.as_chunks::<4>();
-        let zero = inputs[0].like(0.0);
+        let zero = T::lit(0.0);
         let mut impulse = [[zero; 2]; NODES];
         for (e, &[i, j]) in self.edges.iter().enumerate() {
             let ([xi, yi, ..], [xj, yj, ..]) = (state[i], state[j]);
             let (dx, dy) = (xj - xi, yj - yi);
-            let length = dx.fma(dx, dy.fma(dy, dx.like(SOFTENING))).sqrt();
-            let stretch = length.shift(-self.rest_length[e]);
-            let per_length = (stiffness[e] * stretch).scale(DT) / length;
+            let length = dx.fma(dx, dy.fma(dy, T::lit(SOFTENING))).sqrt();
+            let stretch = length + T::lit(-self.rest_length[e]);
+            let per_length = stiffness[e] * stretch * T::lit(DT) / length;
             let [jx, jy] = [per_length * dx, per_length * dy];
             impulse[i] = [impulse[i][0] + jx, impulse[i][1] + jy];
             impulse[j] = [impulse[j][0] - jx, impulse[j][1] - jy];
@@ -115,13 +143,17 @@ impl SpringLattice {
 
 /// A node moves until it meets the ground, and stops there.
 fn fly<T: Number>([x, y, vx, vy]: [T; 4], [jx, jy]: [T; 2], inverse_mass: f64) -> [T; 4] {
-    let decayed = [vx.scale(DECAY), vy.scale(DECAY).shift(GRAVITY)];
-    let mass = |j: T| j.like(inverse_mass);
-    let [vx, vy] = [jx.fma(mass(jx), decayed[0]), jy.fma(mass(jy), decayed[1])];
+    let decay = T::lit(DECAY);
+    let decayed = [vx * decay, vy * decay + T::lit(GRAVITY)];
+    let inverse_mass = T::lit(inverse_mass);
+    let [vx, vy] = [
+        jx.fma(inverse_mass, decayed[0]),
+        jy.fma(inverse_mass, decayed[1]),
+    ];
     let (height, falling) = (y.primal(), vy.primal());
     let touches = DT * falling + height < 0.0 && falling < 0.0;
-    let (zero, dt) = (vy.like(0.0), vy.like(DT));
-    let time = -y / select(touches, vy, vy.like(-1.0));
+    let (zero, dt) = (T::lit(0.0), T::lit(DT));
+    let time = -y / select(touches, vy, T::lit(-1.0));
     let time = select(time.primal() <= 0.0, zero, time);
     let time = select(time.primal() >= DT, dt, time);
     let moving = select(touches, time, dt);

@@ -1,0 +1,76 @@
+//! The cases of a folder: data files with reference answers.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::files::input;
+use crate::objectives::{Error, Problem, problem};
+
+/// A data file with its reference answer.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The name of its files.
+    pub name: String,
+    /// GradBench's module of the problem: `gmm`, `ba`, `lstm` or `ht`.
+    pub module: String,
+    /// The data.
+    pub file: PathBuf,
+    /// The reference answer.
+    pub reference: Value,
+}
+
+impl Case {
+    /// Reads the instance.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is not in its format.
+    pub fn open(&self) -> Result<Box<dyn Problem>, Error> {
+        let model = self.file.with_file_name("model");
+        problem(&self.module, input(&self.module, &self.file, &model)?)
+    }
+}
+
+/// All cases of a folder, by name: every `reference/CASE.json`, with its `data/KIND/CASE.txt`.
+///
+/// # Errors
+/// If there are none, or one cannot be read.
+pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
+    let references = folder.join("reference");
+    let wrong = |what: String| Error::File {
+        path: references.clone(),
+        what,
+    };
+    let files = std::fs::read_dir(&references).map_err(|error| wrong(error.to_string()))?;
+    let paths = files.flatten().map(|file| file.path());
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "json"));
+    let mut cases: Vec<Case> = paths
+        .map(|path| case(folder, &path))
+        .collect::<Result<_, _>>()?;
+    if cases.is_empty() {
+        return Err(wrong("holds no reference answer".into()));
+    }
+    cases.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(cases)
+}
+
+fn case(folder: &Path, path: &Path) -> Result<Case, Error> {
+    let wrong = |what: String| Error::File {
+        path: path.to_owned(),
+        what,
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let reference: Value = serde_json::from_str(&text)?;
+    let field = |key: &str| {
+        let text = reference[key].as_str();
+        text.ok_or_else(|| wrong(format!("has no '{key}'")))
+    };
+    let (name, kind) = (field("case")?.to_owned(), field("kind")?);
+    let kind = kind.trim_end_matches("_complicated");
+    Ok(Case {
+        file: folder.join("data").join(kind).join(format!("{name}.txt")),
+        module: if kind == "hand" { "ht" } else { kind }.to_owned(),
+        name,
+        reference,
+    })
+}

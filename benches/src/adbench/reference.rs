@@ -1,0 +1,201 @@
+//! Comparing answers with the reference answers of ADBench's cases.
+
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+use crate::distance::largest_distance;
+
+/// How far an answer is from its reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// The field that is furthest off, as a JSON pointer.
+    pub field: String,
+    /// Its `max |a - b| / max |b|`; infinite where lengths or integers differ.
+    pub error: f64,
+    /// The error that the reference allows.
+    pub tolerance: f64,
+}
+
+impl Gap {
+    /// True if all fields are close enough.
+    pub fn is_close(&self) -> bool {
+        self.error <= self.tolerance
+    }
+}
+
+/// Fields of a reference that are not part of the answer.
+const DESCRIPTION: [&str; 3] = ["/case", "/kind", "/tolerance"];
+
+/// Compares every field of a reference. A reference may have a `digest` in place of long lists.
+pub fn gap(answer: &Value, reference: &Value) -> Gap {
+    let expected = reference.get("digest");
+    let digest = expected.map(|expected| json!({ "digest": digest(answer, expected) }));
+    let answer = digest.as_ref().unwrap_or(answer);
+    let mut leaves = Vec::new();
+    collect(String::new(), reference, &mut leaves);
+    leaves.retain(|(field, _)| !DESCRIPTION.contains(&field.as_str()));
+    let errors = leaves.into_iter().map(|(field, expected)| {
+        let error = answer
+            .pointer(&field)
+            .map_or(f64::INFINITY, |got| error(got, expected));
+        (field, error)
+    });
+    let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1));
+    let (field, error) = worst.unwrap_or((String::new(), f64::INFINITY));
+    Gap {
+        field,
+        error,
+        tolerance: reference["tolerance"].as_f64().unwrap_or(0.0),
+    }
+}
+
+/// All values below objects, with their pointers.
+fn collect<'a>(pointer: String, value: &'a Value, leaves: &mut Vec<(String, &'a Value)>) {
+    match value {
+        Value::Object(fields) => {
+            for (name, value) in fields {
+                collect(format!("{pointer}/{name}"), value, leaves);
+            }
+        }
+        _ => leaves.push((pointer, value)),
+    }
+}
+
+fn error(got: &Value, expected: &Value) -> f64 {
+    let integers = match expected {
+        Value::Array(list) => list.iter().all(Value::is_u64),
+        value => value.is_u64(),
+    };
+    if got == expected {
+        0.0
+    } else if integers {
+        f64::INFINITY
+    } else {
+        largest_distance(got, expected)
+    }
+}
+
+/// The answer of a bundle adjustment.
+#[derive(Deserialize)]
+struct Residuals {
+    reproj_err: Vec<f64>,
+    w_err: Vec<f64>,
+    jacobian: Jacobian,
+}
+
+/// Sparse, row after row.
+#[derive(Deserialize)]
+struct Jacobian {
+    ncols: usize,
+    rows: Vec<usize>,
+    cols: Vec<usize>,
+    vals: Vec<f64>,
+}
+
+/// The reductions of a bundle adjustment's answer that stand in for its long lists; `None` if it is
+/// not such an answer.
+fn digest(answer: &Value, expected: &Value) -> Option<Value> {
+    let Residuals {
+        reproj_err,
+        w_err,
+        jacobian,
+    } = Residuals::deserialize(answer).ok()?;
+    let residuals = [&reproj_err[..], &w_err].concat();
+    let Jacobian {
+        ncols,
+        rows,
+        cols,
+        vals,
+    } = &jacobian;
+    let mut gradient = vec![0.0; *ncols];
+    let mut products = vec![0.0; residuals.len()];
+    for (row, residual) in residuals.iter().enumerate() {
+        for entry in *rows.get(row)?..*rows.get(row + 1)? {
+            let (column, value) = (*cols.get(entry)?, *vals.get(entry)?);
+            *gradient.get_mut(column)? += value * residual;
+            products[row] += value * weight(column);
+        }
+    }
+    let absolute = |numbers: &[f64]| numbers.iter().map(|x| x.abs()).sum::<f64>();
+    let square = |numbers: &[f64]| numbers.iter().map(|x| x * x).sum::<f64>();
+    let complete = |row: &String| {
+        let row: usize = row.parse().ok()?;
+        let entries = *rows.get(row)?..*rows.get(row + 1)?;
+        let (cols, vals) = (cols.get(entries.clone())?, vals.get(entries)?);
+        Some(json!({ "cols": cols, "vals": vals }))
+    };
+    let names = expected["rows_of_jacobian"].as_object()?.keys();
+    let complete: Map<String, Value> = names
+        .map(|row| (row.clone(), json!(complete(row))))
+        .collect();
+    Some(json!({
+        "half_square": 0.5 * square(&residuals),
+        "reproj_weighted": weighted(&reproj_err),
+        "reproj_first": reproj_err.get(..4),
+        "reproj_last": reproj_err.last_chunk::<2>(),
+        "w_first": w_err.first(),
+        "w_last": w_err.last(),
+        "vals_abs": absolute(vals),
+        "vals_square": square(vals),
+        "jv_weighted": weighted(&products),
+        "jtf_abs": absolute(&gradient),
+        "jtf_weighted": weighted(&gradient),
+        "jtf_first_camera": gradient.get(..11),
+        "rows_of_jacobian": complete,
+        "pattern": {
+            "nrows": residuals.len(),
+            "ncols": ncols,
+            "nnz": vals.len(),
+            "cols_hash": hash(cols),
+            "rows_hash": hash(rows),
+        },
+    }))
+}
+
+/// The fixed pattern of weights that the reductions use.
+fn weight(i: usize) -> f64 {
+    ((7919 * i + 13) % 10007) as f64 / 5003.5 - 1.0
+}
+
+fn weighted(numbers: &[f64]) -> f64 {
+    let numbers = numbers.iter().enumerate();
+    numbers.map(|(i, x)| weight(i) * x).sum()
+}
+
+/// `sum_k (n[k] + 1)((k mod 1009) + 1) mod 2^61`.
+fn hash(numbers: &[usize]) -> u64 {
+    let numbers = numbers.iter().enumerate();
+    let terms = numbers.map(|(k, &n)| (n as u64 + 1) * ((k % 1009) as u64 + 1));
+    terms.fold(0, |sum, term| (sum + term) % (1 << 61))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gap;
+    use serde_json::json;
+
+    #[test]
+    fn the_worst_field_is_found() {
+        let reference = json!({"case": "x", "tolerance": 1e-3, "a": [1.0, -4.0], "b": {"c": 2.0}});
+        let close = gap(&json!({"a": [1.0, -4.001], "b": {"c": 2.0}}), &reference);
+        assert!(close.is_close() && close.field == "/a", "{close:?}");
+        // 0.001 of 4.
+        assert!((close.error - 2.5e-4).abs() < 1e-12, "{close:?}");
+        for answer in [
+            json!({"a": [1.0, -4.1], "b": {"c": 2.0}}),
+            json!({"a": [1.0], "b": {"c": 2.0}}),
+            json!({"a": [1.0, -4.0]}),
+            json!({"a": [1.0, null], "b": {"c": 2.0}}),
+        ] {
+            assert!(!gap(&answer, &reference).is_close(), "{answer}");
+        }
+        assert!(!gap(&json!({}), &json!({"tolerance": 1.0})).is_close());
+    }
+
+    #[test]
+    fn integers_must_agree_exactly() {
+        let reference = json!({"tolerance": 1.0, "cols": [0, 1, 2]});
+        assert!(gap(&json!({"cols": [0, 1, 2]}), &reference).is_close());
+        assert!(!gap(&json!({"cols": [0, 1, 3]}), &reference).is_close());
+    }
+}

@@ -1,0 +1,101 @@
+//! How far two answers are apart.
+
+use serde_json::Value;
+
+/// The distance of an answer from the right one in the 2-norm, by the norm of the right one; infinite
+/// where the shapes differ or a number is not finite. Distances of 1e-300 and less are zero.
+pub fn distance(answer: &Value, right: &Value) -> f64 {
+    relative(answer, right, |numbers| {
+        let largest = largest(numbers);
+        // The square of a small or large number may be zero or infinite.
+        let squares = numbers.iter().map(|number| (number / largest).powi(2));
+        if largest == 0.0 {
+            0.0
+        } else {
+            largest * squares.sum::<f64>().sqrt()
+        }
+    })
+}
+
+/// The same in the maximum norm.
+pub fn largest_distance(answer: &Value, right: &Value) -> f64 {
+    relative(answer, right, largest)
+}
+
+fn relative(answer: &Value, right: &Value, norm: impl Fn(&[f64]) -> f64) -> f64 {
+    let (mut gaps, mut numbers) = (Vec::new(), Vec::new());
+    if !pair(answer, right, &mut |a, b| {
+        gaps.push(a - b);
+        numbers.push(b);
+    }) {
+        return f64::INFINITY;
+    }
+    let gap = norm(&gaps);
+    if gap <= 1e-300 {
+        return 0.0;
+    }
+    let distance = gap / norm(&numbers);
+    if distance.is_nan() {
+        f64::INFINITY
+    } else {
+        distance
+    }
+}
+
+/// Passes on the numbers of two answers side by side; false where the shapes differ.
+fn pair(answer: &Value, right: &Value, pass: &mut impl FnMut(f64, f64)) -> bool {
+    match (answer, right) {
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| pair(a, b, pass))
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let mut known = a.iter();
+            let same = |(name, a): (&String, &Value)| b.get(name).is_some_and(|b| pair(a, b, pass));
+            a.len() == b.len() && known.all(same)
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let float = |number: &serde_json::Number| number.as_f64().unwrap_or(f64::NAN);
+            pass(float(a), float(b));
+            true
+        }
+        _ => false,
+    }
+}
+
+/// The largest magnitude; NaN if one of the numbers is.
+fn largest(numbers: &[f64]) -> f64 {
+    let larger = |most: f64, number: &f64| {
+        let larger = number.abs() > most || number.is_nan();
+        if larger { number.abs() } else { most }
+    };
+    numbers.iter().fold(0.0, larger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{distance, largest_distance};
+    use serde_json::json;
+
+    #[test]
+    fn distances_are_relative_down_to_the_smallest_numbers() {
+        assert_eq!(distance(&json!([3.0, 4.5]), &json!([3, 4])), 0.1);
+        assert_eq!(distance(&json!([2e-200]), &json!([1e-200])), 1.0);
+        assert_eq!(distance(&json!([2e-310]), &json!([1e-310])), 0.0);
+        assert_eq!(distance(&json!({"a": [0.0]}), &json!({"a": [1e-9]})), 1.0);
+        assert_eq!(distance(&json!({"a": 1.0}), &json!({"a": 1.0})), 0.0);
+        assert_eq!(largest_distance(&json!([3.0, 4.5]), &json!([3, 4])), 0.125);
+    }
+
+    #[test]
+    fn other_shapes_and_null_are_infinitely_far() {
+        for (answer, right) in [
+            (json!([1.0]), json!([1.0, 2.0])),
+            (json!({"a": 1.0}), json!({"b": 1.0})),
+            (json!([null]), json!([1.0])),
+            (json!(1.0), json!([1.0])),
+            (json!([1.0]), json!([0.0])),
+        ] {
+            assert_eq!(distance(&answer, &right), f64::INFINITY, "{answer}");
+        }
+    }
+}

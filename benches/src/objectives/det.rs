@@ -1,0 +1,175 @@
+//! The determinant by expansion along the first row, recursively.
+//!
+//! The expansion along the upper rows is a sum over the ways to choose a column in each. Its terms are
+//! alike, so lanes work on them: a way is a datum, which picks columns by products with ones and
+//! zeros. Of a large matrix the first rows are expanded by nested calls, to stay within memory.
+
+use autodiff::batch::{Sum, Summand};
+use autodiff::{Function, Real, gradient};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::work::{Error, Prepared, read, require, work};
+
+#[derive(Deserialize)]
+struct Input {
+    #[serde(rename = "A")]
+    matrix: Vec<f64>,
+    ell: usize,
+}
+
+/// The order of the minors that are part of a term.
+const LEAF: usize = 6;
+/// The largest order that is one sum over data.
+const LARGEST: usize = 9;
+
+/// A term of the expansion along all rows but the last few: one entry of each upper row, times the
+/// minor of what is left. The datum holds a sign and, for each row and then for each column left, ones
+/// and zeros that pick a column.
+#[derive(Clone)]
+struct Term {
+    order: usize,
+}
+
+impl Summand for Term {
+    fn scratch(&self) -> usize {
+        LEAF * LEAF
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, matrix: &[R], datum: &[R], minor: &mut [R]) -> R {
+        let (order, upper) = (self.order, self.order - LEAF);
+        let mut product = datum[0];
+        for row in 0..upper {
+            let pick = &datum[1 + row * order..][..order];
+            product *= R::dot(&matrix[row * order..][..order], pick);
+        }
+        for column in 0..LEAF {
+            let pick = &datum[1 + (upper + column) * order..][..order];
+            for row in 0..LEAF {
+                let entries = &matrix[(upper + row) * order..][..order];
+                minor[row * LEAF + column] = R::dot(entries, pick);
+            }
+        }
+        product * of_six(minor, [0, 1, 2, 3, 4, 5])
+    }
+}
+
+/// The minor of the last rows of a small matrix and as many columns, by those of one row less.
+macro_rules! expansion {
+    ($name:ident, $order:literal, $smaller:ident) => {
+        #[inline(always)]
+        fn $name<R: Real>(matrix: &[R], columns: [usize; $order]) -> R {
+            let row = &matrix[(LEAF - $order) * LEAF..][..LEAF];
+            let mut sum = R::zero();
+            for j in 0..$order {
+                let mut others = [0; $order - 1];
+                for k in 0..$order - 1 {
+                    others[k] = columns[if k < j { k } else { k + 1 }];
+                }
+                let term = row[columns[j]] * $smaller(matrix, others);
+                if j % 2 == 0 {
+                    sum += term;
+                } else {
+                    sum -= term;
+                }
+            }
+            sum
+        }
+    };
+}
+
+expansion! { of_six, 6, of_five }
+expansion! { of_five, 5, of_four }
+expansion! { of_four, 4, of_three }
+expansion! { of_three, 3, of_two }
+
+/// The minor of the last two rows.
+#[inline(always)]
+fn of_two<R: Real>(matrix: &[R], [a, b]: [usize; 2]) -> R {
+    let (upper, last) = matrix[(LEAF - 2) * LEAF..].split_at(LEAF);
+    upper[a] * last[b] - upper[b] * last[a]
+}
+
+/// The determinant of matrices of an order.
+struct Determinant {
+    order: usize,
+}
+
+impl Function for Determinant {
+    fn eval<R: Real>(&self, matrix: &[R]) -> R {
+        let order = self.order.min(LARGEST);
+        let expansion = (order >= LEAF).then(|| Sum::new(Term { order }, &ways(order)));
+        determinant(matrix, self.order, expansion.as_ref())
+    }
+}
+
+/// The determinant of a matrix; `expansion` is for the order that it has.
+fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
+    if order == 1 {
+        return matrix[0];
+    }
+    if (LEAF..=LARGEST).contains(&order)
+        && let Some(expansion) = expansion
+    {
+        return expansion.run(matrix);
+    }
+    let (first, below) = matrix.split_at(order);
+    let mut sum = R::zero();
+    for (j, &entry) in first.iter().enumerate() {
+        let others = below
+            .chunks(order)
+            .flat_map(|row| [&row[..j], &row[j + 1..]]);
+        let others: Vec<R> = others.flatten().copied().collect();
+        let entry = if j % 2 == 0 { entry } else { -entry };
+        sum = entry.fma(determinant(&others, order - 1, expansion), sum);
+    }
+    sum
+}
+
+/// The ways to choose a column in each upper row, as the data of [`Term`].
+fn ways(order: usize) -> Vec<Vec<f64>> {
+    let mut ways = Vec::new();
+    let mut columns: Vec<usize> = (0..order).collect();
+    choose(&mut columns, 0, 1.0, &mut ways);
+    ways
+}
+
+/// Adds all ways that begin with the first `chosen` of the columns; the others ascend.
+fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f64>>) {
+    let order = columns.len();
+    if chosen + LEAF == order {
+        let mut way = vec![0.0; 1 + order * order];
+        way[0] = sign;
+        for (row, &column) in columns.iter().enumerate() {
+            way[1 + row * order + column] = 1.0;
+        }
+        ways.push(way);
+        return;
+    }
+    for j in chosen..order {
+        columns[chosen..=j].rotate_right(1);
+        let sign = if (j - chosen).is_multiple_of(2) {
+            sign
+        } else {
+            -sign
+        };
+        choose(columns, chosen + 1, sign, ways);
+        columns[chosen..=j].rotate_left(1);
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let Input { matrix, ell } = read(input)?;
+    let entries = ell.checked_mul(ell);
+    require(
+        ell > 0 && entries == Some(matrix.len()),
+        "the matrix is not square",
+    )?;
+    let determinant = Determinant { order: ell };
+    match function {
+        "primal" => work(move || determinant.eval(&matrix)),
+        "gradient" => work(move || gradient(&determinant, &matrix)),
+        _ => Error::function(function),
+    }
+}

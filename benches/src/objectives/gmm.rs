@@ -1,0 +1,270 @@
+//! The log-likelihood of a Gaussian mixture, with a Wishart prior.
+
+use std::f64::consts::PI;
+
+use autodiff::batch::{Sum, Summand};
+use autodiff::{Function, Real, value_and_gradient};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+use serde_json::{Value, json};
+
+use super::work::{Error, Prepared, Problem, flat, functions, read, require};
+
+/// The input, as GradBench sends it. A factor is a lower triangle: the logarithms `q` of its diagonal, and
+/// the part `l` below, column by column.
+#[derive(Deserialize)]
+pub(super) struct Input {
+    d: usize,
+    k: usize,
+    x: Vec<Vec<f64>>,
+    m: f64,
+    gamma: f64,
+    alpha: Vec<f64>,
+    mu: Vec<Vec<f64>>,
+    q: Vec<Vec<f64>>,
+    l: Vec<Vec<f64>>,
+    /// The prior's sign: -1 in ADBench.
+    #[serde(default = "plus")]
+    sign: f64,
+}
+
+fn plus() -> f64 {
+    1.0
+}
+
+/// An instance, with memory for its results.
+pub(super) struct Gmm {
+    mixture: Mixture,
+    /// Weights, means, then factors: each its `q`, then its `l`.
+    parameters: Vec<f64>,
+    value: f64,
+    gradient: Vec<f64>,
+}
+
+/// The objective as a function of the parameters.
+struct Mixture {
+    shape: Shape,
+    points: usize,
+    m: f64,
+    gamma: f64,
+    sign: f64,
+    likelihood: Sum<Likelihood>,
+}
+
+/// The numbers of dimensions and components.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    d: usize,
+    k: usize,
+}
+
+impl Shape {
+    /// The entries of a factor.
+    #[inline(always)]
+    fn factor(self) -> usize {
+        self.d * (self.d + 1) / 2
+    }
+
+    /// The numbers of a component in the arguments of [`Likelihood`].
+    #[inline(always)]
+    fn packed(self) -> usize {
+        1 + self.d + self.factor()
+    }
+}
+
+/// A point's logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)`. The shared numbers are, per
+/// component, `c`, `mu` and the lower triangle of `Q` row by row.
+#[derive(Clone, Debug)]
+struct Likelihood(Shape);
+
+impl Summand for Likelihood {
+    fn scratch(&self) -> usize {
+        2 * self.0.d + self.0.k
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], x: &[R], scratch: &mut [R]) -> R {
+        let d = self.0.d;
+        let (offset, rest) = scratch.split_at_mut(d);
+        let (y, exponents) = rest.split_at_mut(d);
+        for k in 0..self.0.k {
+            let component = &shared[k * self.0.packed()..][..self.0.packed()];
+            let (mean, factor) = component[1..].split_at(d);
+            for i in 0..d {
+                offset[i] = x[i] - mean[i];
+            }
+            for i in 0..d {
+                y[i] = R::dot(&factor[i * (i + 1) / 2..][..=i], &offset[..=i]);
+            }
+            exponents[k] = R::dot(y, y).fma(R::lit(-0.5), component[0]);
+        }
+        log_sum_exp(exponents)
+    }
+}
+
+/// `ln sum exp(v)`; the largest entry is held constant and taken out first. Destroys `v`.
+#[inline(always)]
+fn log_sum_exp<R: Real>(v: &mut [R]) -> R {
+    let mut largest = v[0];
+    for &entry in &v[1..] {
+        largest = entry.max(largest);
+    }
+    let largest = largest.detach();
+    for entry in &mut *v {
+        *entry -= largest;
+    }
+    for entry in &mut *v {
+        *entry = entry.exp();
+    }
+    R::sum_of(v).ln() + largest
+}
+
+impl Function for Mixture {
+    fn eval<R: Real>(&self, parameters: &[R]) -> R {
+        let Shape { d, k } = self.shape;
+        let (weights, rest) = parameters.split_at(k);
+        let (means, factors) = rest.split_at(k * d);
+        let mut packed = Vec::with_capacity(k * self.shape.packed());
+        let mut prior = R::zero();
+        let half_square = R::lit(0.5 * self.sign * self.gamma * self.gamma);
+        let parts = means.chunks(d).zip(factors.chunks(self.shape.factor()));
+        for (&weight, (mean, factor)) in weights.iter().zip(parts) {
+            let (logarithms, below) = factor.split_at(d);
+            let diagonal: Vec<R> = logarithms.iter().map(|q| q.exp()).collect();
+            let sum = R::sum_of(logarithms);
+            let squares = R::dot(&diagonal, &diagonal) + R::dot(below, below);
+            prior += R::lit(self.sign * self.m) * sum - half_square * squares;
+            packed.push(weight + sum);
+            packed.extend_from_slice(mean);
+            pack_rows(&mut packed, &diagonal, below);
+        }
+        let normaliser = log_sum_exp(&mut weights.to_vec());
+        self.likelihood.run(&packed) - R::lit(self.points as f64) * normaliser
+            + prior
+            + R::lit(self.constant())
+    }
+}
+
+/// Appends the rows of a lower triangle whose part below the diagonal comes column by column.
+fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
+    let d = diagonal.len();
+    for (row, &last) in diagonal.iter().enumerate() {
+        // Column j begins after its j predecessors, of lengths d - 1, d - 2, ...
+        let entry = |j: usize| below[j * (2 * d - j - 1) / 2 + row - j - 1];
+        packed.extend((0..row).map(entry));
+        packed.push(last);
+    }
+}
+
+impl Mixture {
+    /// The terms that depend on no parameter.
+    fn constant(&self) -> f64 {
+        let d = self.shape.d as f64;
+        let freedom = d + self.m + 1.0;
+        let gammas = (0..self.shape.d).map(|j| log_gamma(0.5 * (freedom - j as f64)));
+        let log_gamma = 0.25 * d * (d - 1.0) * PI.ln() + gammas.sum::<f64>();
+        let wishart = freedom * d * (self.gamma.ln() - 0.5 * 2.0_f64.ln()) - log_gamma;
+        self.sign * self.shape.k as f64 * wishart - 0.5 * self.points as f64 * d * (2.0 * PI).ln()
+    }
+}
+
+/// The logarithm of the gamma function for positive arguments: Stirling's series, from an argument
+/// that is large enough for it.
+fn log_gamma(x: f64) -> f64 {
+    const LARGE: f64 = 16.0;
+    /// `B_2k / (2k (2k - 1))`, from the last to the first.
+    const SERIES: [f64; 6] = [
+        -691.0 / 360360.0,
+        1.0 / 1188.0,
+        -1.0 / 1680.0,
+        1.0 / 1260.0,
+        -1.0 / 360.0,
+        1.0 / 12.0,
+    ];
+    let (mut large, mut product) = (x, 1.0);
+    while large < LARGE {
+        product *= large;
+        large += 1.0;
+    }
+    let by_square = |sum: f64, c: &f64| sum / (large * large) + c;
+    let series = SERIES.iter().fold(0.0, by_square) / large;
+    (large - 0.5) * large.ln() - large + 0.5 * (2.0 * PI).ln() + series - product.ln()
+}
+
+impl Gmm {
+    pub(super) fn new(input: Input) -> Result<Self, Error> {
+        let Input { d, k, x, .. } = input;
+        require(
+            d > 0 && k > 0 && !x.is_empty(),
+            "`d`, `k` and `x` must not be empty",
+        )?;
+        let components = [
+            input.alpha.len(),
+            input.mu.len(),
+            input.q.len(),
+            input.l.len(),
+        ];
+        require(
+            components == [k; 4],
+            "`alpha`, `mu`, `q` and `l` must have `k` entries",
+        )?;
+        flat(&x, d, "a point must have `d` numbers")?;
+        let mut parameters = input.alpha;
+        parameters.extend(flat(&input.mu, d, "a mean must have `d` numbers")?);
+        flat(&input.q, d, "a diagonal must have `d` numbers")?;
+        flat(
+            &input.l,
+            d * (d - 1) / 2,
+            "a triangle must have d(d-1)/2 numbers",
+        )?;
+        for (q, l) in input.q.iter().zip(&input.l) {
+            parameters.extend(q);
+            parameters.extend(l);
+        }
+        let shape = Shape { d, k };
+        let mixture = Mixture {
+            shape,
+            points: x.len(),
+            m: input.m,
+            gamma: input.gamma,
+            sign: input.sign,
+            likelihood: Sum::new(Likelihood(shape), &x),
+        };
+        Ok(Self {
+            mixture,
+            parameters,
+            value: 0.0,
+            gradient: Vec::new(),
+        })
+    }
+
+    /// The gradient in the parts of the input.
+    fn parts(&self) -> Value {
+        let Shape { d, k } = self.mixture.shape;
+        let (alpha, rest) = self.gradient.split_at(k);
+        let (mu, factors) = rest.split_at(k * d);
+        let factors = factors.chunks(self.mixture.shape.factor());
+        let (q, l): (Vec<_>, Vec<_>) = factors.map(|factor| factor.split_at(d)).unzip();
+        let mu: Vec<_> = mu.chunks(d).collect();
+        json!({ "alpha": alpha, "mu": mu, "q": q, "l": l })
+    }
+}
+
+impl Problem for Gmm {
+    fn objective(&mut self) {
+        self.value = self.mixture.eval(&self.parameters);
+    }
+
+    fn derivative(&mut self) {
+        (self.value, self.gradient) = value_and_gradient(&self.mixture, &self.parameters);
+    }
+
+    fn answer(&self) -> Value {
+        json!({ "objective": self.value, "gradient": self.gradient })
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let gmm = Gmm::new(read(input)?)?;
+    functions(function, gmm, [|gmm| json!(gmm.value), Gmm::parts])
+}

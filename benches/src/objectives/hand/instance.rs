@@ -1,0 +1,186 @@
+//! The data of an instance: the hand at rest, and the points that its skin is to meet.
+
+use serde::Deserialize;
+
+use super::affine::Affine;
+use crate::objectives::work::{Error, flat, require};
+
+/// A wrist, five fingers of four bones, a forearm.
+pub(super) const BONES: usize = 22;
+pub(super) const FINGERS: usize = 5;
+/// Bones of a finger, and its angles.
+pub(super) const JOINTS: usize = 4;
+/// Global rotation and translation.
+pub(super) const GLOBAL: usize = 6;
+/// Pose parameters: the global ones, then four angles per finger.
+pub(super) const THETA: usize = GLOBAL + JOINTS * FINGERS;
+/// At least as many as any register has lanes.
+const PADDING: usize = 16;
+
+/// The input, as GradBench sends it. Without `us`, correspondences are vertices, otherwise triangles.
+#[derive(Deserialize)]
+pub(in crate::objectives) struct Input {
+    theta: [f64; THETA],
+    data: Data,
+    us: Vec<[f64; 2]>,
+}
+
+#[derive(Deserialize)]
+struct Data {
+    model: Model,
+    correspondences: Vec<usize>,
+    points: Vec<[f64; 3]>,
+}
+
+/// A 4x4 matrix, row by row.
+type Matrix = [[f64; 4]; 4];
+
+/// The hand at rest.
+#[derive(Deserialize)]
+struct Model {
+    parents: Vec<i64>,
+    base_relatives: Vec<Matrix>,
+    inverse_base_absolutes: Vec<Matrix>,
+    base_positions: Vec<[f64; 4]>,
+    weights: Vec<Vec<f64>>,
+    triangles: Vec<[usize; 3]>,
+    is_mirrored: bool,
+}
+
+/// An instance, in the layout that the lanes take.
+pub(super) struct Instance {
+    pub(super) theta: [f64; THETA],
+    pub(super) targets: Vec<Target>,
+    /// Whether derivatives are also by the places on the triangles.
+    pub(super) complicated: bool,
+    pub(super) bones: Vec<Bone>,
+    pub(super) mirrored: bool,
+    /// The number of vertices without padding.
+    pub(super) len: usize,
+    /// By coordinate, padded to whole registers.
+    pub(super) vertices: [Vec<f64>; 3],
+    /// For each bone its weight for every vertex, padded alike.
+    pub(super) weights: Vec<Vec<f64>>,
+}
+
+/// A bone at rest.
+pub(super) struct Bone {
+    pub(super) parent: Option<usize>,
+    /// The pose relative to the parent.
+    pub(super) relative: Affine<f64>,
+    /// The inverse of the absolute pose.
+    pub(super) inverse_rest: Affine<f64>,
+}
+
+/// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
+pub(super) struct Target {
+    pub(super) point: [f64; 3],
+    /// The vertices `a`, `b` and `c`.
+    pub(super) corners: [usize; 3],
+    /// `u1` and `u2`.
+    pub(super) u: [f64; 2],
+}
+
+impl Instance {
+    pub(super) fn new(input: Input) -> Result<Self, Error> {
+        let (targets, complicated) = (input.targets()?, !input.us.is_empty());
+        let Model {
+            base_positions,
+            weights,
+            ..
+        } = &input.data.model;
+        let homogeneous = base_positions.iter().all(|position| position[3] == 1.0);
+        require(homogeneous, "a vertex must be x y z 1")?;
+        require(
+            weights.len() == base_positions.len(),
+            "each vertex must have weights",
+        )?;
+        flat(weights, BONES, "a vertex must have a weight for each bone")?;
+        let column = |i: usize| padded(base_positions.iter().map(|position| position[i]));
+        let weight = |bone: usize| padded(weights.iter().map(|weights| weights[bone]));
+        Ok(Self {
+            theta: input.theta,
+            targets,
+            complicated,
+            bones: input.data.model.bones()?,
+            mirrored: input.data.model.is_mirrored,
+            len: base_positions.len(),
+            vertices: [column(0), column(1), column(2)],
+            weights: (0..BONES).map(weight).collect(),
+        })
+    }
+}
+
+impl Input {
+    fn targets(&self) -> Result<Vec<Target>, Error> {
+        let Data {
+            model,
+            correspondences,
+            points,
+        } = &self.data;
+        let (count, vertices) = (correspondences.len(), model.base_positions.len());
+        require(
+            points.len() == count && count > 0,
+            "each correspondence must have a point",
+        )?;
+        let places = self.us.is_empty() || self.us.len() == count;
+        require(places, "each correspondence must have its `us`")?;
+        let target = |i: usize| {
+            let index = correspondences[i];
+            let triangle = model.triangles.get(index).copied();
+            let corners = if self.us.is_empty() {
+                Some([index; 3])
+            } else {
+                triangle
+            };
+            let corners = corners.filter(|corners| corners.iter().all(|&corner| corner < vertices));
+            Ok(Target {
+                point: points[i],
+                corners: corners
+                    .ok_or_else(|| Error::Shape(format!("unknown vertex or triangle {index}")))?,
+                u: self.us.get(i).copied().unwrap_or([1.0, 0.0]),
+            })
+        };
+        (0..count).map(target).collect()
+    }
+}
+
+impl Model {
+    fn bones(&self) -> Result<Vec<Bone>, Error> {
+        let matrices = [&self.base_relatives, &self.inverse_base_absolutes];
+        let fits = matrices.iter().all(|list| list.len() == BONES) && self.parents.len() == BONES;
+        require(
+            fits,
+            "a hand must have two matrices and a parent for each of 22 bones",
+        )?;
+        let bone = |i: usize| {
+            let parent = usize::try_from(self.parents[i]).ok();
+            require(
+                parent.is_none_or(|parent| parent < i),
+                "a bone must come after its parent",
+            )?;
+            Ok(Bone {
+                parent,
+                relative: affine(&self.base_relatives[i])?,
+                inverse_rest: affine(&self.inverse_base_absolutes[i])?,
+            })
+        };
+        (0..BONES).map(bone).collect()
+    }
+}
+
+/// The upper rows of a matrix.
+fn affine(matrix: &Matrix) -> Result<Affine<f64>, Error> {
+    let [x, y, z, last] = *matrix;
+    require(
+        last == [0.0, 0.0, 0.0, 1.0],
+        "the last row of a transformation must be 0 0 0 1",
+    )?;
+    Ok(Affine([x, y, z]))
+}
+
+fn padded(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut numbers: Vec<f64> = numbers.collect();
+    numbers.resize(numbers.len().next_multiple_of(PADDING), 0.0);
+    numbers
+}

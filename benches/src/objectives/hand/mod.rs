@@ -1,0 +1,86 @@
+//! Hand tracking: how far a posed hand's skin is from measured points.
+//!
+//! A bone moves with the four angles of its own finger alone. So four directions serve all fingers at
+//! once (column compression). Every bone contributes to a vertex: its place is the sum of the parts
+//! of the palm and of five fingers, each part with its own four directions.
+
+mod affine;
+mod instance;
+mod pose;
+mod residuals;
+
+use autodiff::Real;
+use serde_json::value::RawValue;
+use serde_json::{Value, json};
+
+use self::instance::{Input, Instance, THETA};
+use self::pose::Skin;
+use self::residuals::Residuals;
+use super::work::{Error, Prepared, Problem, functions, read};
+
+/// An instance, with memory for its results.
+pub(super) struct Hand {
+    instance: Instance,
+    skin: Skin,
+    residuals: Vec<f64>,
+    /// Row by row.
+    jacobian: Vec<f64>,
+}
+
+impl Hand {
+    pub(super) fn new(input: Input) -> Result<Self, Error> {
+        let instance = Instance::new(input)?;
+        let rows = 3 * instance.targets.len();
+        let columns = if instance.complicated {
+            2 + THETA
+        } else {
+            THETA
+        };
+        Ok(Self {
+            skin: Skin::new(&instance),
+            residuals: vec![0.0; rows],
+            jacobian: vec![0.0; rows * columns],
+            instance,
+        })
+    }
+
+    fn rows(&self) -> Vec<&[f64]> {
+        let columns = self.jacobian.len() / self.residuals.len();
+        self.jacobian.chunks(columns).collect()
+    }
+}
+
+impl Problem for Hand {
+    fn objective(&mut self) {
+        self.skin.pose(&self.instance);
+        f64::vectorize(Residuals {
+            targets: &self.instance.targets,
+            skin: &self.skin,
+            residuals: &mut self.residuals,
+            jacobian: &mut [],
+        });
+    }
+
+    fn derivative(&mut self) {
+        self.skin.pose_with_derivatives(&self.instance);
+        f64::vectorize(Residuals {
+            targets: &self.instance.targets,
+            skin: &self.skin,
+            residuals: &mut self.residuals,
+            jacobian: &mut self.jacobian,
+        });
+    }
+
+    fn answer(&self) -> Value {
+        json!({ "objective": self.residuals, "jacobian": self.rows() })
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let hand = Hand::new(read(input)?)?;
+    functions(
+        function,
+        hand,
+        [|hand| json!(hand.residuals), |hand| json!(hand.rows())],
+    )
+}

@@ -1,0 +1,136 @@
+//! The residuals and their Jacobian, in lanes over correspondences.
+
+use autodiff::simd::{Lane, Vectorized};
+use autodiff::{Dual, Real};
+
+use super::instance::{THETA, Target};
+use super::pose::Skin;
+
+/// At least as many as any register has lanes.
+const WIDEST: usize = 16;
+
+/// How far a point of the skin is from where it was measured, by one coordinate.
+#[inline(always)]
+fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
+    let last = R::one() - u[0] - u[1];
+    point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
+}
+
+/// Writes the residuals of all targets, and the rows of the Jacobian unless it is empty: by `u1 u2`
+/// where rows have room for them, then by `theta`.
+pub(super) struct Residuals<'a> {
+    pub(super) targets: &'a [Target],
+    pub(super) skin: &'a Skin,
+    pub(super) residuals: &'a mut [f64],
+    pub(super) jacobian: &'a mut [f64],
+}
+
+impl Vectorized<f64> for Residuals<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) {
+        let columns = self.jacobian.len() / self.residuals.len();
+        for first in (0..self.targets.len()).step_by(L::N) {
+            let here = Here::new(self.targets, first);
+            let u = here.u();
+            for i in 0..3 {
+                let row = 3 * first + i;
+                let point = here.point(i);
+                let corners = here.corners::<L>(&self.skin.places[i]);
+                let gap = residual(point, u, corners);
+                here.scatter(gap, &mut self.residuals[row..], 3);
+                if columns == 0 {
+                    continue;
+                }
+                let jacobian = &mut self.jacobian[row * columns..];
+                let own = columns - THETA;
+                let by_u = slopes_by_u(point, u, corners);
+                for d in 0..own {
+                    here.scatter(by_u[d], &mut jacobian[d..], 3 * columns);
+                }
+                // The residual is linear in the skin: applied to derivatives of the skin, it gives its own.
+                for d in 0..THETA {
+                    let slopes = here.corners(&self.skin.derivatives[d][i]);
+                    let slope = residual(L::zero(), u, slopes);
+                    here.scatter(slope, &mut jacobian[own + d..], 3 * columns);
+                }
+            }
+        }
+    }
+}
+
+/// The derivatives of a residual by `u1 u2`.
+#[inline(always)]
+fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
+    let corners = [Dual::constant(a), Dual::constant(b), Dual::constant(c)];
+    let u = [Dual::variable(u[0], 0), Dual::variable(u[1], 1)];
+    residual(Dual::constant(point), u, corners).tangent
+}
+
+/// As many targets as there are lanes; past the last one, that one again.
+struct Here<'a> {
+    targets: &'a [Target],
+    /// The corners, each in all lanes.
+    corners: [[usize; WIDEST]; 3],
+}
+
+impl<'a> Here<'a> {
+    #[inline(always)]
+    fn new(targets: &'a [Target], first: usize) -> Self {
+        let targets = &targets[first..];
+        let mut corners = [[0; WIDEST]; 3];
+        for lane in 0..WIDEST {
+            let target = &targets[lane.min(targets.len() - 1)];
+            for k in 0..3 {
+                corners[k][lane] = target.corners[k];
+            }
+        }
+        Self { targets, corners }
+    }
+
+    /// Writes the lanes, repetitions left out, to every `stride`th place.
+    #[inline(always)]
+    fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
+        let mut lanes = [0.0; WIDEST];
+        values.store(&mut lanes);
+        for lane in 0..L::N.min(self.targets.len()) {
+            to[lane * stride] = lanes[lane];
+        }
+    }
+
+    #[inline(always)]
+    fn gather<L: Lane<f64>>(&self, number: impl Fn(&Target) -> f64) -> L {
+        let mut lanes = [0.0; WIDEST];
+        for lane in 0..L::N {
+            lanes[lane] = number(&self.targets[lane.min(self.targets.len() - 1)]);
+        }
+        L::load(&lanes)
+    }
+
+    #[inline(always)]
+    fn point<L: Lane<f64>>(&self, coordinate: usize) -> L {
+        self.gather(|target| target.point[coordinate])
+    }
+
+    #[inline(always)]
+    fn u<L: Lane<f64>>(&self) -> [L; 2] {
+        [
+            self.gather(|target| target.u[0]),
+            self.gather(|target| target.u[1]),
+        ]
+    }
+
+    /// A number of the skin at the corners of the triangles.
+    #[inline(always)]
+    fn corners<L: Lane<f64>>(&self, of_vertices: &[f64]) -> [L; 3] {
+        let mut numbers = [L::zero(); 3];
+        for k in 0..3 {
+            let mut lanes = [0.0; WIDEST];
+            for lane in 0..L::N {
+                lanes[lane] = of_vertices[self.corners[k][lane]];
+            }
+            numbers[k] = L::load(&lanes);
+        }
+        numbers
+    }
+}

@@ -1,0 +1,60 @@
+//! The least squares of a polynomial's distance from a sign function.
+
+use autodiff::batch::{Sum, Summand};
+use autodiff::{Function, Real, gradient};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::work::{Error, Prepared, read, require, work};
+
+#[derive(Deserialize)]
+struct Input {
+    /// The coefficients, from the constant on.
+    x: Vec<f64>,
+    /// How many points.
+    n: usize,
+}
+
+/// Half the squared distance at a point.
+#[derive(Clone)]
+struct Misfit;
+
+impl Summand for Misfit {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: &[R], datum: &[R], _: &mut [R]) -> R {
+        let (t, sign) = (datum[0], datum[1]);
+        let mut value = R::zero();
+        for j in (0..x.len()).rev() {
+            value = value.fma(t, x[j]);
+        }
+        let gap = sign - value;
+        R::lit(0.5) * gap * gap
+    }
+}
+
+/// The points that a polynomial is fitted to, evenly from -1 to 1.
+struct Fit {
+    points: usize,
+}
+
+impl Function for Fit {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let point = |i: usize| {
+            let t = -1.0 + i as f64 * 2.0 / (self.points - 1) as f64;
+            [t, Real::signum(t)]
+        };
+        let points: Vec<_> = (0..self.points).map(point).collect();
+        Sum::new(Misfit, &points).run(x)
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let Input { x, n } = read(input)?;
+    require(n >= 2, "two points at least")?;
+    let fit = Fit { points: n };
+    match function {
+        "primal" => work(move || fit.eval(&x)),
+        "gradient" => work(move || gradient(&fit, &x)),
+        _ => Error::function(function),
+    }
+}

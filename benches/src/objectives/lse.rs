@@ -1,0 +1,46 @@
+//! The logarithm of a sum of exponentials, the largest taken out first.
+
+use autodiff::{Function, Kernel, Real, batch, gradient, lit};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::work::{Error, Prepared, read, require, work};
+
+#[derive(Deserialize)]
+struct Input {
+    x: Vec<f64>,
+}
+
+/// `exp(x - largest)`.
+struct Exponential {
+    largest: f64,
+}
+
+impl Kernel<1, 1> for Exponential {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [(x - lit(self.largest)).exp()]
+    }
+}
+
+struct LogSumExp;
+
+impl Function for LogSumExp {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        // A shift by any constant leaves the function as it is.
+        let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
+            f64::max(largest, x.primal())
+        });
+        lit(largest) + batch::total(Exponential { largest }, [x]).ln()
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let Input { x } = read(input)?;
+    require(!x.is_empty(), "one number at least")?;
+    match function {
+        "primal" => work(move || LogSumExp.eval(&x)),
+        "gradient" => work(move || gradient(&LogSumExp, &x)),
+        _ => Error::function(function),
+    }
+}

@@ -1,0 +1,86 @@
+//! The objectives of ADBench (Srajer, Kukelova, Fitzgibbon, *A benchmark of selected algorithmic
+//! differentiation tools*, arXiv:1807.10129) and GradBench (<https://github.com/gradbench/gradbench>), written
+//! once over `R: Real`. All derivatives come from `autodiff`, and each run records everything anew.
+//!
+//! | module | derivative |
+//! | --- | --- |
+//! | `hello` | reverse mode of a closure |
+//! | `gmm` | reverse mode: a sum over data, replayed in lanes over blocks of data |
+//! | `ba` | the local Jacobian of every observation, by code emitted from the reverse tape, in lanes over observations |
+//! | `lstm` | reverse mode: a rollout with one step per character, adjoints emitted |
+//! | `ht` (ADBench's `hand`) | forward mode: four directions serve all fingers, in lanes over vertices |
+//! | `kmeans` | reverse mode, and reverse over forward, of sums in lanes over the points of a centroid |
+//! | `ode` | reverse mode: a rollout of Runge-Kutta steps |
+//! | `llsq` | reverse mode: a sum over data in lanes |
+//! | `det` | reverse mode: a sum over the minors of the last rows in lanes, nested calls above |
+//! | `lse` | reverse mode: nested, of the logarithm and of the terms in lanes |
+//! | `particle`, `saddle` | both modes nested in both |
+
+mod ba;
+mod descent;
+mod det;
+mod gmm;
+mod hand;
+mod hello;
+mod kmeans;
+mod llsq;
+mod lse;
+mod lstm;
+mod ode;
+mod particle;
+mod rotation;
+mod saddle;
+mod work;
+
+use serde_json::Value;
+use serde_json::value::RawValue;
+
+use ba::Ba;
+use gmm::Gmm;
+use hand::Hand;
+use lstm::Lstm;
+pub use work::{Error, Prepared, Problem, Work};
+
+/// Reads the input of a function, given the function's name.
+pub type Prepare = fn(&str, &RawValue) -> Prepared;
+
+/// All of GradBench's evaluations, by the names of their modules.
+pub const EVALUATIONS: [(&str, Prepare); 12] = [
+    ("hello", hello::prepare),
+    ("gmm", gmm::prepare),
+    ("ba", ba::prepare),
+    ("lstm", lstm::prepare),
+    ("ht", hand::prepare),
+    ("kmeans", kmeans::prepare),
+    ("ode", ode::prepare),
+    ("llsq", llsq::prepare),
+    ("det", det::prepare),
+    ("lse", lse::prepare),
+    ("particle", particle::prepare),
+    ("saddle", saddle::prepare),
+];
+
+/// The evaluation of a module.
+///
+/// # Errors
+/// If there is no such module.
+pub fn evaluation(module: &str) -> Result<Prepare, Error> {
+    let found = EVALUATIONS.iter().find(|(name, _)| *name == module);
+    let unknown = || Error::Unknown(format!("module '{module}'"));
+    found.map(|&(_, prepare)| prepare).ok_or_else(unknown)
+}
+
+/// The problem of the module `gmm`, `ba`, `lstm` or `ht`, which are ADBench's too.
+///
+/// # Errors
+/// If the module is another one, or the input is not in its format.
+pub fn problem(module: &str, input: Value) -> Result<Box<dyn Problem>, Error> {
+    use serde_json::from_value;
+    Ok(match module {
+        "gmm" => Box::new(Gmm::new(from_value(input)?)?),
+        "ba" => Box::new(Ba::new(from_value(input)?)?),
+        "lstm" => Box::new(Lstm::new(from_value(input)?)?),
+        "ht" => Box::new(Hand::new(from_value(input)?)?),
+        _ => return Err(Error::Unknown(format!("problem '{module}'"))),
+    })
+}

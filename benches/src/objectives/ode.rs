@@ -1,0 +1,110 @@
+//! `y_0' = x_0`, `y_i' = x_i y_(i-1)`, from `y = 0`, by the classical method of Runge and Kutta: a
+//! rollout.
+
+use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::work::{Error, Prepared, read, require, work};
+
+#[derive(Deserialize)]
+struct Input {
+    x: Vec<f64>,
+    s: usize,
+}
+
+/// The end of the time that is stepped through.
+const END: f64 = 2.0;
+
+/// The bytes that a rollout may keep: little more than the processor's caches.
+const MEMORY: usize = 1 << 24;
+
+/// The slope, and where it leads in so much time.
+struct Stage(f64);
+/// Where the mean of four slopes leads, the last of which is computed.
+struct Last(f64);
+
+impl Kernel<3, 2> for Stage {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, before, y]: [R; 3]) -> [R; 2] {
+        let slope = x * before;
+        [slope, slope.fma(R::lit(self.0), y)]
+    }
+}
+
+impl Kernel<6, 1> for Last {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, before, y, k1, k2, k3]: [R; 6]) -> [R; 1] {
+        let sum = R::lit(2.0).fma(k2 + k3, x.fma(before, k1));
+        [sum.fma(R::lit(self.0 / 6.0), y)]
+    }
+}
+
+/// A step of a chain, whose first number keeps its value.
+#[derive(Clone)]
+struct Chain {
+    len: usize,
+    dt: f64,
+}
+
+impl Model for Chain {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.parameter(self.len);
+        let y = program.state(self.len);
+        let before: Vec<_> = (0..self.len).map(|i| i.checked_sub(1)).collect();
+        let stage = |program: &mut Program<R>, at: Array, time: f64| {
+            let before = program.gather(at, &before);
+            program.map(Stage(time), [x, before, y])
+        };
+        let [k1, at] = stage(program, y, 0.5 * self.dt);
+        let [k2, at] = stage(program, at, 0.5 * self.dt);
+        let [k3, at] = stage(program, at, self.dt);
+        let before = program.gather(at, &before);
+        let [next] = program.map(Last(self.dt), [x, before, y, k1, k2, k3]);
+        program.advance(y, next);
+    }
+}
+
+struct Solution {
+    steps: usize,
+}
+
+impl Solution {
+    /// The chosen numbers of `y` at the end, all where none are chosen. The chain begins with a one, so
+    /// that the slope of `y_0` is like the others.
+    fn end<R: Real>(&self, x: &[R], entries: Option<Vec<usize>>) -> Vec<R> {
+        let chain = Chain {
+            len: x.len() + 1,
+            dt: END / self.steps as f64,
+        };
+        let mut start = vec![R::zero(); chain.len];
+        start[0] = R::one();
+        let rollout = Rollout {
+            entries,
+            memory: Memory::Bytes(MEMORY),
+            ..Rollout::new(chain, self.steps)
+        };
+        rollout.run(&start, &[&[&[R::zero()], x].concat()])
+    }
+}
+
+/// The last number of `y`.
+impl Function for Solution {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        self.end(x, Some(vec![x.len()]))[0]
+    }
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let Input { x, s: steps } = read(input)?;
+    require(
+        !x.is_empty() && steps > 0,
+        "one number and one step at least",
+    )?;
+    let solution = Solution { steps };
+    match function {
+        "primal" => work(move || solution.end(&x, None).split_off(1)),
+        "gradient" => work(move || gradient(&solution, &x)),
+        _ => Error::function(function),
+    }
+}

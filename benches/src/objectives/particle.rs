@@ -1,0 +1,76 @@
+//! A charged particle that is steered to the origin: a minimisation over a simulation whose forces
+//! are derivatives themselves.
+
+use std::marker::PhantomData;
+
+use autodiff::{Mask, Real};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::descent::{Forward, Mode, Objective, Reverse, argmin};
+use super::work::{Error, Prepared, read, work};
+
+#[derive(Deserialize)]
+struct Input {
+    w: f64,
+}
+
+/// The time of a step.
+const DT: f64 = 0.1;
+
+/// The potential at a place: that of charges at (10, 10 - w) and (10, 0), given `w`.
+struct Potential;
+
+impl Objective for Potential {
+    fn eval<R: Real>(&self, w: &[R], place: &[R]) -> R {
+        let ten = R::lit(10.0);
+        let charges = [[ten, ten - w[0]], [ten, R::zero()]];
+        let inverse = |[x, y]: [R; 2]| {
+            let gap = [place[0] - x, place[1] - y];
+            R::dot(&gap, &gap).rsqrt()
+        };
+        inverse(charges[0]) + inverse(charges[1])
+    }
+}
+
+/// The squared distance from the origin at which the particle crosses the line `y = 0`; forces are
+/// derivatives in the mode `M`.
+struct Miss<M>(PhantomData<M>);
+
+impl<M: Mode> Objective for Miss<M> {
+    fn eval<R: Real>(&self, _: &[R], w: &[R]) -> R {
+        let dt = R::lit(DT);
+        let mut place = [R::zero(), R::lit(8.0)];
+        let mut velocity = [R::lit(0.75), R::zero()];
+        loop {
+            let slope = M::gradient(&Potential, w, &place);
+            for i in 0..2 {
+                place[i] += dt * velocity[i];
+            }
+            if place[1].less_equal(R::zero()).any() {
+                break;
+            }
+            for i in 0..2 {
+                velocity[i] -= dt * slope[i];
+            }
+        }
+        let back = -place[1] / velocity[1];
+        let crossing = place[0] + back * velocity[0];
+        crossing * crossing
+    }
+}
+
+fn particle<Outer: Mode, Inner: Mode>(w: f64) -> f64 {
+    argmin::<f64, Outer>(&Miss::<Inner>(PhantomData), &[], &[w])[0]
+}
+
+pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
+    let Input { w } = read(input)?;
+    match function {
+        "rr" => work(move || particle::<Reverse, Reverse>(w)),
+        "ff" => work(move || particle::<Forward, Forward>(w)),
+        "fr" => work(move || particle::<Forward, Reverse>(w)),
+        "rf" => work(move || particle::<Reverse, Forward>(w)),
+        _ => Error::function(function),
+    }
+}

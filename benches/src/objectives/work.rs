@@ -1,0 +1,125 @@
+//! What an objective offers, and how GradBench's functions of it are prepared.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use serde_json::value::RawValue;
+
+/// An objective with its input read, and memory for its results.
+pub trait Problem {
+    /// Computes the objective from scratch, in plain floating point.
+    fn objective(&mut self);
+
+    /// Computes objective and derivative from scratch.
+    fn derivative(&mut self);
+
+    /// The last results, with the names and shapes of ADBench's reference answers.
+    fn answer(&self) -> Value;
+}
+
+/// A function of a GradBench module with its input read.
+pub trait Work {
+    /// Computes the answer from scratch.
+    fn run(&mut self);
+
+    /// The answer of the last [`run`](Self::run); numbers that are not finite are null.
+    fn answer(&self) -> Value;
+}
+
+/// The function, or why the request is refused.
+pub type Prepared = Result<Box<dyn Work>, Error>;
+
+/// Why an input cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The module or function does not exist.
+    #[error("unknown {0}")]
+    Unknown(String),
+    /// The input is not in the format of the function.
+    #[error("cannot read the input: {0}")]
+    Input(#[from] serde_json::Error),
+    /// The parts of the input do not fit one another.
+    #[error("the input does not fit: {0}")]
+    Shape(String),
+    /// The answer is infinite or NaN, which JSON does not have.
+    #[error("the answer is not finite")]
+    NotFinite,
+    /// A file cannot be read, or it is not in its format.
+    #[error("{}: {what}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+}
+
+impl Error {
+    pub(super) fn function<T>(name: &str) -> Result<T, Self> {
+        Err(Self::Unknown(format!("function '{name}'")))
+    }
+}
+
+/// Reads an input.
+pub(super) fn read<T: DeserializeOwned>(input: &RawValue) -> Result<T, Error> {
+    Ok(serde_json::from_str(input.get())?)
+}
+
+/// Refuses an input unless a condition holds.
+pub(super) fn require(fits: bool, what: &str) -> Result<(), Error> {
+    fits.then_some(())
+        .ok_or_else(|| Error::Shape(what.to_owned()))
+}
+
+/// The rows of a matrix one after the other; all must have the same length.
+pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<f64>, Error> {
+    require(rows.iter().all(|row| row.len() == columns), what)?;
+    Ok(rows.concat())
+}
+
+/// A function, as what it does to a state, which holds its answer.
+struct Function<S> {
+    state: S,
+    run: Box<dyn FnMut(&mut S)>,
+    answer: fn(&S) -> Value,
+}
+
+impl<S> Work for Function<S> {
+    fn run(&mut self) {
+        (self.run)(&mut self.state);
+    }
+
+    fn answer(&self) -> Value {
+        (self.answer)(&self.state)
+    }
+}
+
+/// Work that a closure does.
+pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
+    Ok(Box::new(Function {
+        state: None,
+        run: Box::new(move |answer: &mut Option<T>| *answer = Some(compute())),
+        answer: |answer| serde_json::json!(answer),
+    }))
+}
+
+/// The functions `objective` and `jacobian` of a problem, which reply with these answers.
+pub(super) fn functions<P: Problem + 'static>(
+    function: &str,
+    problem: P,
+    [objective, jacobian]: [fn(&P) -> Value; 2],
+) -> Prepared {
+    let (run, answer): (fn(&mut P), _) = match function {
+        "objective" => (P::objective, objective),
+        "jacobian" => (P::derivative, jacobian),
+        _ => return Error::function(function),
+    };
+    Ok(Box::new(Function {
+        state: problem,
+        run: Box::new(run),
+        answer,
+    }))
+}

@@ -1,0 +1,133 @@
+//! ADBench's cases against their reference answers, within the tolerances stated there; once as ADBench's
+//! instances and once through GradBench's protocol.
+
+use std::path::{Path, PathBuf};
+
+use benches::adbench::{cases, gap, input};
+use serde_json::{Value, json};
+
+use crate::driver::{answer, assert_close};
+
+/// The project's own cases, or those of `ADBENCH_DIR`.
+fn folder() -> PathBuf {
+    std::env::var_os("ADBENCH_DIR").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench"),
+        PathBuf::from,
+    )
+}
+
+#[test]
+fn every_answer_is_the_reference() {
+    let cases = cases(&folder()).unwrap_or_else(|error| panic!("{error}"));
+    for case in cases {
+        let mut problem = case.open().unwrap_or_else(|error| panic!("{error}"));
+        problem.derivative();
+        let with_derivative = problem.answer();
+        problem.objective();
+        // Both runs must find the value: the second overwrites what the first found.
+        for found in [with_derivative, problem.answer()] {
+            let gap = gap(&found, &case.reference);
+            println!("{}: {gap:?}", case.name);
+            assert!(gap.is_close(), "{}: {gap:?}", case.name);
+        }
+    }
+}
+
+/// GradBench's input of a case, and its reference answer.
+fn case(module: &str, name: &str) -> [Value; 2] {
+    let cases = cases(&folder()).unwrap_or_else(|error| panic!("{error}"));
+    let case = cases.into_iter().find(|case| case.name == name);
+    let case = case.expect("the case is there");
+    let model = case.file.with_file_name("model");
+    let input = input(module, &case.file, &model).unwrap_or_else(|error| panic!("{error}"));
+    [input, case.reference]
+}
+
+#[test]
+fn lstm() {
+    let [input, reference] = case("lstm", "lstm_l2_c1024");
+    assert_close(
+        "lstm",
+        &answer("lstm", "objective", &input),
+        &reference["objective"],
+    );
+    assert_close(
+        "lstm",
+        &answer("lstm", "jacobian", &input),
+        &reference["gradient"],
+    );
+}
+
+#[test]
+fn ba() {
+    let [input, reference] = case("ba", "ba_test");
+    let numbers = |value: &Value| -> Vec<f64> {
+        serde_json::from_value(value.clone()).expect("a list of numbers")
+    };
+    let (errors, weights) = (&reference["reproj_err"], &reference["w_err"]);
+    let right = json!({
+        "reproj_error": { "elements": [errors[0], errors[1]], "repeated": input["p"] },
+        "w_err": { "element": weights[0], "repeated": input["p"] },
+    });
+    assert_close("ba", &answer("ba", "objective", &input), &right);
+    let ends = |list: &[f64]| [&list[..30.min(list.len())], &list[list.len() - 1..]].concat();
+    let lists = ["rows", "cols", "vals"].map(|name| numbers(&reference["jacobian"][name]));
+    let [rows, cols, vals] = lists.each_ref().map(|list| ends(list));
+    let right = json!({ "rows": rows, "cols": cols, "vals": vals });
+    assert_close("ba", &answer("ba", "jacobian", &input), &right);
+    // A single observation has its two rows of fifteen columns, and one of the weight.
+    let mut single = input;
+    for count in ["n", "m", "p"] {
+        single[count] = json!(1);
+    }
+    let columns = || 0..15;
+    let cols: Vec<usize> = columns().chain(columns()).chain([14]).collect();
+    let cols = [&cols[..30], &[14]].concat();
+    let right = json!({ "rows": [0, 15, 30, 31, 31], "cols": cols, "vals": vals });
+    assert_close("ba", &answer("ba", "jacobian", &single), &right);
+}
+
+#[test]
+fn ht() {
+    for name in [
+        "hand_test",
+        "hand_complicated_test",
+        "hand_complicated1_t26_c100",
+    ] {
+        let [mut input, reference] = case("ht", name);
+        let replies = |input: &Value| ["objective", "jacobian"].map(|f| answer("ht", f, input));
+        let [value, jacobian] = replies(&input);
+        assert_close(name, &value, &reference["objective"]);
+        assert_close(name, &jacobian, &reference["jacobian"]);
+        // A mirrored hand is the reflection of a hand whose rotation, translation and targets are reflected.
+        let reflect = |number: &mut Value| *number = json!(-number.as_f64().expect("a number"));
+        input["data"]["model"]["is_mirrored"] = json!(true);
+        (1..=3).for_each(|i| reflect(&mut input["theta"][i]));
+        let points = input["data"]["points"]
+            .as_array_mut()
+            .expect("a list of points");
+        points.iter_mut().for_each(|point| reflect(&mut point[0]));
+        let sign = |place: usize, negative: &[usize]| {
+            if negative.contains(&place) { -1.0 } else { 1.0 }
+        };
+        let [mirrored_value, mirrored_jacobian] = replies(&input);
+        let rows: Vec<Vec<f64>> = serde_json::from_value(jacobian).expect("rows of numbers");
+        let values: Vec<f64> = serde_json::from_value(value).expect("numbers");
+        let reflected = |(row, entries): (usize, &Vec<f64>)| -> Vec<f64> {
+            let own = entries.len() - 26;
+            let negative = [own + 1, own + 2, own + 3];
+            let entries = entries.iter().enumerate();
+            let reflected =
+                entries.map(|(column, x)| sign(row % 3, &[0]) * sign(column, &negative) * x);
+            entries.collect()
+        };
+        let right: Vec<f64> = values
+            .iter()
+            .enumerate()
+            .map(|(i, x)| sign(i % 3, &[0]) * x)
+            .collect();
+        assert_close(name, &mirrored_value, &json!(right));
+        let right: Vec<Vec<f64>> = rows.iter().enumerate().map(reflected).collect();
+        assert_close(name, &mirrored_jacobian, &json!(right));
+    }
+}
