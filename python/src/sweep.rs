@@ -6,7 +6,6 @@ use crate::loss::Failure;
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::error::{Error, Result};
-use cosmic_lab::study::Measurement;
 use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadPlan, on_grid};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -88,13 +87,14 @@ pub(crate) fn sweep_run(
                 "there is no run {index}: the plan has {runs}, from 0 on"
             )));
         }
-        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
         let stop = watch.stop();
         let is_stopped = || stop.load(Ordering::Relaxed);
         let measure = |run: &Path| {
-            measurement
+            let measured = plan
+                .study
                 .as_ref()
-                .map_or(Ok(()), |of| of.keep(run, &is_stopped).map(drop))
+                .map(|study| study.measure(run, &is_stopped));
+            measured.transpose().map(drop)
         };
         let sweep = Sweep {
             folder: &folder,

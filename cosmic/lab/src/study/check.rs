@@ -1,23 +1,47 @@
-//! `check.json`: what a study measures of a finished run in addition to its summary.
+//! The measurements of a study's runs, each a file in the run's folder.
 
+use crate::export::{Walks, check_python};
+use crate::sweep::PlannedStudy;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
-use cosmic::projection::{Projection, one_hot};
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The format of a check.
-const FORMAT: Format = Format {
-    name: "cosmic-check",
-    version: 1,
-};
+const FORMAT: Format = Format::new("cosmic-check", 1);
 
 /// The name of the check in a run's folder.
 const CHECK: &str = "check.json";
+
+impl PlannedStudy {
+    /// Checks that this machine can measure.
+    ///
+    /// # Errors
+    /// [`Error::Usage`](cosmic::Error::Usage) if robots walk in MuJoCo and the Python lacks it.
+    pub fn check(&self) -> Result<()> {
+        let mut python = self.python.iter();
+        python.try_for_each(|python| check_python(python.as_ref()))
+    }
+
+    /// Measures a run that is done and writes the files of the measurements, except those that exist. Returns
+    /// `None` if it was stopped.
+    ///
+    /// # Errors
+    /// The errors of reading and writing the run's files; [`Error::Usage`](cosmic::Error::Usage) if Python fails.
+    pub fn measure(&self, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Option<()>> {
+        let path = folder.join(CHECK);
+        if !path.exists() {
+            write_json(&path, FORMAT, &Check::measure(folder)?)?;
+        }
+        match &self.python {
+            None => Ok(Some(())),
+            Some(python) => Walks::keep(folder, &self.frictions, python.as_ref(), is_stopped),
+        }
+    }
+}
 
 /// Displacements of a delivered design in changed scenes, from the perturbed starts of the summary. In
 /// metres along the ground; `None` if a rollout diverged.
@@ -34,49 +58,6 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// Measures the design of a finished run.
-    ///
-    /// # Errors
-    /// The errors of reading the run's files.
-    pub(super) fn measure(folder: &Path) -> Result<Self> {
-        let summary = Summary::read(folder)?;
-        let scene = run::read_scene(folder)?;
-        let path = folder.join(run::DESIGN);
-        let design = DesignFile::read(&path)?;
-        let controller = design.robot(&scene, &path.display().to_string())?;
-        let judged = |scene: &Scene| -> Result<Quantiles> {
-            let codesign = CoDesign::new(scene)?;
-            let mixture = if design.is_snapped() {
-                one_hot(&design.materials)
-            } else {
-                codesign.task().mixture(Projection::Performance, &design.z)
-            };
-            Ok(codesign.judge(&mixture, &controller, summary.seed))
-        };
-        let finite = |x: f64| x.is_finite().then_some(x);
-        let mut behind = scene.clone();
-        behind.controller = scene.controller.turned_back();
-        let Quantiles { p10, p50, p90 } = judged(&with_half_steps(&scene))?;
-        Ok(Self {
-            half_step: [p10, p50, p90].map(finite),
-            goal_behind: finite(judged(&behind)?.p50),
-            one_hot: design.is_snapped(),
-            within_bounds: is_within(&scene, [summary.volume, summary.actuator_volume]),
-        })
-    }
-
-    /// Measures a finished run and writes its check, unless it has one.
-    ///
-    /// # Errors
-    /// As [`measure`](Self::measure) and [`write_json`].
-    pub(super) fn keep(folder: &Path) -> Result<()> {
-        let path = folder.join(CHECK);
-        if path.exists() {
-            return Ok(());
-        }
-        write_json(&path, FORMAT, &Self::measure(folder)?)
-    }
-
     /// The check of a run.
     ///
     /// # Errors
@@ -84,19 +65,32 @@ impl Check {
     pub(super) fn read(folder: &Path) -> Result<Self> {
         read_json(&folder.join(CHECK), FORMAT)
     }
-}
 
-/// The scene at half the time step.
-pub(super) fn with_half_steps(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.physics.dt *= 0.5;
-    scene.physics.steps *= 2;
-    scene
-}
-
-fn is_within(scene: &Scene, [solid, actuator]: [f64; 2]) -> bool {
-    let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-    // A mean of a hundred shares is rounded at 1e-16.
-    let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
-    within(solid, bounds.solid) && within(actuator, bounds.actuator)
+    fn measure(folder: &Path) -> Result<Self> {
+        let (summary, scene) = (Summary::read(folder)?, run::read_scene(folder)?);
+        let path = folder.join(run::DESIGN);
+        let design = DesignFile::read(&path)?;
+        let case = design.case(&scene, &path.display().to_string())?;
+        let judged = |scene: &Scene| -> Result<[Option<f64>; 3]> {
+            let codesign = CoDesign::new(scene)?;
+            let Quantiles { p10, p50, p90 } =
+                codesign.judge(&case.own_mixture(), &case.controller, summary.seed);
+            Ok([p10, p50, p90].map(|x| x.is_finite().then_some(x)))
+        };
+        let (mut half, mut behind) = (scene.clone(), scene.clone());
+        half.physics.dt *= 0.5;
+        half.physics.steps *= 2;
+        behind.controller = scene.controller.turned_back();
+        let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+        // A mean of a hundred shares is rounded at 1e-16.
+        let is_within =
+            |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
+        Ok(Self {
+            half_step: judged(&half)?,
+            goal_behind: judged(&behind)?[1],
+            one_hot: design.is_snapped(),
+            within_bounds: is_within(summary.volume, bounds.solid)
+                && is_within(summary.actuator_volume, bounds.actuator),
+        })
+    }
 }

@@ -1,164 +1,163 @@
-//! The records of a study's runs, trial by trial.
+//! The numbers of a study's runs, and of its trials over all seeds.
 
 use super::check::Check;
-use super::in_mujoco::{OnFriction, Transfer, Tried};
-use super::statistics::Statistics;
-use super::trials::Trial;
+use super::file::Trial;
+use crate::export::Walks;
+use crate::statistics::Statistics;
 use crate::sweep::{RunState, SweepPlan};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::scene::Departure;
-use serde::Serialize;
+use cosmic::record::summary::{NUMBERS, ratio};
 use std::path::{Path, PathBuf};
 
-/// One run. Displacements in metres along the ground; `None` if a rollout diverged.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct RunRow {
-    /// Its seed.
-    pub(super) seed: u64,
-    /// True if the delivered design diverged; then the rest is empty.
-    pub(super) diverged: bool,
-    /// The summary of the run.
-    pub(super) summary: Option<Summary>,
-    /// The numbers measured after the run.
-    pub(super) check: Option<Check>,
-    /// How far it gets in MuJoCo; of the study of transfer alone.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) transfer: Option<Transfer>,
-    /// Its folder.
-    #[serde(skip)]
-    pub(super) folder: PathBuf,
+/// The column with the median displacement over perturbed starts, m: the number to quote.
+pub(super) const DISPLACEMENT: &str = "displacement_p50";
+
+/// The files of a finished run.
+struct Finished {
+    summary: Summary,
+    check: Check,
+    walks: Option<Walks>,
 }
 
-impl RunRow {
-    /// The median over perturbed starts: the figure to quote.
-    pub(super) fn displacement(&self) -> Option<f64> {
-        self.summary.as_ref()?.displacement_p50
+/// One run.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) seed: u64,
+    /// True if the delivered design diverged.
+    pub(super) diverged: bool,
+    /// The version of MuJoCo, if the robot walked there.
+    pub(super) mujoco: Option<String>,
+    pub(super) folder: PathBuf,
+    /// A number for each column: NaN if a rollout diverged, `None` if statistics leave it out.
+    pub(super) numbers: Vec<(String, Option<f64>)>,
+}
+
+impl Run {
+    fn read(folder: PathBuf, seed: u64, frictions: &[f64]) -> Result<Self> {
+        let diverged = RunState::of(&folder) == RunState::Diverged;
+        let read = || -> Result<Finished> {
+            Ok(Finished {
+                summary: Summary::read(&folder)?,
+                check: Check::read(&folder)?,
+                walks: Walks::read(&folder)?,
+            })
+        };
+        let run = (!diverged).then(read).transpose()?;
+        Ok(Self {
+            seed,
+            diverged,
+            mujoco: run
+                .as_ref()
+                .and_then(|run| Some(run.walks.as_ref()?.mujoco.clone())),
+            numbers: numbers(run.as_ref(), frictions),
+            folder,
+        })
     }
 
-    /// True if the robot is known to be unreliable. Ratios to its displacement are then meaningless.
-    pub(super) fn is_unreliable(&self) -> bool {
-        self.summary.as_ref().is_some_and(Summary::is_unreliable)
+    /// The number of a column; `None` if a rollout diverged.
+    pub(super) fn number(&self, column: &str) -> Option<f64> {
+        let found = self.numbers.iter().find(|(name, _)| name == column);
+        found
+            .and_then(|(_, number)| *number)
+            .filter(|x| x.is_finite())
     }
+}
 
-    /// The distance of the 10 % and the 90 % quantile over perturbed starts.
-    pub(super) fn spread(&self) -> Option<f64> {
-        let summary = self.summary.as_ref()?;
-        Some(summary.displacement_p90? - summary.displacement_p10?)
+/// The numbers of a run, each with the name of its column; `run` is `None` if it diverged.
+fn numbers(run: Option<&Finished>, frictions: &[f64]) -> Vec<(String, Option<f64>)> {
+    type Number<'n> = &'n dyn Fn(&Finished) -> Option<f64>;
+    let mut numbers = Vec::new();
+    let mut add = |name: String, of: Number| {
+        numbers.push((name, Some(run.and_then(of).unwrap_or(f64::NAN))));
+    };
+    for (name, of) in NUMBERS {
+        add(name.to_owned(), &|run| of(&run.summary));
     }
-
-    /// The displacement at half the time step.
-    pub(super) fn half_step(&self) -> Option<f64> {
-        self.check.as_ref()?.half_step[1]
+    let of_check: [(&str, Number); 6] = [
+        ("half_step_p50", &|run| run.check.half_step[1]),
+        ("half_step_p10", &|run| run.check.half_step[0]),
+        ("half_step_p90", &|run| run.check.half_step[2]),
+        ("goal_behind_p50", &|run| run.check.goal_behind),
+        ("one_hot", &|run| Some(f64::from(run.check.one_hot))),
+        ("within_bounds", &|run| {
+            Some(f64::from(run.check.within_bounds))
+        }),
+    ];
+    for (name, of) in of_check {
+        add(name.to_owned(), of);
     }
-
-    /// The displacement with the goal behind.
-    pub(super) fn goal_behind(&self) -> Option<f64> {
-        self.check.as_ref()?.goal_behind
+    for (name, of) in [
+        ("mujoco", Walks::there as fn(&Walks, usize) -> _),
+        ("coulomb", Walks::own),
+    ] {
+        for (k, friction) in frictions.iter().enumerate() {
+            add(format!("{name}_{friction}"), &|run| {
+                of(run.walks.as_ref()?, k)
+            });
+        }
     }
+    add("spread".to_owned(), &|run| {
+        Some(run.summary.displacement_p90? - run.summary.displacement_p10?)
+    });
+    add("steered".to_owned(), &|run| {
+        let [ahead, behind] = [run.summary.displacement_p50?, run.check.goal_behind?];
+        Some(f64::from(ahead > 0.0 && behind < 0.0))
+    });
+    let first_ratio = numbers.len();
+    let mut add = |name: String, of: Number| {
+        numbers.push((name, Some(run.and_then(of).unwrap_or(f64::NAN))));
+    };
+    add("clock_keeps".to_owned(), &|run| run.summary.clock_keeps());
+    for (k, friction) in frictions.iter().enumerate() {
+        add(format!("keeps_{friction}"), &|run| {
+            ratio(run.walks.as_ref()?.there(k), run.summary.displacement_p50)
+        });
+        add(format!("agrees_{friction}"), &|run| {
+            let walks = run.walks.as_ref()?;
+            ratio(walks.there(k), walks.own(k))
+        });
+    }
+    // Ratios to the displacement of an unreliable robot mean nothing.
+    if run.is_some_and(|run| run.summary.is_unreliable()) {
+        numbers[first_ratio..]
+            .iter_mut()
+            .for_each(|(_, number)| *number = None);
+    }
+    numbers
 }
 
 /// A trial over all its seeds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug)]
 pub(super) struct TrialRow {
-    /// The trial.
-    #[serde(flatten)]
     pub(super) trial: Trial,
-    /// Named options in force that differ from the paper.
-    pub(super) departures: Vec<Departure>,
-    /// The displacements of all seeds.
-    pub(super) displacement: Statistics,
-    /// The median over the paper's number.
-    pub(super) ratio: Option<f64>,
-    /// The spread under perturbed starts, its median over the seeds.
-    pub(super) spread: Option<f64>,
-    /// The displacement at half the time step, its median.
-    pub(super) half_step: Option<f64>,
-    /// The last iterate's displacement, its median.
-    pub(super) last: Option<f64>,
-    /// The displacement with the goal behind, its median.
-    pub(super) goal_behind: Option<f64>,
-    /// The displacement of one unperturbed rollout in the world's frame, the medians of x and y.
-    pub(super) world: [Option<f64>; 2],
-    /// The shares of solid edges and of actuators, their medians.
-    pub(super) volumes: [Option<f64>; 2],
-    /// The wall time of a run on one thread, its median, s.
-    pub(super) seconds: Option<f64>,
-    /// Runs whose edges have exactly one material each.
-    pub(super) one_hot: usize,
-    /// Runs whose volumes are within the widened bounds.
-    pub(super) within_bounds: usize,
-    /// Runs whose bars all hang together with the payload.
-    pub(super) one_piece: usize,
-    /// The open-loop displacement, without feedback, over the displacement; unreliable robots are left out.
-    pub(super) clock_alone: Statistics,
-    /// The largest strain of an actuator.
-    pub(super) strain_peak: Statistics,
-    /// Gradients skipped in all runs because they were not finite.
-    pub(super) skipped_gradients: usize,
-    /// How far robots get in MuJoCo, a row a friction; of the study of transfer alone.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) on_frictions: Vec<OnFriction>,
-    /// Every seed.
-    pub(super) runs: Vec<RunRow>,
+    pub(super) runs: Vec<Run>,
 }
 
 impl TrialRow {
-    /// The run that got farthest, the first of equals; `None` if all diverged.
-    pub(super) fn best(&self) -> Option<&RunRow> {
-        let runs = self.runs.iter().rev();
-        let runs = runs.filter_map(|run| Some((run, run.displacement()?)));
-        let farthest = runs.max_by(|(_, a), (_, b)| a.total_cmp(b));
-        farthest.map(|(run, _)| run)
+    /// The numbers of a column, without those that statistics leave out.
+    pub(super) fn sample(&self, column: &str) -> Vec<f64> {
+        let number = |run: &Run| run.numbers.iter().find(|(name, _)| name == column)?.1;
+        self.runs.iter().filter_map(number).collect()
     }
 
-    fn new(trial: &Trial, runs: Vec<RunRow>) -> Self {
-        let statistics = |number: &dyn Fn(&RunRow) -> Option<f64>| {
-            Statistics::of(&runs.iter().map(number).collect::<Vec<_>>())
-        };
-        let median = |number: &dyn Fn(&RunRow) -> Option<f64>| statistics(number).median;
-        let summary = |number: &dyn Fn(&Summary) -> Option<f64>| {
-            median(&|run| run.summary.as_ref().and_then(number))
-        };
-        let count = |is: fn(&Check) -> bool| {
-            let checks = runs.iter().filter_map(|run| run.check.as_ref());
-            checks.filter(|check| is(check)).count()
-        };
-        let displacement = statistics(&RunRow::displacement);
-        let tried = runs.iter().map(|run| Tried {
-            far: run.displacement(),
-            unreliable: run.is_unreliable(),
-            transfer: run.transfer.as_ref(),
-        });
-        let on_frictions = OnFriction::rows(&tried.collect::<Vec<_>>());
-        let clock_keeps = |run: &RunRow| run.summary.as_ref()?.clock_keeps();
-        let reliable = runs.iter().filter(|run| !run.is_unreliable());
-        let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
-        Self {
-            trial: trial.clone(),
-            departures: trial.scene.departures(),
-            ratio: Option::zip(displacement.median, trial.paper).map(|(own, paper)| own / paper),
-            displacement,
-            // A diverged run spreads more than any other.
-            spread: median(&|run| Some(run.spread().unwrap_or(f64::INFINITY))),
-            half_step: median(&RunRow::half_step),
-            last: summary(&|s| s.displacement_last_p50),
-            goal_behind: median(&RunRow::goal_behind),
-            world: [0, 1].map(|k| summary(&|s| Some(s.displacement[k]))),
-            volumes: [0, 1].map(|k| summary(&|s| Some([s.volume, s.actuator_volume][k]))),
-            seconds: summary(&|s| Some(s.seconds)),
-            one_hot: count(|check| check.one_hot),
-            within_bounds: count(|check| check.within_bounds),
-            one_piece: summaries
-                .clone()
-                .filter(|s| s.structure.is_some_and(|s| s.pieces == 1))
-                .count(),
-            clock_alone: Statistics::of(&reliable.map(clock_keeps).collect::<Vec<_>>()),
-            strain_peak: statistics(&|run| Some(run.summary.as_ref()?.loads.as_ref()?.strain.peak)),
-            skipped_gradients: summaries.map(|summary| summary.skipped_gradients).sum(),
-            on_frictions,
-            runs,
-        }
+    /// The statistics of a column.
+    pub(super) fn of(&self, column: &str) -> Statistics {
+        Statistics::of(&self.sample(column))
+    }
+
+    /// The sum of a column without diverged runs. For a column of zeros and ones it is a count.
+    pub(super) fn sum(&self, column: &str) -> usize {
+        let numbers = self.sample(column).into_iter();
+        numbers.filter(|x| x.is_finite()).sum::<f64>() as usize
+    }
+
+    /// The run that got farthest, the first of equals; `None` if all diverged.
+    pub(super) fn best(&self) -> Option<&Run> {
+        let runs = self.runs.iter().rev();
+        let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
+        let farthest = runs.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        farthest.map(|(run, _)| run)
     }
 }
 
@@ -166,23 +165,19 @@ impl TrialRow {
 ///
 /// # Errors
 /// If a record is missing or malformed.
-pub(super) fn collect(sweep: &Path, plan: &SweepPlan, trials: &[Trial]) -> Result<Vec<TrialRow>> {
+pub(super) fn collect(
+    sweep: &Path,
+    plan: &SweepPlan,
+    trials: Vec<Trial>,
+    frictions: &[f64],
+) -> Result<Vec<TrialRow>> {
     let seeds = plan.seeds.get();
-    let run = |index: usize| -> Result<RunRow> {
-        let folder = plan.folder(sweep, index);
-        let diverged = RunState::of(&folder) == RunState::Diverged;
-        Ok(RunRow {
-            seed: plan.parts(index).1,
-            diverged,
-            summary: (!diverged).then(|| Summary::read(&folder)).transpose()?,
-            check: (!diverged).then(|| Check::read(&folder)).transpose()?,
-            transfer: Transfer::read(&folder)?,
-            folder,
-        })
+    let run = |index: usize| Run::read(plan.folder(sweep, index), plan.parts(index).1, frictions);
+    let row = |(k, trial): (usize, Trial)| {
+        let runs = (k * seeds..(k + 1) * seeds)
+            .map(run)
+            .collect::<Result<_>>()?;
+        Ok(TrialRow { trial, runs })
     };
-    let row = |(k, trial): (usize, &Trial)| {
-        let runs = (k * seeds..(k + 1) * seeds).map(run);
-        Ok(TrialRow::new(trial, runs.collect::<Result<_>>()?))
-    };
-    trials.iter().enumerate().map(row).collect()
+    trials.into_iter().enumerate().map(row).collect()
 }

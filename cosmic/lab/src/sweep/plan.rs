@@ -160,9 +160,12 @@ pub type PlanOutline = SweepPlan<()>;
 pub struct PlannedStudy {
     /// The study's name.
     pub kind: String,
-    /// The Python that its measurements take, if they take one.
+    /// The Python with MuJoCo, if robots walk there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<String>,
+    /// The coefficients of friction on which robots walk in MuJoCo.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frictions: Vec<f64>,
 }
 
 impl SweepPlan {

@@ -7,7 +7,6 @@ use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic_lab::study::Measurement;
 use cosmic_lab::sweep::{
     Ended, RunOutcome, RunState, Sweep, UnreadPlan, UnreadScene, parse_ranges,
 };
@@ -58,17 +57,16 @@ impl Run {
         let plan = &UnreadPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
         let interrupt = Interrupt::listen()?;
-        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
-        if let Some(measurement) = &measurement {
-            measurement.check()?;
+        if let Some(study) = &plan.study {
+            study.check()?;
         }
         let measure = |run: &Path| {
-            let Some(measurement) = &measurement else {
+            let Some(study) = &plan.study else {
                 return Ok(());
             };
-            let kept = measurement.keep(run, &|| interrupt.is_asked())?;
+            let measured = study.measure(run, &|| interrupt.is_asked())?;
             let (done, total) = (plan.over(folder), plan.runs());
-            kept.ok_or(Error::Stopped { done, total })
+            measured.ok_or(Error::Stopped { done, total })
         };
         let sweep = Sweep {
             folder,

@@ -1,0 +1,153 @@
+//! A study: its plan, its runs, its results.
+
+use super::file::{Base, StudyFile, Trial};
+use super::rows::collect;
+use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
+use cosmic::error::{Error, Result, in_shell};
+use cosmic::parallel::{Crew, in_parallel};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// A study and its folders.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The experiments.
+    pub file: StudyFile,
+    /// The first seed.
+    pub first_seed: u64,
+    /// The number of seeds, from the first on.
+    pub seeds: NonZeroUsize,
+    /// Stops every run after this many iterations, for a shortened trial of the study.
+    pub iterations: Option<NonZeroUsize>,
+    /// Settings under those of every built-in scene.
+    pub base: Base,
+    /// The folder of the results.
+    pub out: PathBuf,
+    /// The folder of the runs, in which an interrupted study continues.
+    pub runs: PathBuf,
+    /// The Python with MuJoCo, for a study with walks there.
+    pub python: PathBuf,
+}
+
+impl Study {
+    /// The command that repeats the study.
+    pub(super) fn command(&self) -> String {
+        let study = in_shell(Path::new(&self.file.path));
+        let mut command = format!("cosmic study {study} --seeds {}", self.seeds);
+        if self.first_seed != 0 {
+            command += &format!(" --first-seed {}", self.first_seed);
+        }
+        if let Some(iterations) = self.iterations {
+            command += &format!(" --iterations {iterations}");
+        }
+        if self.base != Base::default() {
+            command += &format!(" --base {}", in_shell(Path::new(&self.base.file)));
+        }
+        command
+    }
+
+    /// Freezes the plan in the folder of the runs, where any processes may do them. A plan that is there may be
+    /// replaced by one with other trials and other seeds.
+    ///
+    /// # Errors
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
+    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
+    pub fn prepare(&self) -> Result<SweepPlan> {
+        let plan = self.plan()?;
+        plan.study.iter().try_for_each(PlannedStudy::check)?;
+        if !self.runs.join(PLAN).exists() {
+            return plan.freeze(&self.runs).map(|()| plan);
+        }
+        let before: SweepPlan = SweepPlan::read(&self.runs)?;
+        let is_other = |then: &PlannedScene| {
+            let is_it = |now: &PlannedScene| now.name == then.name && now.scene != then.scene;
+            plan.scenes.iter().any(is_it)
+        };
+        if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
+            let runs = self.runs.display();
+            return Err(Error::Usage(format!(
+                "{runs}: the runs there are of other scenes or another number of iterations; \
+                 name another folder by --runs"
+            )));
+        }
+        if before != plan {
+            plan.check()?;
+            plan.write(&self.runs)?;
+        }
+        Ok(plan)
+    }
+
+    /// Every trial with every seed.
+    fn plan(&self) -> Result<SweepPlan> {
+        let frictions = self.file.keys.mujoco.clone();
+        let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
+        let scene = |Trial { name, scene, .. }| PlannedScene {
+            name,
+            swept: Vec::new(),
+            scene,
+        };
+        let trials = self.file.trials(&self.base)?;
+        Ok(SweepPlan {
+            study: Some(PlannedStudy {
+                kind: self.file.name.clone(),
+                python,
+                frictions,
+            }),
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+            scenes: trials.into_iter().map(scene).collect(),
+        })
+    }
+
+    /// Completes the runs, one per thread, and measures the delivered designs.
+    ///
+    /// # Errors
+    /// The errors of [`Sweep::run_all`] and of [`PlannedStudy::measure`]; [`Error::Usage`] if other
+    /// processes are doing some of the runs.
+    pub fn simulate(
+        &self,
+        plan: &SweepPlan,
+        threads: Option<NonZeroUsize>,
+        overseer: &dyn Overseer,
+    ) -> Result<()> {
+        let sweep = Sweep {
+            folder: &self.runs,
+            plan,
+            measure: &|_| Ok(()),
+        };
+        sweep.run_all(threads, overseer)?;
+        let total = plan.runs();
+        let left = total - plan.over(&self.runs);
+        if left > 0 {
+            return Err(Error::Usage(format!(
+                "other processes are doing {left} runs; the same command goes on when they are done"
+            )));
+        }
+        let stopped = || Error::Stopped { done: total, total };
+        let is_stopped = || overseer.is_stopped();
+        let measured = in_parallel(total, Crew::of_one(threads), |index, _| {
+            if is_stopped() {
+                return Err(stopped());
+            }
+            let folder = plan.folder(&self.runs, index);
+            let is_done = RunState::of(&folder) == RunState::Done;
+            for study in plan.study.iter().filter(|_| is_done) {
+                study.measure(&folder, &is_stopped)?.ok_or_else(stopped)?;
+                study.python.iter().for_each(|_| overseer.measured(index));
+            }
+            Ok(())
+        });
+        measured.map(drop)
+    }
+
+    /// Writes the results from the runs' records and returns the paths.
+    ///
+    /// # Errors
+    /// If a record is missing or malformed, or a file cannot be written.
+    pub fn write(&self) -> Result<Vec<PathBuf>> {
+        let trials = self.file.trials(&self.base)?;
+        let rows = collect(&self.runs, &self.plan()?, trials, &self.file.keys.mujoco)?;
+        self.write_results(&rows)
+    }
+}
