@@ -10,7 +10,7 @@ use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadP
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -89,17 +89,9 @@ pub(crate) fn sweep_run(
         }
         let stop = watch.stop();
         let is_stopped = || stop.load(Ordering::Relaxed);
-        let measure = |run: &Path| {
-            let measured = plan
-                .study
-                .as_ref()
-                .map(|study| study.measure(run, &is_stopped));
-            measured.transpose().map(drop)
-        };
         let sweep = Sweep {
             folder: &folder,
             plan,
-            measure: &measure,
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

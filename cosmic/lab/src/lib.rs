@@ -17,6 +17,7 @@ pub mod table;
 pub mod robustness;
 pub mod report;
 pub mod export;
+mod measure;
 pub mod verify;
 pub mod sweep;
 pub mod study;

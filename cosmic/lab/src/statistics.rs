@@ -3,19 +3,20 @@
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
-use serde::Serialize;
 
 /// Resamples for the error of a median.
 const RESAMPLES: usize = 1000;
 
-/// Quantiles of a sample. A number that depends on a diverged run is `None`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+/// The statistics of a sample. A number that depends on a diverged run is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Statistics {
     /// The largest number.
     pub(crate) best: Option<f64>,
     pub(crate) p10: Option<f64>,
     pub(crate) median: Option<f64>,
     pub(crate) p90: Option<f64>,
+    /// The standard error of the median, by the bootstrap; `None` for a single number.
+    pub(crate) standard_error: Option<f64>,
 }
 
 impl Statistics {
@@ -30,6 +31,7 @@ impl Statistics {
             p10: finite(spread.p10),
             median: finite(spread.p50),
             p90: finite(spread.p90),
+            standard_error: finite(standard_error(sample)).filter(|_| sample.len() > 1),
         }
     }
 }
@@ -52,10 +54,9 @@ pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The standard error of the median: the standard deviation of the medians of resamples, drawn with
-/// replacement. All samples use one stream, so that the error depends on the sample alone. `None` for a single
-/// number.
-pub(crate) fn standard_error(sample: &[f64]) -> Option<f64> {
+/// The standard deviation of the medians of resamples, drawn with replacement. All samples use one
+/// stream, so that the error depends on the sample alone.
+fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];
     let mut draw = |_| {
@@ -63,12 +64,12 @@ pub(crate) fn standard_error(sample: &[f64]) -> Option<f64> {
         Quantiles::of(&again).p50
     };
     let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
-    finite(mean_and_variance(&medians)[1].sqrt()).filter(|_| sample.len() > 1)
+    mean_and_variance(&medians)[1].sqrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Statistics, mean, standard_error};
+    use super::{Statistics, mean};
     use cosmic::random::{Purpose, stream};
     use rand::RngExt;
 
@@ -77,7 +78,7 @@ mod tests {
         let sample = [2.0, f64::NAN, 1.0];
         let statistics = Statistics::of(&sample);
         assert_eq!((statistics.best, statistics.median), (Some(2.0), Some(1.0)));
-        assert_eq!((statistics.p10, standard_error(&sample)), (None, None));
+        assert_eq!((statistics.p10, statistics.standard_error), (None, None));
         assert_eq!(Statistics::of(&[]).best, None);
     }
 
@@ -85,14 +86,12 @@ mod tests {
     fn the_error_of_the_median_of_a_uniform_sample_is_known() {
         let mut stream = stream(7, Purpose::Weights);
         let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
-        let error = standard_error(&sample).unwrap();
+        let error = Statistics::of(&sample).standard_error.unwrap();
         // 1 / (2 f sqrt(n)) with density f = 1: 0.025. The bootstrap of one sample estimates it
         // to within some tens of a percent.
         assert!((0.0125..0.05).contains(&error), "{error}");
-        assert_eq!(
-            [&[3.0; 9][..], &[3.0]].map(standard_error),
-            [Some(0.0), None]
-        );
+        let error = |sample: &[f64]| Statistics::of(sample).standard_error;
+        assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);
     }
 
     #[test]

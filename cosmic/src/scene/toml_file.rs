@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::diagnostic::{Fault, SceneText, malformed};
-use super::read::{Reader, parsed};
+use super::read::{Reader, parsed, suggest};
 use crate::error::{Error, Result};
 use crate::reading::in_words;
 use serde::de::DeserializeOwned;
@@ -63,6 +63,18 @@ impl<'t> TomlFile<'t> {
             Some(table) => Reader::changed(scene.clone(), &self.source, table),
             None => Err(self.wrong(path, "must be a section of settings, not", "")),
         }
+    }
+
+    /// Checks that every name in the list at a path is one of those that are known.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for the first name that is not.
+    pub fn check_names(&self, path: &str, names: &[String], known: &[String]) -> Result<()> {
+        let unknown = names.iter().position(|name| !known.contains(name));
+        unknown.map_or(Ok(()), |k| {
+            let allowed = suggest(&names[k], known.iter().map(|name| &name[..]));
+            Err(self.wrong(&format!("{path}[{k}]"), "is unknown:", &allowed))
+        })
     }
 
     /// The error for the value at a path: the path, what is wrong, the value as it is written, and what is allowed.
@@ -187,6 +199,13 @@ mod tests {
             }
         }
         let file = TomlFile::parse("a.toml", TEXT).unwrap();
+        let names = ["stabilty".to_owned()];
+        let known = ["stability", "uniform"].map(str::to_owned);
+        let error = file.check_names("seeds", &names, &known).unwrap_err();
+        assert!(
+            error.to_string().contains("did you mean `stability`?"),
+            "{error}"
+        );
         let error = file
             .wrong("seeds", "is too small:", "3 or more")
             .to_string();

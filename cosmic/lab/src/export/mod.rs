@@ -16,7 +16,6 @@ mod joint;
 mod frame;
 mod numpy;
 pub mod mujoco;
-mod walks;
 
 use crate::report::RunFiles;
 use cosmic::error::Result;
@@ -27,7 +26,6 @@ pub use numpy::{NumpyArray, write_npz};
 use pattern::Pattern;
 pub use sizes::Sizes;
 use std::path::{Path, PathBuf};
-pub(crate) use walks::{Walks, check_python};
 
 /// A file that is not written yet.
 pub struct ExportFile {

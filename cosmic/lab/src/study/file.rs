@@ -4,7 +4,8 @@ use crate::export::mujoco::MOST_FRICTION;
 use crate::report::PICTURES;
 use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene, TomlFile, named};
-use serde::{Deserialize, Serialize, de::IgnoredAny};
+use serde::{Deserialize, de::IgnoredAny};
+use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -28,21 +29,19 @@ pub struct StudyFile {
 }
 
 /// The keys of a study's file. `docs/files.md` has their meanings.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub(super) struct Keys {
     pub(super) title: String,
-    #[serde(default)]
     pub(super) about: String,
     seeds: Option<NonZeroUsize>,
-    #[serde(default)]
     pub(super) mujoco: Vec<f64>,
-    #[serde(default)]
     pub(super) pictures: Vec<String>,
-    #[serde(default)]
-    variants: Vec<Variant>,
+    pub(super) variants: Vec<Variant>,
+    /// True if the file has no variants: the only one is named after the study.
+    #[serde(skip)]
+    is_plain: bool,
     trials: Vec<TrialKeys>,
-    #[serde(default)]
     pub(super) questions: Vec<Question>,
 }
 
@@ -66,7 +65,8 @@ struct TrialKeys {
     name: Option<String>,
     title: Option<String>,
     paper: Option<f64>,
-    variants: Option<Vec<String>>,
+    #[serde(default)]
+    variants: Vec<String>,
     #[serde(rename = "settings")]
     _settings: Option<IgnoredAny>,
 }
@@ -83,16 +83,14 @@ pub(super) struct Question {
 }
 
 /// One experiment, to be run with every seed.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Trial {
-    /// Its name in files.
     pub(super) name: String,
     /// The table that it belongs to: its variant, or the study.
     pub(super) table: String,
     pub(super) title: String,
     /// The published displacement along the ground, m.
     pub(super) paper: Option<f64>,
-    #[serde(skip)]
     pub(super) scene: Scene,
 }
 
@@ -106,63 +104,57 @@ pub struct Base {
 }
 
 impl StudyFile {
-    /// The study of this project with a name, else that of a file.
+    /// The study of this project with a name, else that of a file. Its scenes are read when the study is planned.
     ///
     /// # Errors
-    /// Those of [`Scene::text`] and [`parse`](Self::parse).
+    /// Those of [`Scene::text`]; [`Error::Malformed`] for a text that is not TOML, an unknown key, and a name that the
+    /// file does not define.
     pub fn load(path: &str) -> Result<Self> {
-        match OWN.iter().find(|(name, _)| *name == path) {
-            Some((_, text)) => Self::parse(path, text),
-            None => Self::parse(path, &Scene::text(path.as_ref())?),
-        }
-    }
-
-    /// Reads the text of a file. Its scenes are read when the study is planned.
-    ///
-    /// # Errors
-    /// [`Error::Malformed`] for a text that is not TOML, an unknown key, and a name that the file does not define.
-    pub fn parse(path: &str, text: &str) -> Result<Self> {
+        let text = match OWN.iter().find(|(name, _)| *name == path) {
+            Some((_, text)) => (*text).to_owned(),
+            None => Scene::text(path.as_ref())?,
+        };
         let name = Path::new(path).file_stem().unwrap_or_default();
-        let file = TomlFile::parse(path, text)?;
-        let study = Self {
+        let file = TomlFile::parse(path, &text)?;
+        let mut study = Self {
             name: name.to_string_lossy().into_owned(),
             path: path.to_owned(),
-            text: text.to_owned(),
             keys: file.read()?,
+            text: text.clone(),
         };
+        if study.keys.variants.is_empty() {
+            let name = study.name.clone();
+            study.keys.is_plain = true;
+            study.keys.variants.push(Variant {
+                name,
+                ..Variant::default()
+            });
+        }
         study.check(&file).map(|()| study)
     }
 
     /// The number of seeds, unless the user asks for another one.
     pub fn seeds(&self) -> NonZeroUsize {
-        const SEEDS: NonZeroUsize = NonZeroUsize::new(16).unwrap();
-        self.keys.seeds.unwrap_or(SEEDS)
-    }
-
-    /// The variants; one of the study's name if the file has none.
-    pub(super) fn tables(&self) -> Vec<Variant> {
-        let mut tables = self.keys.variants.clone();
-        if tables.is_empty() {
-            let name = self.name.clone();
-            tables.push(Variant {
-                name,
-                ..Variant::default()
-            });
-        }
-        tables
+        let usual = const { NonZeroUsize::new(16).unwrap() };
+        self.keys.seeds.unwrap_or(usual)
     }
 
     /// The names of the trials, each with the indices of its variant and of its entry in the file.
     fn entries(&self) -> Vec<(String, usize, usize)> {
         let mut entries = Vec::new();
-        for (v, variant) in self.tables().iter().enumerate() {
+        for (v, variant) in self.keys.variants.iter().enumerate() {
             for (t, trial) in self.keys.trials.iter().enumerate() {
-                let name = trial.name.as_ref().unwrap_or(&trial.scene);
-                let variants = trial.variants.as_ref();
-                if self.keys.variants.is_empty() {
-                    entries.push((name.clone(), v, t));
-                } else if variants.is_none_or(|variants| variants.contains(&variant.name)) {
-                    entries.push((format!("{}-{name}", variant.name), v, t));
+                let stem = Path::new(&trial.scene).file_stem().unwrap_or_default();
+                let name = trial
+                    .name
+                    .as_ref()
+                    .map_or(stem.to_string_lossy(), Cow::from);
+                let name = match self.keys.is_plain {
+                    true => name.into_owned(),
+                    false => format!("{}-{name}", variant.name),
+                };
+                if trial.variants.is_empty() || trial.variants.contains(&variant.name) {
+                    entries.push((name, v, t));
                 }
             }
         }
@@ -172,29 +164,19 @@ impl StudyFile {
     /// Checks the names that refer to something, and the frictions.
     fn check(&self, file: &TomlFile) -> Result<()> {
         let keys = &self.keys;
-        let pictures = PICTURES.map(|(name, _)| name.to_owned()).to_vec();
-        let variants = keys
-            .variants
-            .iter()
-            .map(|variant| variant.name.clone())
-            .collect();
-        let trials = self.entries().into_iter().map(|(name, ..)| name).collect();
-        let mut lists = vec![("pictures".to_owned(), &keys.pictures, &pictures)];
+        let pictures = PICTURES.map(|(name, _)| name.to_owned());
+        file.check_names("pictures", &keys.pictures, &pictures)?;
+        let variants = keys.variants.iter().map(|variant| &variant.name);
+        let variants: Vec<String> = variants.cloned().collect();
         for (k, trial) in keys.trials.iter().enumerate() {
-            let names = trial.variants.iter();
-            lists.extend(names.map(|names| (format!("trials[{k}].variants"), names, &variants)));
+            file.check_names(&format!("trials[{k}].variants"), &trial.variants, &variants)?;
         }
+        let trials: Vec<_> = self.entries().into_iter().map(|(name, ..)| name).collect();
         for (k, question) in keys.questions.iter().enumerate() {
-            lists.push((format!("questions[{k}].from"), &question.from, &trials));
-            lists.push((format!("questions[{k}].to"), &question.to, &trials));
+            file.check_names(&format!("questions[{k}].from"), &question.from, &trials)?;
+            file.check_names(&format!("questions[{k}].to"), &question.to, &trials)?;
         }
-        for (path, names, known) in lists {
-            if let Some(k) = names.iter().position(|name| !known.contains(name)) {
-                let allowed = format!("expected one of {}", known.join(", "));
-                return Err(file.wrong(&format!("{path}[{k}]"), "is unknown:", &allowed));
-            }
-        }
-        let is_wrong = |friction: &f64| !(0.0 < *friction && *friction <= MOST_FRICTION);
+        let is_wrong = |friction: &f64| !(f64::MIN_POSITIVE..=MOST_FRICTION).contains(friction);
         keys.mujoco.iter().position(is_wrong).map_or(Ok(()), |k| {
             let allowed = format!("allowed: a number above 0 and at most {MOST_FRICTION}");
             Err(file.wrong(&format!("mujoco[{k}]"), "is out of range:", &allowed))
@@ -206,7 +188,7 @@ impl StudyFile {
     /// # Errors
     /// Those of [`Scene::load`] and [`Scene::with`].
     pub(super) fn trials(&self, base: &Base) -> Result<Vec<Trial>> {
-        let (file, tables) = (TomlFile::parse(&self.path, &self.text)?, self.tables());
+        let file = TomlFile::parse(&self.path, &self.text)?;
         let trial = |(name, v, t): (String, usize, usize)| {
             let keys = &self.keys.trials[t];
             let changes = [
@@ -227,7 +209,7 @@ impl StudyFile {
             Ok(Trial {
                 title: keys.title.clone().unwrap_or_else(|| name.clone()),
                 name,
-                table: tables[v].name.clone(),
+                table: self.keys.variants[v].name.clone(),
                 paper: keys.paper,
                 scene: scene?,
             })
@@ -249,57 +231,5 @@ impl StudyFile {
             Some(_) => Scene::load(name),
             None => Scene::read(&Path::new(&self.path).with_file_name(name)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Base, OWN, StudyFile, Trial};
-    use cosmic::codesign::CoDesign;
-    use cosmic::scene::Scene;
-
-    fn trials(name: &str, base: &str) -> cosmic::Result<Vec<Trial>> {
-        let [file, text] =
-            [if base.is_empty() { "" } else { "base.toml" }, base].map(str::to_owned);
-        StudyFile::load(name)?.trials(&Base { file, text })
-    }
-
-    #[test]
-    fn the_strict_table_departs_in_nothing_and_the_other_is_the_built_in_scenes() {
-        for trial in trials("paper", "").unwrap() {
-            let departures = trial.scene.departures();
-            assert_eq!(
-                departures.is_empty(),
-                trial.table == "strict",
-                "{departures:?}"
-            );
-            if let Some(name) = trial.name.strip_prefix("default-") {
-                assert_eq!(trial.scene, Scene::load(name).unwrap());
-            }
-        }
-    }
-
-    /// So the eight trials of the ablation are all combinations.
-    #[test]
-    fn every_trial_can_begin_and_is_not_another() {
-        for (name, _) in OWN {
-            let trials = trials(name, "").unwrap();
-            for (k, trial) in trials.iter().enumerate() {
-                CoDesign::new(&trial.scene).unwrap().begin(0).unwrap();
-                let same = |other: &Trial| other.scene == trial.scene;
-                assert!(!trials[..k].iter().any(same), "{}", trial.name);
-            }
-        }
-    }
-
-    #[test]
-    fn a_base_lies_under_every_built_in_scene() {
-        for trial in trials("ablation", "[physics]\ngravity = 1.5\n").unwrap() {
-            assert_eq!(trial.scene.physics.gravity, 1.5);
-        }
-        let error = trials("paper", "[physics]\ngravty = 1")
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("base.toml:2:1"), "{error}");
     }
 }

@@ -1,12 +1,12 @@
 //! A study: its plan, its runs, its results.
 
 use super::file::{Base, StudyFile, Trial};
-use super::rows::collect;
+use super::rows::{Run, TrialRow};
+use crate::measure::numbers;
 use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::error::{Error, Result, in_shell};
-use cosmic::parallel::{Crew, in_parallel};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A study and its folders.
 #[derive(Clone, Debug)]
@@ -32,18 +32,15 @@ pub struct Study {
 impl Study {
     /// The command that repeats the study.
     pub(super) fn command(&self) -> String {
-        let study = in_shell(Path::new(&self.file.path));
-        let mut command = format!("cosmic study {study} --seeds {}", self.seeds);
-        if self.first_seed != 0 {
-            command += &format!(" --first-seed {}", self.first_seed);
-        }
-        if let Some(iterations) = self.iterations {
-            command += &format!(" --iterations {iterations}");
-        }
-        if self.base != Base::default() {
-            command += &format!(" --base {}", in_shell(Path::new(&self.base.file)));
-        }
-        command
+        let (study, seeds) = (in_shell(self.file.path.as_ref()), self.seeds);
+        let limit = self.iterations.map(|n| format!(" --iterations {n}"));
+        let base = (!self.base.file.is_empty())
+            .then(|| format!(" --base {}", in_shell(self.base.file.as_ref())));
+        let more = limit.into_iter().chain(base).collect::<String>();
+        format!(
+            "cosmic study {study} --first-seed {} --seeds {seeds}{more}",
+            self.first_seed
+        )
     }
 
     /// Freezes the plan in the folder of the runs, where any processes may do them. A plan that is there may be
@@ -103,8 +100,7 @@ impl Study {
     /// Completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// The errors of [`Sweep::run_all`] and of [`PlannedStudy::measure`]; [`Error::Usage`] if other
-    /// processes are doing some of the runs.
+    /// The errors of [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of the runs.
     pub fn simulate(
         &self,
         plan: &SweepPlan,
@@ -114,31 +110,14 @@ impl Study {
         let sweep = Sweep {
             folder: &self.runs,
             plan,
-            measure: &|_| Ok(()),
         };
         sweep.run_all(threads, overseer)?;
-        let total = plan.runs();
-        let left = total - plan.over(&self.runs);
-        if left > 0 {
-            return Err(Error::Usage(format!(
+        match plan.runs() - plan.over(&self.runs) {
+            0 => Ok(()),
+            left => Err(Error::Usage(format!(
                 "other processes are doing {left} runs; the same command goes on when they are done"
-            )));
+            ))),
         }
-        let stopped = || Error::Stopped { done: total, total };
-        let is_stopped = || overseer.is_stopped();
-        let measured = in_parallel(total, Crew::of_one(threads), |index, _| {
-            if is_stopped() {
-                return Err(stopped());
-            }
-            let folder = plan.folder(&self.runs, index);
-            let is_done = RunState::of(&folder) == RunState::Done;
-            for study in plan.study.iter().filter(|_| is_done) {
-                study.measure(&folder, &is_stopped)?.ok_or_else(stopped)?;
-                study.python.iter().for_each(|_| overseer.measured(index));
-            }
-            Ok(())
-        });
-        measured.map(drop)
     }
 
     /// Writes the results from the runs' records and returns the paths.
@@ -146,8 +125,29 @@ impl Study {
     /// # Errors
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
-        let trials = self.file.trials(&self.base)?;
-        let rows = collect(&self.runs, &self.plan()?, trials, &self.file.keys.mujoco)?;
-        self.write_results(&rows)
+        let (plan, seeds) = (self.plan()?, self.seeds.get());
+        let run = |index: usize| {
+            let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
+            let state = RunState::of(&folder);
+            // A process that was killed may have left a finished run without its measurements.
+            let mut study = plan.study.iter().filter(|_| state == RunState::Done);
+            study.try_for_each(|study| study.measure(&folder, &|| false).map(drop))?;
+            let finished = (state != RunState::Diverged).then_some(&*folder);
+            let numbers = numbers(finished, &self.file.keys.mujoco)?;
+            Ok(Run {
+                seed,
+                folder,
+                numbers,
+            })
+        };
+        let row = |(k, trial): (usize, Trial)| {
+            let runs = (k * seeds..(k + 1) * seeds).map(run);
+            Ok(TrialRow {
+                trial,
+                runs: runs.collect::<Result<_>>()?,
+            })
+        };
+        let trials = self.file.trials(&self.base)?.into_iter().enumerate();
+        self.write_results(&trials.map(row).collect::<Result<Vec<_>>>()?)
     }
 }

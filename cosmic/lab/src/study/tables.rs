@@ -1,8 +1,8 @@
 //! The tables of a study: its trials, its walks in MuJoCo, its questions, its runs.
 
-use super::file::{Keys, Question};
+use super::file::{Question, Variant};
 use super::rows::{DISPLACEMENT, TrialRow};
-use crate::statistics::{Statistics, mean, standard_error};
+use crate::statistics::{Statistics, mean};
 use crate::table::{Cell, Column, Table};
 use cosmic::record::summary::ratio;
 use cosmic::scene::Departure;
@@ -13,16 +13,23 @@ const NONE: &str = "–";
 /// The part of its distance that a robot keeps in MuJoCo to be counted.
 const MOST: f64 = 0.9;
 
-type Statistic = fn(Statistics) -> Option<f64>;
+/// A number of a sample over the seeds, in which a diverged run is NaN.
+type OfSample = fn(&[f64]) -> Option<f64>;
 
-const MEDIAN: Statistic = |s| s.median;
+const BEST: OfSample = |s| Statistics::of(s).best;
+const MEDIAN: OfSample = |s| Statistics::of(s).median;
+const COUNT: OfSample = |s| Some(s.len() as f64);
+const DIVERGED: OfSample = |s| Some(s.iter().filter(|x| x.is_nan()).count() as f64);
+const ONES: OfSample = |s| Some(s.iter().filter(|x| **x == 1.0).count() as f64);
+const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
 
-/// The statistics that are columns of a trial: heading, column of the runs, statistic, decimals.
-const STATISTICS: [(&str, &str, Statistic, usize); 15] = [
-    ("best", DISPLACEMENT, |s| s.best, 2),
-    ("p10", DISPLACEMENT, |s| s.p10, 2),
+/// The columns of a trial: heading, column of the runs, number of this sample, decimals.
+const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
+    ("best", DISPLACEMENT, BEST, 2),
+    ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
     ("median", DISPLACEMENT, MEDIAN, 2),
-    ("p90", DISPLACEMENT, |s| s.p90, 2),
+    ("±", DISPLACEMENT, |s| Statistics::of(s).standard_error, 2),
+    ("p90", DISPLACEMENT, |s| Statistics::of(s).p90, 2),
     ("spread", "spread", MEDIAN, 2),
     ("dt/2", "half_step_p50", MEDIAN, 2),
     ("last", "displacement_last_p50", MEDIAN, 2),
@@ -31,13 +38,21 @@ const STATISTICS: [(&str, &str, Statistic, usize); 15] = [
     ("x", "displacement_x", MEDIAN, 2),
     ("y", "displacement_y", MEDIAN, 2),
     ("peak strain", "strain_peak", MEDIAN, 2),
-    ("largest strain", "strain_peak", |s| s.best, 2),
+    ("largest strain", "strain_peak", BEST, 2),
     ("V", "V", MEDIAN, 3),
     ("V_act", "V_act", MEDIAN, 3),
+    ("runs", "seconds", COUNT, 0),
+    ("diverged", "seconds", DIVERGED, 0),
+    ("one-hot", "one_hot", ONES, 0),
+    ("in bounds", "within_bounds", ONES, 0),
+    ("in one piece", "pieces", ONES, 0),
+    ("steered", "steered", ONES, 0),
+    ("gradients skipped", "skipped_gradients", SUM, 0),
+    ("s", "seconds", MEDIAN, 1),
 ];
 
-/// The departures of some trials from the paper, each once.
-pub(super) fn departures(rows: &[&TrialRow]) -> Vec<Departure> {
+/// The departures of the trials from the paper, each once.
+pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
     let mut known: Vec<Departure> = Vec::new();
     for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
         if !known.contains(&departure) {
@@ -47,67 +62,53 @@ pub(super) fn departures(rows: &[&TrialRow]) -> Vec<Departure> {
     known
 }
 
-/// A row for each trial; letters stand for its departures from the paper.
-pub(super) fn trials(rows: &[&TrialRow]) -> Table {
-    let known = departures(rows);
-    let column = |name: &str, decimals: usize| Column::new(name, "").decimals(decimals, NONE);
-    let mut table = Table::of("", "", rows).column("trial", "", |row| &row.trial.title[..]);
-    if rows.iter().any(|row| row.trial.paper.is_some()) {
-        table =
-            table
-                .column("paper", "", |row| row.trial.paper)
-                .column("median / paper", "", |row| {
-                    Some(row.of(DISPLACEMENT).median? / row.trial.paper?)
-                });
-    }
-    let mut table = table
-        .column("±", "", |row| standard_error(&row.sample(DISPLACEMENT)))
-        .column("spread of the best", "", |row| {
-            row.best().and_then(|run| run.number("spread"))
-        })
-        .decimals(2, NONE);
-    for (name, of, statistic, decimals) in STATISTICS {
-        table = table.add(column(name, decimals), |row| statistic(row.of(of)));
-    }
-    let is_one_piece = |row: &&TrialRow| row.sample("pieces").iter().filter(|x| **x == 1.0).count();
-    table
-        .column("runs", "", |row| row.runs.len())
-        .column("diverged", "", |row| {
-            row.runs.iter().filter(|run| run.diverged).count()
-        })
-        .column("one-hot", "", |row| row.sum("one_hot"))
-        .column("in bounds", "", |row| row.sum("within_bounds"))
-        .column("in one piece", "", is_one_piece)
-        .column("steered", "", |row| row.sum("steered"))
-        .column("gradients skipped", "", |row| row.sum("skipped_gradients"))
-        .add(column("s", 1), |row| row.of("seconds").median)
-        .column("departures", "", |row| {
-            let own = row.trial.scene.departures();
-            let letters = ('A'..).zip(&known).filter(|(_, known)| own.contains(known));
-            let letters: String = letters.map(|(letter, _)| letter).collect();
-            if letters.is_empty() {
-                "none".to_owned()
-            } else {
-                letters
-            }
-        })
+/// A row for each departure from the paper, with its letter.
+pub(super) fn departures(known: &[Departure]) -> Table {
+    let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
+    Table::of("departures", "Departures from the paper", &lettered)
+        .column("letter", "", |(letter, _)| letter.to_string())
+        .column("option", "", |(_, departure)| &departure.option[..])
+        .column("meaning", "", |(_, departure)| &departure.says[..])
         .done()
 }
 
+/// A row for each trial; letters stand for its departures from the paper.
+pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
+    let title = variant.title.as_deref().unwrap_or("Trials");
+    let mut table = Table::of(&variant.name, title, rows)
+        .column("trial", "", |row| &row.trial.title[..])
+        .column("paper", "", |row| row.trial.paper)
+        .column("median / paper", "", |row| {
+            Some(row.of(DISPLACEMENT).median? / row.trial.paper?)
+        })
+        .column("spread of the best", "", |row| row.best()?.number("spread"))
+        .decimals(2, NONE);
+    for (name, column, number, decimals) in COLUMNS {
+        let head = Column::new(name, "").decimals(decimals, NONE);
+        table = table.add(head, |row| number(&row.sample(column)));
+    }
+    let letters = |row: &&TrialRow| match &row.trial.scene.departures()[..] {
+        [] => "none".to_owned(),
+        own => {
+            let letters = ('A'..).zip(known).filter(|(_, known)| own.contains(known));
+            letters.map(|(letter, _)| letter).collect()
+        }
+    };
+    table.column("departures", "", letters).done()
+}
+
 /// A row for each trial and friction, with quantiles over the seeds.
-pub(super) fn in_mujoco(keys: &Keys, rows: &[TrialRow]) -> Table {
-    let pairs = rows
-        .iter()
-        .flat_map(|row| keys.mujoco.iter().map(move |friction| (row, friction)));
-    let pairs: Vec<(&TrialRow, &f64)> = pairs.collect();
-    let mut table = Table::of("", "", &pairs)
+pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
+    let of_row = |row| frictions.iter().map(move |friction| (row, friction));
+    let pairs: Vec<(&TrialRow, &f64)> = rows.iter().flat_map(of_row).collect();
+    let mut table = Table::of("mujoco", "In MuJoCo", &pairs)
         .column("trial", "", |(row, _)| &row.trial.title[..])
         .column("friction", "", |(_, friction)| **friction)
         .column("at least 0.9", "", |(row, friction)| {
-            let keeps = row.sample(&format!("keeps_{friction}"));
-            keeps.iter().filter(|keeps| **keeps >= MOST).count()
+            let keeps = row.sample(&format!("keeps_{friction}")).into_iter();
+            keeps.filter(|keeps| *keeps >= MOST).count()
         });
-    for (name, of) in [
+    for (name, column) in [
         ("designed", DISPLACEMENT),
         ("MuJoCo", "mujoco_{}"),
         ("keeps", "keeps_{}"),
@@ -116,7 +117,7 @@ pub(super) fn in_mujoco(keys: &Keys, rows: &[TrialRow]) -> Table {
     ] {
         let names = ["", ", p10", ", p90"].map(|which| format!("{name}{which}"));
         table = table.columns(names, "", |(row, friction), k| {
-            let statistics = row.of(&of.replace("{}", &friction.to_string()));
+            let statistics = row.of(&column.replace("{}", &friction.to_string()));
             [statistics.median, statistics.p10, statistics.p90][k]
         });
     }
@@ -125,7 +126,7 @@ pub(super) fn in_mujoco(keys: &Keys, rows: &[TrialRow]) -> Table {
 
 /// The change from some trials to others. Runs of one seed begin alike, so the verdict is on the mean change from seed
 /// to seed. A mean within twice its error decides nothing.
-pub(super) fn questions(keys: &Keys, rows: &[TrialRow]) -> Table {
+pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
         let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);
         let numbers = names.iter().map(|name| number(named(name)?));
@@ -139,23 +140,18 @@ pub(super) fn questions(keys: &Keys, rows: &[TrialRow]) -> Table {
         let change = |seed| Some(at(seed, &asked.to)? - at(seed, &asked.from)?);
         (0..rows.first()?.runs.len()).map(change).collect()
     };
-    let verdict = |asked: &Question| match changes(asked) {
+    let verdict = |asked: &Question| match changes(asked).map(|changes| mean(&changes)) {
         None => "no number: runs diverged",
-        Some(changes) => match mean(&changes) {
-            None => "undecided: one seed's change has no error",
-            Some([change, error]) if change.abs() <= 2.0 * error => {
-                "undecided: within twice its error"
-            }
-            Some([change, _]) if change < 0.0 => "less",
-            Some(_) => "more",
-        },
+        Some(None) => "undecided: one seed's change has no error",
+        Some(Some([change, error])) if change.abs() <= 2.0 * error => "undecided",
+        Some(Some([change, _])) if change < 0.0 => "less",
+        Some(Some(_)) => "more",
     };
-    Table::of("", "", &keys.questions)
+    Table::of("questions", "Questions", questions)
         .column("question", "", |asked| &asked.ask[..])
         .columns(["from", "to"], "", |asked, k| medians(asked)[k])
         .column("to / from", "", |asked| {
-            let [from, to] = medians(asked);
-            ratio(to, from)
+            ratio(medians(asked)[1], medians(asked)[0])
         })
         .columns(["change", "±"], "", |asked, k| {
             Some(mean(&changes(asked)?)?[k])
@@ -167,20 +163,16 @@ pub(super) fn questions(keys: &Keys, rows: &[TrialRow]) -> Table {
 }
 
 /// A row for each run, with every number. Numbers that a run lacks are left empty.
-pub(super) fn runs(rows: &[TrialRow]) -> Table {
-    let runs = rows
-        .iter()
-        .flat_map(|row| row.runs.iter().map(|run| (&row.trial, run)));
-    let runs: Vec<_> = runs.collect();
-    let names = runs
-        .iter()
-        .take(1)
-        .flat_map(|(_, run)| run.numbers.iter().map(|(name, _)| name));
-    let names: Vec<_> = names.collect();
+pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
+    let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
+    let runs: Vec<_> = rows.iter().flat_map(of_row).collect();
+    let first = runs.first().map_or(&[][..], |(_, run)| &run.numbers);
     Table::of("", "", &runs)
         .column("table", "", |(trial, _)| &trial.table[..])
         .column("trial", "", |(trial, _)| &trial.name[..])
         .column("seed", "", |(_, run)| Cell::Count(run.seed))
-        .columns(&names, "", |(_, run), k| run.number(names[k]))
+        .columns(first.iter().map(|(name, _)| name), "", |(_, run), k| {
+            run.number(&first[k].0)
+        })
         .done()
 }

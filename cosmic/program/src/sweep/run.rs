@@ -12,7 +12,7 @@ use cosmic_lab::sweep::{
 };
 use serde_json::json;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 #[derive(Debug, Args)]
@@ -60,23 +60,11 @@ impl Run {
         if let Some(study) = &plan.study {
             study.check()?;
         }
-        let measure = |run: &Path| {
-            let Some(study) = &plan.study else {
-                return Ok(());
-            };
-            let measured = study.measure(run, &|| interrupt.is_asked())?;
-            let (done, total) = (plan.over(folder), plan.runs());
-            measured.ok_or(Error::Stopped { done, total })
-        };
-        let sweep = Sweep {
-            folder,
-            plan,
-            measure: &measure,
-        };
+        let sweep = Sweep { folder, plan };
         match (&self.index, &runs[..]) {
-            (Index::Auto, _) => one(&sweep, None, interrupt.clone(), &self.work),
-            (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt.clone(), &self.work),
-            _ => several(&sweep, &runs, interrupt.clone(), &self.work),
+            (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),
+            (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt, &self.work),
+            _ => several(&sweep, &runs, interrupt, &self.work),
         }
     }
 }

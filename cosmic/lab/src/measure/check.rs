@@ -1,7 +1,5 @@
-//! The measurements of a study's runs, each a file in the run's folder.
+//! `check.json`: the design of a finished run in changed scenes.
 
-use crate::export::{Walks, check_python};
-use crate::sweep::PlannedStudy;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
@@ -16,53 +14,53 @@ const FORMAT: Format = Format::new("cosmic-check", 1);
 /// The name of the check in a run's folder.
 const CHECK: &str = "check.json";
 
-impl PlannedStudy {
-    /// Checks that this machine can measure.
-    ///
-    /// # Errors
-    /// [`Error::Usage`](cosmic::Error::Usage) if robots walk in MuJoCo and the Python lacks it.
-    pub fn check(&self) -> Result<()> {
-        let mut python = self.python.iter();
-        python.try_for_each(|python| check_python(python.as_ref()))
-    }
-
-    /// Measures a run that is done and writes the files of the measurements, except those that exist. Returns
-    /// `None` if it was stopped.
-    ///
-    /// # Errors
-    /// The errors of reading and writing the run's files; [`Error::Usage`](cosmic::Error::Usage) if Python fails.
-    pub fn measure(&self, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Option<()>> {
-        let path = folder.join(CHECK);
-        if !path.exists() {
-            write_json(&path, FORMAT, &Check::measure(folder)?)?;
-        }
-        match &self.python {
-            None => Ok(Some(())),
-            Some(python) => Walks::keep(folder, &self.frictions, python.as_ref(), is_stopped),
-        }
-    }
-}
-
 /// Displacements of a delivered design in changed scenes, from the perturbed starts of the summary. In
 /// metres along the ground; `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Check {
+pub(crate) struct Check {
     /// At half the time step, with twice the steps: 10 % quantile, median, 90 % quantile.
-    pub(super) half_step: [Option<f64>; 3],
+    half_step: [Option<f64>; 3],
     /// With the goal mirrored behind the origin: the median.
     pub(super) goal_behind: Option<f64>,
     /// True if every edge has exactly one material.
-    pub(super) one_hot: bool,
+    one_hot: bool,
     /// True if the volumes are within the widened bounds.
-    pub(super) within_bounds: bool,
+    within_bounds: bool,
 }
 
+/// A number of a check; `None` if a rollout diverged.
+pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
+
 impl Check {
+    /// The numbers of a check in tables, each with the name of its column. True is 1.
+    pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
+        ("half_step_p50", |check| check.half_step[1]),
+        ("half_step_p10", |check| check.half_step[0]),
+        ("half_step_p90", |check| check.half_step[2]),
+        ("goal_behind_p50", |check| check.goal_behind),
+        ("one_hot", |check| Some(f64::from(check.one_hot))),
+        ("within_bounds", |check| {
+            Some(f64::from(check.within_bounds))
+        }),
+    ];
+
+    /// Measures a finished run and writes its check, unless it has one.
+    ///
+    /// # Errors
+    /// The errors of reading the run's files and of [`write_json`].
+    pub(crate) fn keep(folder: &Path) -> Result<()> {
+        let path = folder.join(CHECK);
+        if path.exists() {
+            return Ok(());
+        }
+        write_json(&path, FORMAT, &Self::measure(folder)?)
+    }
+
     /// The check of a run.
     ///
     /// # Errors
     /// The errors of [`read_json`].
-    pub(super) fn read(folder: &Path) -> Result<Self> {
+    pub(crate) fn read(folder: &Path) -> Result<Self> {
         read_json(&folder.join(CHECK), FORMAT)
     }
 

@@ -1,7 +1,7 @@
 //! `transfer.json`: how far a finished run's robot walks in MuJoCo, on ground of several frictions.
 
-use super::mujoco::{self, MujocoSettings};
 use crate::child;
+use crate::export::mujoco::{self, MujocoSettings};
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::laws::ContactLaw;
@@ -21,7 +21,7 @@ const MODEL: &str = "export";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Walks {
     /// The version of MuJoCo.
-    pub(crate) mujoco: String,
+    mujoco: String,
     /// The coefficients of friction.
     frictions: Vec<f64>,
     /// For each friction the walks in MuJoCo, from perturbed starts.
