@@ -74,8 +74,7 @@ impl Arguments {
             file,
         };
         if self.plan.is_some() {
-            let plan = study.prepare()?;
-            return answer_planned(output, &study.runs, plan.runs());
+            return answer_planned(output, &study.runs, study.prepare()?.runs());
         }
         study.check_results()?;
         let plan = study.prepare()?;

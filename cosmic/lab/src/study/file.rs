@@ -191,13 +191,11 @@ impl StudyFile {
         let file = TomlFile::parse(&self.path, &self.text)?;
         let trial = |(name, v, t): (String, usize, usize)| {
             let keys = &self.keys.trials[t];
-            let changes = [
-                format!("variants[{v}].settings"),
-                format!("trials[{t}].settings"),
-            ];
+            let mut changes = [("variants", v), ("trials", t)].into_iter();
+            let change =
+                |scene: Scene, (list, k)| file.change(&scene, &format!("{list}[{k}].settings"));
             let scene = self.scene(&keys.scene, base);
-            let change = |scene: Scene, path: &String| file.change(&scene, path);
-            let scene = scene.and_then(|scene| changes.iter().try_fold(scene, change));
+            let scene = scene.and_then(|scene| changes.try_fold(scene, change));
             // The place is in the study's file, the cause may be in the base.
             let scene = scene.map_err(|error| match &base.file[..] {
                 "" => error,

@@ -5,7 +5,6 @@
 //! records. All numbers except wall times follow from the plan.
 
 mod file;
-mod rows;
 mod tables;
 mod study;
 mod results;

@@ -1,7 +1,7 @@
 //! A study: its plan, its runs, its results.
 
 use super::file::{Base, StudyFile, Trial};
-use super::rows::{Run, TrialRow};
+use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
 use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::error::{Error, Result, in_shell};
@@ -107,12 +107,9 @@ impl Study {
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
     ) -> Result<()> {
-        let sweep = Sweep {
-            folder: &self.runs,
-            plan,
-        };
-        sweep.run_all(threads, overseer)?;
-        match plan.runs() - plan.over(&self.runs) {
+        let folder = &self.runs;
+        Sweep { folder, plan }.run_all(threads, overseer)?;
+        match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
                 "other processes are doing {left} runs; the same command goes on when they are done"

@@ -1,11 +1,59 @@
-//! The tables of a study: its trials, its walks in MuJoCo, its questions, its runs.
+//! The numbers of a study's runs, and its tables: trials, walks in MuJoCo, questions, runs.
 
-use super::file::{Question, Variant};
-use super::rows::{DISPLACEMENT, TrialRow};
+use super::file::{Question, Trial, Variant};
 use crate::statistics::{Statistics, mean};
 use crate::table::{Cell, Column, Table};
 use cosmic::record::summary::ratio;
 use cosmic::scene::Departure;
+use std::path::PathBuf;
+
+/// The column with the median displacement over perturbed starts, m: the number to quote.
+pub(super) const DISPLACEMENT: &str = "displacement_p50";
+
+/// One run.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) seed: u64,
+    pub(super) folder: PathBuf,
+    /// A number for each column: NaN if a rollout diverged, `None` if statistics leave it out.
+    pub(super) numbers: Vec<(String, Option<f64>)>,
+}
+
+impl Run {
+    /// The number of a column; `None` if a rollout diverged or statistics leave it out.
+    pub(super) fn number(&self, column: &str) -> Option<f64> {
+        let found = self.numbers.iter().find(|(name, _)| name == column)?;
+        found.1.filter(|x| x.is_finite())
+    }
+}
+
+/// A trial over all its seeds.
+#[derive(Clone, Debug)]
+pub(super) struct TrialRow {
+    pub(super) trial: Trial,
+    pub(super) runs: Vec<Run>,
+}
+
+impl TrialRow {
+    /// The numbers of a column, without those that statistics leave out.
+    pub(super) fn sample(&self, column: &str) -> Vec<f64> {
+        let number = |run: &Run| run.numbers.iter().find(|(name, _)| name == column)?.1;
+        self.runs.iter().filter_map(number).collect()
+    }
+
+    /// The statistics of a column.
+    pub(super) fn of(&self, column: &str) -> Statistics {
+        Statistics::of(&self.sample(column))
+    }
+
+    /// The run that got farthest, the first of equals; `None` if all diverged.
+    pub(super) fn best(&self) -> Option<&Run> {
+        let runs = self.runs.iter().rev();
+        let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
+        let farthest = runs.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        farthest.map(|(run, _)| run)
+    }
+}
 
 /// The sign for a missing number.
 const NONE: &str = "–";
@@ -75,12 +123,11 @@ pub(super) fn departures(known: &[Departure]) -> Table {
 /// A row for each trial; letters stand for its departures from the paper.
 pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
+    let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
     let mut table = Table::of(&variant.name, title, rows)
         .column("trial", "", |row| &row.trial.title[..])
         .column("paper", "", |row| row.trial.paper)
-        .column("median / paper", "", |row| {
-            Some(row.of(DISPLACEMENT).median? / row.trial.paper?)
-        })
+        .column("median / paper", "", over_paper)
         .column("spread of the best", "", |row| row.best()?.number("spread"))
         .decimals(2, NONE);
     for (name, column, number, decimals) in COLUMNS {
@@ -147,15 +194,13 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         Some(Some([change, _])) if change < 0.0 => "less",
         Some(Some(_)) => "more",
     };
+    let gain = |asked: &Question| ratio(medians(asked)[1], medians(asked)[0]);
+    let change = |asked: &Question, k: usize| Some(mean(&changes(asked)?)?[k]);
     Table::of("questions", "Questions", questions)
         .column("question", "", |asked| &asked.ask[..])
         .columns(["from", "to"], "", |asked, k| medians(asked)[k])
-        .column("to / from", "", |asked| {
-            ratio(medians(asked)[1], medians(asked)[0])
-        })
-        .columns(["change", "±"], "", |asked, k| {
-            Some(mean(&changes(asked)?)?[k])
-        })
+        .column("to / from", "", gain)
+        .columns(["change", "±"], "", change)
         .column("verdict", "", verdict)
         .column("the paper", "", |asked| &asked.paper[..])
         .decimals(2, NONE)
@@ -165,14 +210,14 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
 /// A row for each run, with every number. Numbers that a run lacks are left empty.
 pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
     let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
-    let runs: Vec<_> = rows.iter().flat_map(of_row).collect();
+    let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();
     let first = runs.first().map_or(&[][..], |(_, run)| &run.numbers);
+    let names = first.iter().map(|(name, _)| &name[..]);
+    let number = |(_, run): &(&Trial, &Run), k: usize| run.number(&first[k].0);
     Table::of("", "", &runs)
         .column("table", "", |(trial, _)| &trial.table[..])
         .column("trial", "", |(trial, _)| &trial.name[..])
         .column("seed", "", |(_, run)| Cell::Count(run.seed))
-        .columns(first.iter().map(|(name, _)| name), "", |(_, run), k| {
-            run.number(&first[k].0)
-        })
+        .columns(names, "", number)
         .done()
 }
