@@ -96,7 +96,7 @@ const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
     ("in one piece", "pieces", ONES, 0),
     ("steered", "steered", ONES, 0),
     ("gradients skipped", "skipped_gradients", SUM, 0),
-    ("s", "seconds", MEDIAN, 1),
+    ("seconds", "seconds", MEDIAN, 1),
 ];
 
 /// The departures of the trials from the paper, each once.
