@@ -123,7 +123,7 @@ impl Study {
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
         let (plan, seeds) = (self.plan()?, self.seeds.get());
-        let run = |index: usize| {
+        let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
             // A process that was killed may have left a finished run without its measurements.
