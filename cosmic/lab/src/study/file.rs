@@ -192,8 +192,9 @@ impl StudyFile {
         let trial = |(name, v, t): (String, usize, usize)| {
             let keys = &self.keys.trials[t];
             let mut changes = [("variants", v), ("trials", t)].into_iter();
-            let change =
-                |scene: Scene, (list, k)| file.change(&scene, &format!("{list}[{k}].settings"));
+            let change = |scene: Scene, (list, k): (&str, usize)| {
+                file.change(&scene, &format!("{list}[{k}].settings"))
+            };
             let scene = self.scene(&keys.scene, base);
             let scene = scene.and_then(|scene| changes.try_fold(scene, change));
             // The place is in the study's file, the cause may be in the base.
