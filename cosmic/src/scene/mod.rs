@@ -26,6 +26,7 @@ mod doubts;
 mod check;
 mod diagnostic;
 mod read;
+mod toml_file;
 mod whole;
 mod write;
 mod builtin;
@@ -56,6 +57,7 @@ pub use robot::{
 };
 
 pub use terrain::{GroundSettings, ProfileKind};
+pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;
 pub use version::VERSION;
 

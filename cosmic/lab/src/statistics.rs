@@ -1,45 +1,43 @@
-//! Statistics of a sample of seeds, and their errors.
+//! Statistics of a sample, and their errors.
 
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
-use serde::Serialize;
 
 /// Resamples for the error of a median.
 const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample. A number that depends on a diverged run is `None`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Statistics {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Statistics {
     /// The largest number.
-    pub(super) best: Option<f64>,
-    /// The 10 % quantile.
-    pub(super) p10: Option<f64>,
-    /// The median.
-    pub(super) median: Option<f64>,
-    /// The 90 % quantile.
-    pub(super) p90: Option<f64>,
+    pub(crate) best: Option<f64>,
+    pub(crate) p10: Option<f64>,
+    pub(crate) median: Option<f64>,
+    pub(crate) p90: Option<f64>,
     /// The standard error of the median, by the bootstrap; `None` for a single number.
-    pub(super) standard_error: Option<f64>,
+    pub(crate) standard_error: Option<f64>,
 }
 
 impl Statistics {
-    /// The statistics of a sample. A diverged run is `None`, and counts as lowest.
-    pub(super) fn of(sample: &[Option<f64>]) -> Self {
+    /// The statistics of a sample, in which a diverged run is NaN and counts as lowest.
+    pub(crate) fn of(sample: &[f64]) -> Self {
         if sample.is_empty() {
             return Self::default();
         }
-        let numbers: Vec<f64> = sample.iter().map(|x| x.unwrap_or(f64::NAN)).collect();
-        let spread = Quantiles::of(&numbers);
-        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
+        let spread = Quantiles::of(sample);
         Self {
-            best: finite(numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+            best: finite(sample.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             p10: finite(spread.p10),
             median: finite(spread.p50),
             p90: finite(spread.p90),
-            standard_error: finite(standard_error(&numbers)).filter(|_| numbers.len() > 1),
+            standard_error: finite(standard_error(sample)).filter(|_| sample.len() > 1),
         }
     }
+}
+
+fn finite(x: f64) -> Option<f64> {
+    Some(x).filter(|x| x.is_finite())
 }
 
 /// The mean of a sample and the variance of its population.
@@ -51,7 +49,7 @@ fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
 }
 
 /// The mean of a sample and its standard error; `None` for a single number.
-pub(super) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
+pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     let [mean, variance] = mean_and_variance(sample);
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
@@ -77,7 +75,8 @@ mod tests {
 
     #[test]
     fn diverged_runs_count_lowest() {
-        let statistics = Statistics::of(&[Some(2.0), None, Some(1.0)]);
+        let sample = [2.0, f64::NAN, 1.0];
+        let statistics = Statistics::of(&sample);
         assert_eq!((statistics.best, statistics.median), (Some(2.0), Some(1.0)));
         assert_eq!((statistics.p10, statistics.standard_error), (None, None));
         assert_eq!(Statistics::of(&[]).best, None);
@@ -86,12 +85,13 @@ mod tests {
     #[test]
     fn the_error_of_the_median_of_a_uniform_sample_is_known() {
         let mut stream = stream(7, Purpose::Weights);
-        let sample: Vec<_> = (0..400).map(|_| Some(stream.random::<f64>())).collect();
+        let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
         let error = Statistics::of(&sample).standard_error.unwrap();
         // 1 / (2 f sqrt(n)) with density f = 1: 0.025. The bootstrap of one sample estimates it
         // to within some tens of a percent.
         assert!((0.0125..0.05).contains(&error), "{error}");
-        assert_eq!(Statistics::of(&[Some(3.0); 9]).standard_error, Some(0.0));
+        let error = |sample: &[f64]| Statistics::of(sample).standard_error;
+        assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);
     }
 
     #[test]
