@@ -57,25 +57,27 @@ fn rollouts() -> String {
         let (scene, case) = built_in(scene);
         measure(&case, &scene)
     });
-    let unit = mixture.two_matvecs;
-    for (name, times) in [
-        ("mixture, f64", mixture.double),
-        ("mixture, f32", mixture.single),
-        ("one-hot, f64", one_hot.one_hot_double),
-        ("one-hot, f32", one_hot.one_hot_single),
-        ("mixture, each of eight starts", mixture.eight_starts),
-        ("one-hot, each of eight starts", one_hot.eight_starts),
+    let unit = mixture.time("two_matvecs");
+    for (name, speed, set) in [
+        ("mixture, f64", &mixture, ""),
+        ("mixture, f32", &mixture, "f32_"),
+        ("one-hot, f64", &one_hot, "one_hot_"),
+        ("one-hot, f32", &one_hot, "one_hot_f32_"),
+        ("mixture, each of eight starts", &mixture, "eight_starts_"),
+        ("one-hot, each of eight starts", &one_hot, "eight_starts_"),
     ] {
+        let time = |work: &str| speed.time(&format!("{set}{work}"));
         let figures = [
-            times.rollout,
-            times.value_and_design_gradient,
-            times.value_and_controller_gradient,
+            time("rollout"),
+            time("value_and_design_gradient"),
+            time("value_and_controller_gradient"),
             unit,
         ];
         row(&mut table, name, &figures, 3);
         row(&mut table, "… in mat-vecs", &figures.map(|f| f / unit), 2);
     }
-    let [own, own_f32] = one_hot.own_materials;
+    let own = one_hot.time("one_hot_own_materials");
+    let own_f32 = one_hot.time("one_hot_f32_own_materials");
     let _ = write!(
         table,
         "\nA layout's value and gradient by what each edge has of its own material, and so by its \
@@ -86,7 +88,7 @@ fn rollouts() -> String {
         table,
         "\nThe performance and the stability projection of a design, side by side as an \
          optimisation takes them on one thread: {:.3} for value and design gradient of each.\n",
-        mixture.two_designs
+        mixture.time("one_of_two_designs")
     );
     let [first, last] = mixture.single_errors.map(|error| {
         format!(
