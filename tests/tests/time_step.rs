@@ -156,7 +156,10 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                     nearest = nearest.max(fastest / bound);
                     // Two nodes that swing against each other reach the bound; a chain of many stays
                     // below by a third or so.
-                    assert!(own_off < 1.6 * fastest_off, "{own_off} far from {fastest_off}");
+                    assert!(
+                        own_off < 1.6 * fastest_off,
+                        "{own_off} far from {fastest_off}"
+                    );
                 }
             }
         }
