@@ -81,7 +81,7 @@ static WATCHED: [Watched; 18] = [
     // Farther than the trap, and not yet absurd: found to be sane by the second look.
     sane(loose, |case| case.start.v[2] = [7e5, 0.0]),
     sane(loose, |case| raise(case, 7e5)),
-    sane(loose, |case| raise(case, 2e6)).finds(0, 0, "mostly by the node's own velocity"),
+    sane(loose, |case| raise(case, 2e6)).finds(0, 0, "mostly by gravity"),
     // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as quiet as the
     // others ever after: no later state shows it.
     sane(
@@ -160,6 +160,7 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
 /// What is absurd is found, named and replayed from a file; what is not is delivered as it is.
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
+    let mut wrong = Vec::new();
     for (k, watched) in WATCHED.iter().enumerate() {
         let mut case = case(watched.scene);
         (watched.case)(&mut case);
@@ -171,12 +172,11 @@ fn every_absurd_state_is_found_and_replayed() {
         };
         let found = found.unwrap_or_else(|| panic!("nothing is found in {k}"));
         let said = Error::from(&found).to_string();
-        assert!(said.ends_with(expected.says), "{k}: {said}");
-        assert_eq!(
-            (found.step, found.node),
-            (expected.step, expected.node),
-            "{k}"
-        );
+        if (found.step, found.node) != (expected.step, expected.node)
+            || !said.ends_with(expected.says)
+        {
+            wrong.push(format!("{k}: {said}"));
+        }
         // The states up to the one found are those of the rollout, eight before it if there are as many.
         let steps: Vec<usize> = (found.step.saturating_sub(7)..=found.step + 1).collect();
         assert_eq!(found.last.steps, steps);
@@ -186,12 +186,18 @@ fn every_absurd_state_is_found_and_replayed() {
             format!("{:?}", found.last.states)
         );
         let (after, before) = last.states.split_last().expect("it has states");
-        assert!(!before.iter().any(State::is_absurd), "{k}");
+        // The start is not checked.
+        let mut before = before.iter().skip(usize::from(last.steps[0] == 0));
+        assert!(!before.any(State::is_absurd), "{k}");
         let too_fast = case.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
         // A file shows it again, and says what it is.
         let text = case.diverged_json(&found);
-        assert!(text.contains(expected.says), "{text}");
+        assert!(text.contains(&found.term.to_string()), "{text}");
+        // JSON has no NaN.
+        if !case.controller.b2.iter().all(|b| b.is_finite()) {
+            continue;
+        }
         let again = Case::parse("diverged.json", &text).expect("it is a case");
         let results = again.evaluate(false, &[]).expect("it lists its steps");
         assert_eq!(
@@ -199,6 +205,7 @@ fn every_absurd_state_is_found_and_replayed() {
             format!("{:?}", Some(found))
         );
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
     // A case without the key has no bound.
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }

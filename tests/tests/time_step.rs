@@ -77,7 +77,7 @@ fn an_unstable_step_is_refused_with_node_number_and_a_remedy_that_helps() {
     patient.unstable_step = UnstableStep::Warn;
     assert!(unstable.accept(&patient).is_ok());
     // A scene that only warns has this setting already.
-    let warned = said.split_once("; to go on").map(|(warned, _)| warned);
+    let warned = said.split_once("; to continue").map(|(warned, _)| warned);
     assert_eq!(warned, Some(&*unstable.to_string()));
     let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
     let dt = rest
