@@ -279,7 +279,7 @@ impl<'a> Facts<'a> {
                 "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
             ),
         };
-        let resists = format!("physics.bending_radius, of gyration, is {radius} m");
+        let resists = format!("physics.bending_radius is {radius} m");
         let edges = self.body.stiffness.iter().filter(|k| **k != 0.0).count();
         let springs = match physics.substeps {
             1 => format!("{edges} edges, in whole lanes"),

@@ -196,9 +196,10 @@ fn is_finite(state: &State<f64>) -> bool {
     numbers.all(|c| c.is_finite())
 }
 
-/// The most energy of any state over that of the first, in units of [`ENERGY`]; `None` if a force has no
+/// The most energy of any state over that of the start, in units of [`ENERGY`]; `None` if a force has no
 /// energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
+    let at_start = energies(case, std::slice::from_ref(&case.start))?[0];
     let energies = energies(case, states)?;
-    Some(most(energies.iter().copied()) / (ENERGY * energies[0]))
+    Some(most(energies.into_iter()) / (ENERGY * at_start))
 }
