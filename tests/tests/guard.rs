@@ -160,7 +160,7 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
 /// What is absurd is found, named and replayed from a file; what is not is delivered as it is.
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
-    let mut wrong = Vec::new();
+    let (mut wrong, mut replayed) = (Vec::new(), 0);
     for (k, watched) in WATCHED.iter().enumerate() {
         let mut case = case(watched.scene);
         (watched.case)(&mut case);
@@ -194,10 +194,11 @@ fn every_absurd_state_is_found_and_replayed() {
         // A file shows it again, and says what it is.
         let text = case.diverged_json(&found);
         assert!(text.contains(&found.term.to_string()), "{text}");
-        // JSON has no NaN.
-        if !case.controller.b2.iter().all(|b| b.is_finite()) {
+        // NaN and settings beyond their range cannot be read again.
+        if Case::parse("case.json", &case.to_json()).is_err() {
             continue;
         }
+        replayed += 1;
         let again = Case::parse("diverged.json", &text).expect("it is a case");
         let results = again.evaluate(false, &[]).expect("it lists its steps");
         assert_eq!(
@@ -205,7 +206,7 @@ fn every_absurd_state_is_found_and_replayed() {
             format!("{:?}", Some(found))
         );
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(wrong.is_empty() && replayed > 3, "{replayed}: {wrong:#?}");
     // A case without the key has no bound.
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
