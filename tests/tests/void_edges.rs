@@ -85,8 +85,6 @@ fn void_edges_are_kept_unless_a_scene_says_otherwise() {
     for case in layouts(VoidEdges::Keep) {
         let void = case.materials.stiffness[0];
         assert!(case.body().stiffness.iter().all(|k| *k >= void));
-        let [all, without] = Voids::of(&case).unwrap().registers;
-        assert!(without <= all && all * 8 >= case.lattice.edges.len());
         assert_eq!(states(&case), states_with_all_edges(&case));
     }
 }

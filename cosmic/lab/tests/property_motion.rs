@@ -157,21 +157,12 @@ proptest! {
     ) {
         let mut case = case;
         case.start.v.fill([0.0; 2]);
-        (case.physics.steps, case.physics.damping, case.physics.dt) = (256, damping, 1.0);
-        let exact = case.step_check().exact.expect("a second is too long");
-        let Some(limit) = exact.dt else {
+        (case.physics.steps, case.physics.damping) = (256, damping);
+        let trial = Trial::new("any", "any", case, World::Free);
+        if trial.limit.is_infinite() {
             return Err(TestCaseError::reject("nothing vibrates"));
-        };
-        case.physics.dt = share * limit;
-        let trial = Trial {
-            group: "any",
-            what: "any".to_owned(),
-            world: World::Free,
-            frequency: exact.frequency,
-            damping: 0.0,
-            case,
-        };
-        let found = trial.run();
+        }
+        let found = trial.at(share).run();
         prop_assert!(found.is_ok(), "{:?}", found);
         prop_assert_eq!(found.outcome == Outcome::Bounded, share < 1.0);
     }

@@ -5,18 +5,40 @@ use std::fmt;
 use autodiff::check::{Direction, WRONG_BY};
 
 use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
+use crate::table::Table;
+
+impl Group {
+    /// The direction with the worst verdict and error.
+    fn worst(&self) -> &Direction {
+        let rank = |row: &&Direction| (row.verdict, row.error);
+        // An error that is NaN is not less than any other.
+        let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
+        let directions = self.report.directions.iter();
+        directions.reduce(worse).expect("a check has a direction")
+    }
+}
 
 /// A table with a row per group: its direction with the worst verdict and error.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            out,
-            "{:<6}{:>8}{:>13}{:>18}{:>18}{:>18}{:>10}{:>10}  verdict",
-            "group", "numbers", "|gradient|", "reverse", "forward", "differences", "step", "error"
-        )?;
-        for group in &self.groups {
-            write_row(out, group)?;
-        }
+        let slope = |x: f64| format!("{x:.9e}");
+        let forward = |group: &Group| group.worst().forward.unwrap_or(f64::NAN);
+        let table = Table::of("gradcheck", "", &self.groups)
+            .column("group", "a block of the inputs", |group| group.name)
+            .column("numbers", "how many", |group| group.numbers)
+            .column("|gradient|", "its length", |g| format!("{:.4e}", g.norm))
+            .column("reverse", "slope", |g| slope(g.worst().gradient))
+            .column("forward", "slope", |g| slope(forward(g)))
+            .column("differences", "slope", |g| slope(g.worst().central))
+            .column("step", "of the differences", |g| {
+                format!("{:.1e}", g.worst().step)
+            })
+            .column("error", "relative", |g| format!("{:.1e}", g.worst().error))
+            .column("verdict", "on the group", |group| match group.is_zero() {
+                true => "both zero".to_owned(),
+                false => group.verdict.to_string(),
+            });
+        write!(out, "{}", table.done().to_text())?;
         let names = |is: fn(&Group) -> bool| -> Vec<&str> {
             let groups = self.groups.iter().filter(|group| is(group));
             groups.map(|group| group.name).collect()
@@ -55,26 +77,5 @@ impl fmt::Display for GradientCheck {
                 "negative control: none, no group is smooth and steep enough for differences"
             ),
         }
-    }
-}
-
-fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
-    let Group { name, norm, .. } = group;
-    write!(out, "{name:<6}{:>8}{norm:>13.4e}", group.numbers)?;
-    let rank = |row: &&Direction| (row.verdict, row.error);
-    // An error that is NaN is not less than any other.
-    let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
-    if let Some(row) = group.report.directions.iter().reduce(worse) {
-        let forward = row.forward.unwrap_or(f64::NAN);
-        write!(
-            out,
-            "{:>18.9e}{forward:>18.9e}{:>18.9e}{:>10.1e}{:>10.1e}",
-            row.gradient, row.central, row.step, row.error
-        )?;
-    }
-    if group.is_zero() {
-        writeln!(out, "  both zero")
-    } else {
-        writeln!(out, "  {}", group.verdict)
     }
 }

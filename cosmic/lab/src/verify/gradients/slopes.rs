@@ -1,48 +1,48 @@
 //! The displacement of a case as a function of design and controller, and all ways to its gradient.
 
-use autodiff::{Dual, Real, Var};
+use autodiff::{Real, Var};
 use rand::RngExt;
 
-use crate::verify::probe::{dot, norm};
+use crate::verify::probe::{Probe, dot, norm};
 use cosmic::case::Case;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
+use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::HorizonMode;
 use cosmic::simulator::{Simulator, Span};
-use cosmic::task::{Horizon, Task};
+use cosmic::task::Horizon;
 
 /// Directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// Design vectors and weights; of a frozen layout the weights alone.
-pub(super) struct CaseSlopes<'a> {
-    case: &'a Case,
-    task: Task,
-    inputs: Inputs<f64>,
+/// Slopes along the directions.
+pub(super) type Slopes = [f64; DIRECTIONS];
+
+/// A case with random directions of its design vectors and weights; of a frozen layout the weights alone.
+pub(super) struct Subject<'a> {
+    probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// Random, of length one.
-    pub(super) directions: [Vec<f64>; DIRECTIONS],
+    /// Of length one.
+    directions: [Vec<f64>; DIRECTIONS],
 }
 
-impl<'a> CaseSlopes<'a> {
+impl<'a> Subject<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
         let blocks = match case.frozen {
             None => [DESIGN, CONTROLLER].concat(),
             Some(_) => CONTROLLER.to_vec(),
         };
-        let inputs = case.inputs();
+        let probe = Probe::new(case);
+        let count = probe.inputs.get(&blocks).len();
         let mut stream = stream(1, Purpose::Verification);
-        let count = inputs.get(&blocks).len();
         let directions = [(); DIRECTIONS].map(|()| {
             let mut draw = || 2.0 * stream.random::<f64>() - 1.0;
             let raw: Vec<f64> = (0..count).map(|_| draw()).collect();
             raw.iter().map(|d| d / norm(&raw)).collect()
         });
         Self {
-            task: case.task(),
-            case,
-            inputs,
+            probe,
             blocks,
             directions,
         }
@@ -55,23 +55,22 @@ impl<'a> CaseSlopes<'a> {
 
     /// Minus the payload's position along the ground after each of `steps`, which ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
-        let mixture = self.case.mixture(self.case.projection, &inputs.z);
-        let (controller, start) = (&inputs.controller, &inputs.start);
+        let Probe { case, task, .. } = &self.probe;
+        let mixture = case.mixture(case.projection, &inputs.z);
         let span = Span::from_start(steps.to_vec());
-        let seen = self.task.rollout(&mixture, controller, start, &span);
-        let along = |k: usize| self.task.ground().vector_to_ground(seen.states[k].x[0])[0];
-        (0..steps.len()).map(|k| -along(k)).collect()
+        let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
+        let ground = task.ground();
+        let loss = |state: &State<R>| -ground.vector_to_ground(state.x[0])[0];
+        seen.states.iter().map(loss).collect()
     }
 
-    /// Slopes along all directions by central differences of this half-width, per step count.
-    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<[f64; DIRECTIONS]> {
-        let numbers = self.inputs.get(&self.blocks);
+    /// Slopes by central differences of this half-width, per step count.
+    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
+        let numbers = self.probe.inputs.get(&self.blocks);
         let moved = |direction: &[f64], h: f64| {
             let pairs = numbers.iter().zip(direction);
             let moved: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
-            let mut inputs = self.inputs.clone();
-            inputs.set(&self.blocks, &moved);
-            self.losses(&inputs, steps)
+            self.losses(&self.probe.with(&self.blocks, &moved), steps)
         };
         let by_direction = self.directions.each_ref().map(|direction| {
             let ends = moved(direction, h).into_iter().zip(moved(direction, -h));
@@ -82,22 +81,14 @@ impl<'a> CaseSlopes<'a> {
         (0..steps.len()).map(slopes).collect()
     }
 
-    /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step
-    /// count.
+    /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step count.
     pub(super) fn duals<R: Real, const N: usize>(
         &self,
         first: usize,
         steps: &[usize],
     ) -> Vec<[R; N]> {
-        let numbers = self.inputs.get(&self.blocks);
-        let dual = |(i, &x): (usize, &f64)| Dual {
-            value: R::lit(x),
-            tangent: std::array::from_fn(|k| R::lit(self.directions[first + k][i])),
-        };
-        let moving: Vec<Dual<R, N>> = numbers.iter().enumerate().map(dual).collect();
-        let mut inputs = self.inputs.lift();
-        inputs.set(&self.blocks, &moving);
-        let losses = self.losses(&inputs, steps);
+        let directions = std::array::from_fn(|k| &self.directions[first + k][..]);
+        let losses = self.losses(&self.probe.moving(&self.blocks, directions), steps);
         losses.iter().map(|loss| loss.tangent).collect()
     }
 
@@ -107,21 +98,20 @@ impl<'a> CaseSlopes<'a> {
     }
 
     /// The gradient by a tape of every operation.
-    pub(super) fn full_tape<R: Real>(&self, steps: usize) -> Vec<R> {
+    pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
+        let Probe { case, task, .. } = &self.probe;
         self.reverse(|inputs| {
-            let mixture = self.case.mixture(self.case.projection, &inputs.z);
-            let (body, controller) = (self.task.body(&mixture), &inputs.controller);
+            let body = task.body(&case.mixture(case.projection, &inputs.z));
             let span = Span::from_start(vec![steps]);
-            let case = self.case;
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
-            let seen = simulator.rollout_in_full(&body, controller, &inputs.start, &span);
-            -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
+            let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
+            -task.ground().vector_to_ground(seen.states[0].x[0])[0]
         })
     }
 
     /// The driver's gradient over the last `carried` of the steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
-        let mut case = self.case.clone();
+        let mut case = self.probe.case.clone();
         case.physics.steps = steps;
         let task = case.task();
         let horizon = Horizon {
@@ -137,11 +127,11 @@ impl<'a> CaseSlopes<'a> {
     }
 
     fn reverse<R: Real>(&self, loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>) -> Vec<R> {
-        self.inputs.lift().differentiate(&self.blocks, loss).1
+        self.probe.reverse(&self.blocks, loss).1
     }
 
     /// A gradient's slopes along the directions.
-    pub(super) fn along(&self, gradient: &[f64]) -> [f64; DIRECTIONS] {
+    pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
         (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
 }
