@@ -33,7 +33,7 @@ impl CoDesign {
 
     pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
         Inputs {
-            z: progress.z.clone(),
+            z: progress.design.vectors().into_owned(),
             controller: progress.controller.clone(),
             start: self.start.clone(),
         }
@@ -72,7 +72,7 @@ mod tests {
 
     /// The largest frequency of a task's robot, 1/s.
     fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
-        let body = task.body(&codesign.mixture(progress));
+        let body = task.body(&codesign.design(progress));
         let rest = &task.lattice.positions;
         Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
     }

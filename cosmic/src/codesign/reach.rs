@@ -1,5 +1,7 @@
 //! The displacement and the merit of robots in full rollouts.
 
+use std::borrow::Borrow;
+
 use autodiff::Real;
 use rayon::prelude::*;
 
@@ -7,11 +9,10 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::reliability::Merit;
 use crate::controller::Controller;
-use crate::design::Material;
+use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
-use crate::projection;
 use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
@@ -60,7 +61,7 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
 impl CoDesign {
     /// A full rollout of the present robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
-        self.try_many(&[self.mixture(progress)], &progress.controller, &self.task)[0]
+        self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
 
     /// The present robot after such numbers of steps from the unperturbed start, in the precision of gradients;
@@ -77,22 +78,21 @@ impl CoDesign {
         progress: &Progress,
         steps: Vec<usize>,
     ) -> Option<Trajectory<f64>> {
-        let mixture = self.mixture(progress);
-        let lifted: Vec<[R; 3]> = mixture.iter().map(|m| m.map(R::lit)).collect();
+        let design = self.design(progress);
         let span = Span::from_start(steps);
         let watched = Span {
             watched: true,
             ..span.clone()
         };
         let (controller, start) = (progress.controller.map(R::lit), self.start.map(R::lit));
-        let seen = self.task.rollout(&lifted, &controller, &start, &watched);
+        let seen = self.task.rollout(&design.lift(), &controller, &start, &watched);
         let states: Vec<State<f64>> = seen.states.iter().map(|s| s.map(R::into)).collect();
         let is_cleared = |last| self.task.simulator.is_cleared(last);
         if states.last().is_none_or(is_cleared) {
             let steps = seen.steps;
             return Some(Trajectory { steps, states });
         }
-        let guarded = (self.task).guarded(&mixture, &progress.controller, &self.start, &span);
+        let guarded = (self.task).guarded(&design, &progress.controller, &self.start, &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
     }
 
@@ -101,14 +101,14 @@ impl CoDesign {
     /// need [`reach_many`](Self::reach_many) in f64.
     pub(super) fn try_many(
         &self,
-        mixtures: &[Vec<[f64; 3]>],
+        designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let starts = vec![&self.start; mixtures.len()];
+        let starts = vec![&self.start; designs.len()];
         match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, task, &starts),
-            GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, task, &starts),
+            GradientPrecision::F64 => self.reach_many::<f64>(designs, controller, task, &starts),
+            GradientPrecision::F32 => self.reach_many::<f32>(designs, controller, task, &starts),
         }
     }
 
@@ -137,20 +137,20 @@ impl CoDesign {
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let mixtures: Vec<_> = layouts.iter().map(|l| projection::one_hot(l)).collect();
-        let side_by_side = |mixtures: &[Vec<_>]| self.try_many(mixtures, controller, task);
-        let groups = mixtures.par_chunks(together(layouts.len()));
+        let designs: Vec<_> = layouts.iter().cloned().map(Design::Layout).collect();
+        let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
+        let groups = designs.par_chunks(together(layouts.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 
     /// A full rollout of a robot in a domain.
     pub fn reach(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domain: &Domain,
     ) -> Reached {
-        self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
+        self.reach_many::<f64>(&[design], controller, &domain.task, &[&domain.start])[0]
     }
 
     /// How the merit of a rollout is computed.
@@ -162,11 +162,11 @@ impl CoDesign {
         }
     }
 
-    /// Full rollouts from several starts, all of one mixture or each of its own, in the number type
+    /// Full rollouts from several starts, all of one design or each of its own, in the number type
     /// `R`; with two goals also towards the goal behind.
     pub(super) fn reach_many<R: Real + Into<f64>>(
         &self,
-        mixtures: &[impl AsRef<[[f64; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<f64>>>],
         controller: &Controller<f64>,
         task: &Task,
         starts: &[&State<f64>],
@@ -174,11 +174,11 @@ impl CoDesign {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let ahead = self.reach_goal::<R>(mixtures, controller, task, starts);
+        let ahead = self.reach_goal::<R>(designs, controller, task, starts);
         if !self.scene.controller.two_goals {
             return ahead;
         }
-        let behind = self.reach_goal::<R>(mixtures, controller, &task.turned_back(), starts);
+        let behind = self.reach_goal::<R>(designs, controller, &task.turned_back(), starts);
         let pairs = ahead.into_iter().zip(behind);
         pairs.map(|(a, b)| a.with_behind(b)).collect()
     }
@@ -186,7 +186,7 @@ impl CoDesign {
     /// Full rollouts towards the goal of a task with one goal.
     fn reach_goal<R: Real + Into<f64>>(
         &self,
-        mixtures: &[impl AsRef<[[f64; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<f64>>>],
         controller: &Controller<f64>,
         task: &Task,
         starts: &[&State<f64>],
@@ -205,8 +205,7 @@ impl CoDesign {
             watched: true,
             ..span.clone()
         };
-        let lift = |mixture: &[[f64; 3]]| mixture.iter().map(|m| m.map(R::lit)).collect();
-        let lifted: Vec<Vec<_>> = mixtures.iter().map(|m| lift(m.as_ref())).collect();
+        let lifted: Vec<_> = designs.iter().map(|d| d.borrow().lift::<R>()).collect();
         let from: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
         let all = task.rollout_many(&lifted, &controller.map(R::lit), &from, &watched);
         let reached = |(k, seen): (usize, &Trajectory<R>)| {
@@ -216,8 +215,8 @@ impl CoDesign {
                 return self.reached_at(start, &last, || self.loss.loss_of(seen).into());
             }
             // The watch in lanes stops earlier than the guard does. The guard decides.
-            let mixture = mixtures[k % mixtures.len()].as_ref();
-            let guarded = task.guarded(mixture, controller, start, &span);
+            let design = designs[k % designs.len()].borrow();
+            let guarded = task.guarded(design, controller, start, &span);
             if guarded.divergence.is_some() {
                 let (moved, merit) = ([f64::NAN; 2], f64::NAN);
                 return Reached {

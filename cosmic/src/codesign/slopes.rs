@@ -5,6 +5,7 @@ use autodiff::{Real, Var};
 use super::begin::CoDesign;
 use super::reach::worse;
 use super::slope::{At, Slope};
+use crate::design::{Design, Mixture};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
@@ -18,12 +19,12 @@ use crate::task::{Horizon, Task, together};
 pub(super) enum Sought<'a> {
     /// The design, in a projection.
     Design(Projection),
-    /// The shares of the materials, which one-hot design vectors are themselves (D7).
+    /// The shares of the materials in a layout. They are its design vectors (D7).
     Shares,
-    /// The controller of a robot of this mixture.
-    Controller(&'a [[f64; 3]]),
-    /// No variable: the loss of a robot of this mixture, without a gradient.
-    Nothing(&'a [[f64; 3]]),
+    /// The controller of a robot of this design.
+    Controller(&'a Design<Mixture<f64>>),
+    /// No variable: the loss of a robot of this design, without a gradient.
+    Nothing(&'a Design<Mixture<f64>>),
 }
 
 impl Sought<'_> {
@@ -35,14 +36,12 @@ impl Sought<'_> {
         }
     }
 
-    /// The robot's mixture.
-    pub(super) fn mixture<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+    /// The robot's design. Shares that are variables are not decided: their void edges keep their stiffness.
+    pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => task.mixture(*projection, z),
-            Self::Shares => z.to_vec(),
-            Self::Controller(mixture) | Self::Nothing(mixture) => {
-                mixture.iter().map(|m| m.map(R::lit)).collect()
-            }
+            Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
+            Self::Shares => Design::Undecided(z.iter().map(|&z| Mixture(z)).collect()),
+            Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
     }
 }
@@ -106,8 +105,8 @@ impl CoDesign {
         let mut merits = [0.0; N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
-            let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
-            let losses = self.losses_of(task, &mixtures, &copies[0], horizon);
+            let designs: [_; N] = std::array::from_fn(|k| sought[k].design(task, &copies[k].z));
+            let losses = self.losses_of(task, &designs, &copies[0], horizon);
             std::array::from_fn(|k| {
                 [displacements[k], merits[k]] = self.reached_within(&losses[k], &inputs.start);
                 losses[k].loss
@@ -150,7 +149,7 @@ impl CoDesign {
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
-        mixtures: &[Vec<[R; 3]>; N],
+        designs: &[Design<Mixture<R>>; N],
         inputs: &Inputs<R>,
         horizon: &Horizon,
     ) -> Vec<Sloped<R>>
@@ -158,7 +157,7 @@ impl CoDesign {
         dyn AnyLoss: LossOf<R>,
     {
         let losses = |task: &Task| {
-            let seen = task.over_horizon(mixtures, inputs, &*self.loss, horizon);
+            let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
             seen.into_iter().map(|trajectory| Seen {
                 loss: self.loss.loss_of(&trajectory),
                 trajectory,
@@ -208,13 +207,14 @@ mod tests {
         let inputs = codesign.inputs(&progress);
         let horizon = Horizon::head(24);
         let value = |inputs: &Inputs<f64>| {
-            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-            codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
+            let design = Sought::Design(Projection::Performance).design(&codesign.task, &inputs.z);
+            codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-                codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
+                let sought = Sought::Design(Projection::Performance);
+                let design = sought.design(&codesign.task, &inputs.z);
+                codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -277,7 +277,7 @@ mod tests {
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let mixture = double.mixture(&progress);
+        let design = double.design(&progress);
         let at = At {
             domains: Vec::new(),
             inputs: double.inputs(&progress),
@@ -286,7 +286,7 @@ mod tests {
         for sought in [
             Sought::Design(Projection::Performance),
             Sought::Design(Projection::Stability),
-            Sought::Controller(&mixture),
+            Sought::Controller(&design),
         ] {
             let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], &at));
             let off: f64 = (a.gradient.iter().zip(&b.gradient))
