@@ -33,7 +33,7 @@ fn page() -> String {
     for (name, scene) in SCENES {
         let (scene, mut case) = built_in(scene);
         // By hand every node counts alike.
-        case.design.one_piece = false;
+        case.rules.one_piece = false;
         let subject = Subject::new(&case, &scene.loss);
         let two = TwoMatvecs::new(&case);
         let by_hand = Handwritten::new(&case, &scene.loss, MEASURED_STEPS);

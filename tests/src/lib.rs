@@ -9,11 +9,10 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use cosmic::case::Case;
-use cosmic::design::Material;
+use cosmic::design::Design;
 use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use serde_json::{Value, from_value};
 
@@ -192,9 +191,8 @@ impl StabilityCase {
     /// # Panics
     /// If the case has no materials, or other masses.
     pub fn body(&self, lattice: &Lattice, physics: &PhysicsSettings) -> Body<f64> {
-        let materials: Vec<Material> = from_value(self.case["state"].clone()).expect("materials");
-        let mixture = one_hot(&materials);
-        let body = Body::new(&mixture, lattice, &MaterialSettings::default(), physics);
+        let layout = from_value(self.case["state"].clone()).expect("materials");
+        let body = Body::new(&Design::Layout(layout), lattice, &MaterialSettings::default(), physics);
         // A dozen roundings of sums.
         assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
         body

@@ -1,11 +1,10 @@
 //! Undamped lattices over a million steps: the energy swings in a band and does not drift.
 
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::generator::edges;
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
@@ -98,8 +97,8 @@ fn lattice(case: &StabilityCase) -> (Bare, State<f64>) {
         ground_height: 0.0,
         ..PhysicsSettings::default()
     };
-    let mixture = one_hot(&vec![Material::Skeleton; lattice.edges.len()]);
-    let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
+    let design = Design::Layout(vec![Material::Skeleton; lattice.edges.len()]);
+    let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
     let x: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
     let start = State {
         v: vec![[0.0; 2]; x.len()],

@@ -1,7 +1,7 @@
 //! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
 
 use cosmic::case::Case;
-use cosmic::design::{Material, one_hot};
+use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, VoidEdges};
@@ -26,12 +26,12 @@ fn watched(span: &Span) -> Span {
 }
 
 fn guarded(case: &Case) -> Guarded {
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
-    let guarded = task.guarded(&mixture, controller, start, &span);
+    let guarded = task.guarded(&design, controller, start, &span);
     // The guard does not change the states of a rollout, NaN for NaN.
-    let plain = task.rollout(&mixture, controller, start, &span);
+    let plain = task.rollout(&design, controller, start, &span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
 }
@@ -108,10 +108,10 @@ fn the_last_states_are_those_of_the_rollout() {
         (found.step, found.node, &found.term),
         (99, 2, &Cause::Motion)
     );
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let span = Span::from_start(found.last.steps.clone());
     let task = case.task();
-    let seen = task.rollout(&mixture, &case.controller, &case.start, &span);
+    let seen = task.rollout(&design, &case.controller, &case.start, &span);
     let states = seen.states;
     assert_eq!(states, found.last.states);
     assert_eq!(found.last.steps, (92..=100).collect::<Vec<_>>());
@@ -127,7 +127,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
         (scene.controller.clocks, scene.controller.velocity_scale) = (1, 0.0);
         scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     });
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let mut found = 0;
     for first in [0, 25, 50, 100] {
@@ -135,7 +135,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
             first,
             ..Span::from_start((1..=150).collect())
         };
-        let guarded = task.guarded(&mixture, controller, start, &span);
+        let guarded = task.guarded(&design, controller, start, &span);
         let seen = guarded.trajectory.states.iter();
         let absurd = seen.zip(1..).find(|(state, _)| state.is_absurd());
         let step = guarded.divergence.as_ref().map(|found| found.step);
@@ -155,14 +155,14 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
     let span = Span::from_start(vec![1]);
-    let says = |mixture: &[[f64; 3]], controller, start| {
+    let says = |design: &Design<Mixture<f64>>, controller, start| {
         let task = small.task();
-        let run = || task.rollout(mixture, controller, start, &span);
+        let run = || task.rollout(design, controller, start, &span);
         let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let says = refused.expect_err("it is of another lattice");
         *says.downcast::<String>().expect("a sentence")
     };
-    let of = small.own_mixture();
+    let of = small.own_design();
     let foreign = says(&of, &large.controller, &small.start);
     assert!(foreign.contains("what the controller sees of a robot of 4 nodes"));
     assert!(says(&of, &small.controller, &large.start).contains("initial positions of a robot"));
@@ -285,7 +285,7 @@ fn several_starts_together_are_watched_one_by_one() {
     const WRONG: usize = 3;
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         let case = case(|scene| scene.physics.contact = contact.clone());
-        let (task, mixture) = (case.task(), case.own_mixture());
+        let (task, design) = (case.task(), case.own_design());
         let mut starts = vec![case.start.clone(); 9];
         for (k, start) in starts.iter_mut().enumerate() {
             start.x[k % 4][0] += 1e-3 * k as f64;
@@ -294,11 +294,11 @@ fn several_starts_together_are_watched_one_by_one() {
         starts[WRONG].v[3] = [2e6, 0.0];
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         for span in [watched(&span), span] {
-            let together = task.rollout_many(&[&mixture], &case.controller, &starts, &span);
+            let together = task.rollout_many(&[&design], &case.controller, &starts, &span);
             for (k, start) in starts.iter().enumerate() {
-                let alone = task.rollout(&mixture, &case.controller, start, &span);
+                let alone = task.rollout(&design, &case.controller, start, &span);
                 assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
-                let guarded = task.guarded(&mixture, &case.controller, start, &span);
+                let guarded = task.guarded(&design, &case.controller, start, &span);
                 assert_eq!(guarded.divergence.is_some(), k == WRONG, "{k}");
                 let shows = span.watched && k == WRONG;
                 assert_eq!(together[k].states[0].x[0][0].is_nan(), shows, "{k}");
@@ -321,7 +321,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
         // Void, skeleton and actuator in turns, each layout from elsewhere on.
         let layout = |k: usize| {
             let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
-            one_hot(&(0..edges).map(material).collect::<Vec<_>>())
+            Design::Layout((0..edges).map(material).collect())
         };
         let layouts: Vec<_> = (0..12).map(layout).collect();
         let mut wrong = case.start.clone();

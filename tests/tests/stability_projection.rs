@@ -1,7 +1,7 @@
 //! The projections at the extremes, and the derivative that stands in for the sharp one's.
 
 use autodiff::{Real, VectorFunction, jacobian, vjp};
-use cosmic::projection::{Holds, Projection, mixture, softmax};
+use cosmic::projection::{Holds, Projection, mixtures, softmax};
 use cosmic::scene::ProjectionSettings;
 use cosmic_tests::{assert_near, own_reference_folder, references, stability_cases};
 
@@ -56,7 +56,8 @@ struct Projected {
 impl VectorFunction for Projected {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (z, _) = x.as_chunks();
-        mixture(self.projection, z, &self.settings, &Holds::default()).into_flattened()
+        let mixtures = mixtures(self.projection, z, &self.settings, &Holds::default());
+        mixtures.iter().flat_map(|mixture| mixture.0).collect()
     }
 }
 
@@ -76,7 +77,7 @@ fn straight_through() {
             beta_stability: case.sharpness.beta_straight_through,
             ..case.sharpness.clone()
         });
-        let z = case.z.as_flattened();
+        let z = &case.design.vectors().into_owned().into_flattened();
         let cotangent: Vec<f64> = (0..z.len()).map(|i| (i as f64).sin()).collect();
         let (values, got) = vjp(&blend, z, &cotangent);
         let (soft_values, expected) = vjp(&soft, z, &cotangent);

@@ -2,6 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
+use cosmic::design::{Design, Material};
 use cosmic::lattice::Body;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
@@ -89,12 +90,11 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             let bound = bound_of_any_design(&case.lattice, &case.materials, &case.physics);
             for design in 0..12_usize {
                 // One-hot where it is even; void everywhere but on the first edge in the first.
-                let mixture: Vec<[f64; 3]> = (0..case.lattice.edges.len())
+                let shares: Vec<[f64; 3]> = (0..case.lattice.edges.len())
                     .map(|e| match design {
                         0 => [f64::from(u8::from(e > 0)), f64::from(u8::from(e == 0)), 0.0],
                         _ if design % 2 == 0 => {
-                            let chosen = (e * e + design * e + e / 3) % 3;
-                            std::array::from_fn(|k| f64::from(u8::from(k == chosen)))
+                            Material::ALL[(e * e + design * e + e / 3) % 3].one_hot()
                         }
                         _ => {
                             let shares = [1.0, 2.3, 3.1]
@@ -104,7 +104,8 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                         }
                     })
                     .collect();
-                let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+                let design = Design::of_shares(&shares);
+                let body = Body::new(&design, &case.lattice, &case.materials, &case.physics);
                 let at_rest = &case.lattice.positions;
                 let vibration = Vibration::new(&case.lattice, &body, &case.physics, at_rest);
                 let (own, fastest) = (vibration.edge_bound(), vibration.largest_frequency());

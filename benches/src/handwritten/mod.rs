@@ -18,6 +18,7 @@ use autodiff::{Real, Var};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
+use cosmic::design::Design;
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss};
@@ -125,12 +126,11 @@ impl<'a> Handwritten<'a> {
         }
     }
 
-    /// The mixture of a frozen layout is its design vectors.
     fn body<R: Real>(&self, inputs: &Inputs<R>) -> Body<R> {
-        match self.case.frozen {
-            Some(_) => self.task.body(&inputs.z),
-            None => (self.task).body(&self.case.mixture(self.case.projection, &inputs.z)),
-        }
+        (self.task).body(&match self.case.design {
+            Design::Layout(_) => Design::of_shares(&inputs.z),
+            Design::Undecided(_) => self.case.projected(self.case.projection, &inputs.z),
+        })
     }
 
     fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Controller<R> {
@@ -190,7 +190,7 @@ mod tests {
     fn agrees<R: Real + Into<f64>>(scene: &str, rounding: f64) {
         let (scene, mut case) = built_in(scene);
         case.physics.steps = 100;
-        case.design.one_piece = false;
+        case.rules.one_piece = false;
         let subject = Subject::new(&case, &scene.loss);
         let handwritten = Handwritten::new(&case, &scene.loss, 100);
         let mut rows = Buffer::default();

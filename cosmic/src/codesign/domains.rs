@@ -31,7 +31,8 @@ impl CoDesign {
         }
     }
 
-    pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
+    /// The inputs of the present robot's rollout from the unperturbed start.
+    pub fn inputs(&self, progress: &Progress) -> Inputs<f64> {
         Inputs {
             z: progress.design.vectors().into_owned(),
             controller: progress.controller.clone(),

@@ -40,7 +40,7 @@ impl Sought<'_> {
     pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
-            Self::Shares => Design::Undecided(z.iter().map(|&z| Mixture(z)).collect()),
+            Self::Shares => Design::of_shares(z),
             Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
     }

@@ -82,6 +82,11 @@ impl<R: Real> Design<Mixture<R>> {
         }
     }
 
+    /// An undecided design of given shares, such as the variables of a derivative.
+    pub fn of_shares(shares: &[[R; 3]]) -> Self {
+        Self::Undecided(shares.iter().map(|&shares| Mixture(shares)).collect())
+    }
+
     /// The mixture of every edge; a layout has one whole share per edge.
     pub fn mixtures(&self) -> Cow<'_, [Mixture<R>]> {
         match self {

@@ -3,7 +3,7 @@
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
-use cosmic::projection::{Projection, one_hot};
+use cosmic::projection::Projection;
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
 use cosmic::scene::Scene;
@@ -46,12 +46,8 @@ impl Check {
         let controller = design.robot(&scene, &path.display().to_string())?;
         let judged = |scene: &Scene| -> Result<Quantiles> {
             let codesign = CoDesign::new(scene)?;
-            let mixture = if design.is_snapped() {
-                one_hot(&design.materials)
-            } else {
-                codesign.task().mixture(Projection::Performance, &design.z)
-            };
-            Ok(codesign.judge(&mixture, &controller, summary.seed))
+            let projected = (codesign.task()).projected(Projection::Performance, &design.design());
+            Ok(codesign.judge(&projected, &controller, summary.seed))
         };
         let finite = |x: f64| x.is_finite().then_some(x);
         let mut behind = scene.clone();
@@ -60,7 +56,7 @@ impl Check {
         Ok(Self {
             half_step: [p10, p50, p90].map(finite),
             goal_behind: finite(judged(&behind)?.p50),
-            one_hot: design.is_snapped(),
+            one_hot: design.design().layout().is_some(),
             within_bounds: is_within(&scene, [summary.volume, summary.actuator_volume]),
         })
     }

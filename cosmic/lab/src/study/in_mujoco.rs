@@ -106,11 +106,11 @@ impl Transfer {
                 python.display()
             ))
         })?;
-        let mixture = case.own_mixture();
+        let design = case.own_design();
         let own = FRICTIONS.map(|friction| {
             let mut scene = scene.clone();
             (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), friction);
-            let judged = CoDesign::new(&scene)?.judge(&mixture, &case.controller, summary.seed);
+            let judged = CoDesign::new(&scene)?.judge(&design, &case.controller, summary.seed);
             Ok(Some(judged.p50).filter(|x| x.is_finite()))
         });
         Ok(Some(Self {

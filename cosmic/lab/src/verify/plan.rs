@@ -10,6 +10,7 @@ use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
+use cosmic::design::Design;
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{ControllerSettings, LossSettings, PhysicsSettings, ProfileKind, VoidEdges};
@@ -209,9 +210,9 @@ impl<'a> Facts<'a> {
         let (cubic, radius) = (physics.stiffening, physics.bending_radius);
         let by_weights =
             "not in updates of the design, which ask for the gradient by the design alone";
-        let by_design = match self.case.frozen {
-            Some(_) => "the layout is frozen",
-            None => "not in updates of the controller",
+        let by_design = match self.case.design {
+            Design::Layout(_) => "the layout is frozen",
+            Design::Undecided(_) => "not in updates of the controller",
         };
         let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
         let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));

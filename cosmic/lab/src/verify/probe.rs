@@ -3,6 +3,7 @@
 use autodiff::Real;
 
 use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
 use cosmic::domain::perturbed;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
@@ -17,7 +18,7 @@ pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
     pub(super) task: Task,
     /// Computed in f64 and then lifted, so that every precision runs the same robot.
-    mixture: Vec<[f64; 3]>,
+    design: Design<Mixture<f64>>,
 }
 
 impl<'a> Probe<'a> {
@@ -25,20 +26,19 @@ impl<'a> Probe<'a> {
         Self {
             case,
             task: case.task(),
-            mixture: case.own_mixture(),
+            design: case.own_design(),
         }
     }
 
     /// The observed states of a rollout from the case's start in a number type, rounded to f64.
     pub(super) fn run<R: Real + Into<f64>>(&self, observed: Vec<usize>) -> Trajectory<f64> {
-        let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
         let (controller, start) = (
             self.case.controller.map(R::lit),
             self.case.start.map(R::lit),
         );
         let span = Span::from_start(observed);
         let Trajectory { steps, states } =
-            (self.task).rollout(&mixture, &controller, &start, &span);
+            (self.task).rollout(&self.design.lift(), &controller, &start, &span);
         let states = states.iter().map(|state| state.map(R::into)).collect();
         Trajectory { steps, states }
     }
@@ -50,7 +50,7 @@ impl<'a> Probe<'a> {
         observed: &[usize],
     ) -> Vec<Trajectory<f64>> {
         let span = Span::from_start(observed.to_vec());
-        (self.task).rollout_many(&[&self.mixture], &self.case.controller, starts, &span)
+        (self.task).rollout_many(&[&self.design], &self.case.controller, starts, &span)
     }
 
     /// Starts with every coordinate moved by `distance`, up or down. Cases of equal size get equal

@@ -8,7 +8,7 @@ use super::clock::least_times;
 use super::probe::{Probe, dot};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
-use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
+use cosmic::design::{Design, LayoutRules, Mixture, VolumeBounds, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
@@ -141,11 +141,10 @@ fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
 /// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let bounds = VolumeBounds::widened(volume, 0.0);
-    let rules = LayoutRules::new(&case.lattice, &case.design);
-    let snapped = snap(&case.own_mixture(), &bounds, &rules);
+    let rules = LayoutRules::new(&case.lattice, &case.rules);
+    let snapped = snap(&case.own_design().mixtures(), &bounds, &rules);
     Case {
-        z: one_hot(&snapped),
-        frozen: Some(snapped),
+        design: Design::Layout(snapped),
         ..case.clone()
     }
 }
@@ -198,10 +197,10 @@ impl<'a> Subject<'a> {
     /// The loss of a plain rollout.
     pub fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
-        let mixture = self.case.mixture(self.case.projection, &inputs.z);
+        let design = self.case.projected(self.case.projection, &inputs.z);
         let span = self.span();
         let (controller, start) = (&inputs.controller, &inputs.start);
-        let seen = self.task.rollout(&mixture, controller, start, &span);
+        let seen = self.task.rollout(&design, controller, start, &span);
         self.loss.loss(&seen)
     }
 
@@ -214,12 +213,12 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
+    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its shares.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
     }
 
-    /// The loss of a frozen layout and its gradient by the share of each edge's own material. The other
+    /// The loss of a layout and its gradient by the share of each edge's own material. The other
     /// shares are constants: they are zero and stay so.
     pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(DESIGN, |inputs| {
@@ -227,8 +226,8 @@ impl<'a> Subject<'a> {
             let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
             let shares = inputs.z.as_flattened().iter();
             let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
-            let (mixture, _) = shares.as_chunks();
-            (self.task).loss(mixture, inputs, &self.loss, &self.horizon)
+            let design = Design::of_shares(shares.as_chunks().0);
+            (self.task).loss(&design, inputs, &self.loss, &self.horizon)
         })
     }
 
@@ -237,45 +236,45 @@ impl<'a> Subject<'a> {
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
         self.inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
             let projections = [Projection::Performance, Projection::Stability];
-            let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
-            let mixtures = [mixture(0), mixture(1)];
-            let losses = (self.task).losses(&mixtures, &copies[0], &self.loss, &self.horizon);
+            let design = |k: usize| self.case.projected(projections[k], &copies[k].z);
+            let designs = [design(0), design(1)];
+            let losses = (self.task).losses(&designs, &copies[0], &self.loss, &self.horizon);
             [losses[0], losses[1]]
         })
     }
 
     /// The mean loss of eight plain rollouts from other starts.
     pub fn rollouts(&self) -> f64 {
-        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
-        self.mean_loss(&mixture, &self.inputs.controller)
+        let design = self.case.projected(self.case.projection, &self.inputs.z);
+        self.mean_loss(&design, &self.inputs.controller)
     }
 
     /// The mean loss of eight rollouts from other starts, and its gradient.
     pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
-            self.mean_loss(&self.mixture(inputs), &inputs.controller)
+            self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
         })
     }
 
-    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+    fn mean_loss<R: Real>(&self, design: &Design<Mixture<R>>, controller: &Controller<R>) -> R {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
+        let all = (self.task).rollout_many(&[design], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
-    /// The mixture to differentiate by. That of a frozen layout is its design vectors.
-    fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
-        match self.case.frozen {
-            Some(_) => inputs.z.clone(),
-            None => self.case.mixture(self.case.projection, &inputs.z),
+    /// The design to differentiate by some blocks. The shares of a layout are its design vectors.
+    fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
+        match self.case.design {
+            Design::Layout(_) if blocks.contains(&Block::Z) => Design::of_shares(&inputs.z),
+            _ => self.case.projected(self.case.projection, &inputs.z),
         }
     }
 
     fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(blocks, |inputs| {
-            (self.task).loss(&self.mixture(inputs), inputs, &self.loss, horizon)
+            (self.task).loss(&self.design(blocks, inputs), inputs, &self.loss, horizon)
         })
     }
 
@@ -398,7 +397,7 @@ mod tests {
         let (value, all) = subject.gradient::<f64>(DESIGN);
         let (same, own) = subject.own_gradient::<f64>();
         assert_eq!(value, same);
-        for ((own, all), share) in own.iter().zip(&all).zip(case.z.as_flattened()) {
+        for ((own, all), share) in own.iter().zip(&all).zip(case.design.vectors().as_flattened()) {
             // The sums of a node's forces are the same; those of a weight are gone.
             let expected = if *share == 0.0 { 0.0 } else { *all };
             assert_relative_eq!(*own, expected, max_relative = 1e-9);

@@ -61,7 +61,7 @@ pub struct Pull {
 impl Voids {
     /// The void edges of a case's layout; `None` for a mixture, which has none.
     pub fn of(case: &Case) -> Option<Self> {
-        let materials = case.frozen.as_ref()?;
+        let materials = case.design.layout()?;
         let is_void = |edge: usize| materials[edge] == Material::Void;
         let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
         let mut pull = vec![0.0; case.lattice.nodes()];
@@ -87,7 +87,7 @@ impl Voids {
         Some(Self {
             edges: (0..materials.len()).filter(|&edge| is_void(edge)).count(),
             dropped: case.physics.void_edges == VoidEdges::Drop
-                || case.materials.stiffness[Material::Void as usize] == 0.0,
+                || Material::Void.of(&case.materials.stiffness) == 0.0,
             registers: [false, true]
                 .map(|drops| edge_registers(case, |edge| drops && dropped.stiffness[edge] == 0.0)),
             force: pull.iter().copied().fold(0.0, f64::max),
@@ -130,10 +130,10 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         void_edges,
         ..case.physics.clone()
     };
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     Body {
         presence: case.body().presence,
-        ..Body::new(&mixture, &case.lattice, &case.materials, &physics)
+        ..Body::new(&design, &case.lattice, &case.materials, &physics)
     }
 }
 

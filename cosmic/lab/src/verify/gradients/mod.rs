@@ -9,6 +9,7 @@ use autodiff::{Dual, Real};
 
 use super::probe::norm;
 use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
 use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
 use cosmic::laws::ContactLaw;
@@ -310,32 +311,36 @@ impl<'a> CaseLoss<'a> {
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
-        self.loss_of(&self.case.mixture(self.case.projection, &inputs.z), inputs)
+        self.loss_of(&self.case.projected(self.case.projection, &inputs.z), inputs)
     }
 
     /// The function of the differences. The stability projection has the derivative of a softer one, so
     /// differences see the change of the soft projection on top of the sharp value.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
-        if self.case.projection == Projection::Performance || self.case.frozen.is_some() {
+        let mut design = self.case.projected(Projection::Stability, &self.inputs.z);
+        let (Projection::Stability, Some(moved)) = (self.case.projection, design.undecided_mut())
+        else {
             return self.loss(inputs);
-        }
-        let soft = |z| self.softer.mixture(Projection::Stability, z);
-        let mut moved = self.case.mixture(Projection::Stability, &self.inputs.z);
-        let change = soft(&inputs.z).into_iter().zip(soft(&self.inputs.z));
-        for (share, (there, here)) in moved.iter_mut().zip(change) {
+        };
+        let soft = |z: &[_]| self.softer.projected(Projection::Stability, z);
+        let (there, here) = (soft(&inputs.z), soft(&self.inputs.z));
+        for (shares, (there, here)) in moved
+            .iter_mut()
+            .zip(there.mixtures().iter().zip(&*here.mixtures()))
+        {
             for k in 0..3 {
-                share[k] += there[k] - here[k];
+                shares.0[k] += there.0[k] - here.0[k];
             }
         }
-        self.loss_of(&moved, inputs)
+        self.loss_of(&design, inputs)
     }
 
-    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R
+    fn loss_of<R: Real>(&self, design: &Design<Mixture<R>>, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
         let horizon = Horizon::head(self.case.physics.steps);
-        self.task.loss(mixture, inputs, self.of, &horizon)
+        self.task.loss(design, inputs, self.of, &horizon)
     }
 }
 

@@ -5,6 +5,7 @@ use rand::RngExt;
 
 use crate::verify::probe::{dot, norm};
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
@@ -15,7 +16,7 @@ use cosmic::task::{Horizon, Task};
 /// Directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// Design vectors and weights; of a frozen layout the weights alone.
+/// Design vectors and weights; of a layout the weights alone.
 pub(super) struct CaseSlopes<'a> {
     case: &'a Case,
     task: Task,
@@ -27,9 +28,9 @@ pub(super) struct CaseSlopes<'a> {
 
 impl<'a> CaseSlopes<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
-        let blocks = match case.frozen {
-            None => [DESIGN, CONTROLLER].concat(),
-            Some(_) => CONTROLLER.to_vec(),
+        let blocks = match case.design {
+            Design::Undecided(_) => [DESIGN, CONTROLLER].concat(),
+            Design::Layout(_) => CONTROLLER.to_vec(),
         };
         let inputs = case.inputs();
         let mut stream = stream(1, Purpose::Verification);
@@ -55,10 +56,10 @@ impl<'a> CaseSlopes<'a> {
 
     /// Minus the payload's position along the ground after each of `steps`, which ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
-        let mixture = self.case.mixture(self.case.projection, &inputs.z);
+        let design = self.case.projected(self.case.projection, &inputs.z);
         let (controller, start) = (&inputs.controller, &inputs.start);
         let span = Span::from_start(steps.to_vec());
-        let seen = self.task.rollout(&mixture, controller, start, &span);
+        let seen = self.task.rollout(&design, controller, start, &span);
         let along = |k: usize| self.task.ground().vector_to_ground(seen.states[k].x[0])[0];
         (0..steps.len()).map(|k| -along(k)).collect()
     }
@@ -109,8 +110,8 @@ impl<'a> CaseSlopes<'a> {
     /// The gradient by a tape of every operation.
     pub(super) fn full_tape<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| {
-            let mixture = self.case.mixture(self.case.projection, &inputs.z);
-            let (body, controller) = (self.task.body(&mixture), &inputs.controller);
+            let design = self.case.projected(self.case.projection, &inputs.z);
+            let (body, controller) = (self.task.body(&design), &inputs.controller);
             let span = Span::from_start(vec![steps]);
             let case = self.case;
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
@@ -131,8 +132,8 @@ impl<'a> CaseSlopes<'a> {
         };
         let loss = Displacement::at_end(task.ground());
         self.reverse(|inputs| {
-            let mixture = case.mixture(case.projection, &inputs.z);
-            task.loss(&mixture, inputs, &loss, &horizon)
+            let design = case.projected(case.projection, &inputs.z);
+            task.loss(&design, inputs, &loss, &horizon)
         })
     }
 

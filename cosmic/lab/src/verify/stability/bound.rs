@@ -5,6 +5,7 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::verify::probe::median;
+use cosmic::design::{Design, Material};
 use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream, symmetric};
@@ -64,14 +65,13 @@ fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
     let one_hot = stream.random::<bool>();
     let mut share = |_: &[usize; 2]| {
         if one_hot {
-            let chosen = stream.random_range(0..3);
-            return std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
+            return Material::ALL[stream.random_range(0..3)].one_hot();
         }
         let shares: [f64; 3] = std::array::from_fn(|_| stream.random());
         let sum: f64 = shares.iter().sum();
         shares.map(|s| s / sum)
     };
-    let mixture: Vec<[f64; 3]> = lattice.edges.iter().map(&mut share).collect();
-    let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+    let shares: Vec<[f64; 3]> = lattice.edges.iter().map(&mut share).collect();
+    let body = Body::new(&Design::of_shares(&shares), &lattice, &scene.materials, &scene.physics);
     (lattice, body, scene.physics)
 }

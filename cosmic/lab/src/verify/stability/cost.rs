@@ -28,11 +28,11 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     let mut case = case.clone();
     case.physics.steps = case.physics.steps.clamp(1, STEPS);
     let task = case.task();
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let (controller, start) = (&case.controller, &case.start);
     let end = Span::from_start(vec![case.physics.steps]);
-    let plain = || timed(|| task.rollout(&mixture, controller, start, &end)).as_secs_f64();
-    let guarded = || timed(|| task.guarded(&mixture, controller, start, &end)).as_secs_f64();
+    let plain = || timed(|| task.rollout(&design, controller, start, &end)).as_secs_f64();
+    let guarded = || timed(|| task.guarded(&design, controller, start, &end)).as_secs_f64();
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for k in 0..REPEATS {
         // Each is first as often as the other: the state of the cache favours neither.

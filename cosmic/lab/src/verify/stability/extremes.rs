@@ -3,7 +3,7 @@
 use super::trial::{Trial, World, silent};
 use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::lattice::length;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
@@ -62,14 +62,19 @@ pub fn extreme_trials() -> Vec<Trial> {
     trials.0
 }
 
-/// A robot of 3x3 nodes of the paper's materials, all skeleton.
-fn robot(change: impl FnOnce(&mut Scene)) -> Case {
+/// A robot of 3x3 nodes of the paper's materials, all of them in every edge.
+fn mixed(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.kind, scene.controller.hidden) = (StartKind::Uniform, 8);
     scene.physics.steps = STEPS;
     change(&mut scene);
-    let mut case = Case::of_scene(&scene, 0).expect("the uniform start fits any lattice");
+    Case::of_scene(&scene, 0).expect("the uniform start fits any lattice")
+}
+
+/// A robot of 3x3 nodes of the paper's materials, all skeleton.
+fn robot(change: impl FnOnce(&mut Scene)) -> Case {
+    let mut case = mixed(change);
     set_layout(&mut case, |_| Material::Skeleton);
     case
 }
@@ -77,7 +82,7 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
 /// Sets the material of every edge by its number.
 fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
     let edges = 0..case.lattice.edges.len();
-    case.frozen = Some(edges.map(material).collect());
+    case.design = Design::Layout(edges.map(material).collect());
 }
 
 /// The trials so far.
@@ -188,9 +193,8 @@ fn integrators_and_laws(trials: &mut Trials) {
 
 fn frictions_and_layouts(trials: &mut Trials) {
     for friction in [0.0, 2.5, 1e3, 1e12] {
-        let mut case = robot(|scene| scene.physics.contact = ContactLaw::coulomb());
+        let mut case = mixed(|scene| scene.physics.contact = ContactLaw::coulomb());
         case.physics.friction = friction;
-        case.frozen = None;
         trials.single("friction", &format!("Coulomb, {friction:e}"), case);
     }
     for material in Material::ALL {
@@ -229,12 +233,11 @@ fn coincidences(trials: &mut Trials) {
         ("all nodes in one place", |_| 4),
     ];
     for (what, place) in known {
-        let mut case = robot(|_| {});
+        let mut case = mixed(|_| {});
         let from = case.start.x.clone();
         for (i, x) in case.start.x.iter_mut().enumerate() {
             *x = from[place(i)];
         }
-        case.frozen = None;
         trials.single("coincidence", what, case);
     }
 }
