@@ -33,7 +33,12 @@ fn main() -> Result<(), cosmic::Error> {
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
             let mixtures = task.mixtures(Projection::Performance, &robot.z);
-            task.loss(&Design::Undecided(mixtures), robot, &Level([6, 8]), &horizon)
+            task.loss(
+                &Design::Undecided(mixtures),
+                robot,
+                &Level([6, 8]),
+                &horizon,
+            )
         });
         let mut weights = inputs.get(CONTROLLER);
         (weights.iter_mut().zip(gradient)).for_each(|(w, g)| *w -= 100.0 * g);

@@ -301,7 +301,12 @@ mod tests {
             &Holds::default(),
         ) {
             // The mean of three equal numbers is off by a rounding, which 500 multiplies.
-            assert!(mixture.0.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));
+            assert!(
+                mixture
+                    .0
+                    .iter()
+                    .all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13)
+            );
         }
     }
 }

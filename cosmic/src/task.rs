@@ -137,8 +137,11 @@ impl Task {
 
     /// The body of a design, as designed or as built.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
-        let body = Body::new(design, &self.lattice, &self.materials, &self.physics)
-            .with_one_piece(self.one_piece, design, &self.lattice);
+        let body = Body::new(design, &self.lattice, &self.materials, &self.physics).with_one_piece(
+            self.one_piece,
+            design,
+            &self.lattice,
+        );
         match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),

@@ -192,7 +192,12 @@ impl StabilityCase {
     /// If the case has no materials, or other masses.
     pub fn body(&self, lattice: &Lattice, physics: &PhysicsSettings) -> Body<f64> {
         let layout = from_value(self.case["state"].clone()).expect("materials");
-        let body = Body::new(&Design::Layout(layout), lattice, &MaterialSettings::default(), physics);
+        let body = Body::new(
+            &Design::Layout(layout),
+            lattice,
+            &MaterialSettings::default(),
+            physics,
+        );
         // A dozen roundings of sums.
         assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
         body

@@ -38,11 +38,7 @@ impl Case {
 
     /// The design with the mixtures that a projection makes of other design vectors; the case's layout,
     /// if it has one.
-    pub fn projected<R: Real>(
-        &self,
-        projection: Projection,
-        z: &[[R; 3]],
-    ) -> Design<Mixture<R>> {
+    pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
             Design::Undecided(_) => {
@@ -180,7 +176,10 @@ impl Case {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
             self.inputs().differentiate(DESIGN, terms)
         } else {
-            (self.penalties(projection, &self.design.vectors()), Vec::new())
+            (
+                self.penalties(projection, &self.design.vectors()),
+                Vec::new(),
+            )
         }
     }
 

@@ -24,11 +24,7 @@ impl Case {
 
     /// A design and a controller in a scene, at rest. Thresholds are those that the scene comes down to,
     /// multipliers are zero.
-    pub fn of_robot(
-        scene: &Scene,
-        design: Design<[f64; 3]>,
-        controller: Controller<f64>,
-    ) -> Self {
+    pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {
             layout: scene.lattice.fitted(lattice.nodes()),

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use autodiff::CotangentBound;
-
 use super::progress::Progress;
 use super::schedule::Schedule;
 use crate::controller::Controller;
@@ -15,7 +13,7 @@ use crate::optimiser::{Adam, Mma};
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::StepCheck;
-use crate::task::{Horizon, Task};
+use crate::task::Task;
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {
@@ -155,16 +153,15 @@ impl CoDesign {
                 let whole = self.rules.without_loose_bars(&layout);
                 (Design::Layout(whole), snap_at)
             }
+            Design::Undecided(_) if snap_at == 0 => {
+                return Err(Error::Usage(
+                    "the design to begin with is not decided, and the scene has no snap \
+                     (`schedule.snap_at` = 0): it trains controllers alone"
+                        .into(),
+                ));
+            }
             undecided => (undecided, 0),
         };
-        let is_decided = design.layout().is_some();
-        if !is_decided && snap_at == 0 {
-            return Err(Error::Usage(
-                "the design to begin with is not decided, and the scene has no snap \
-                 (`schedule.snap_at` = 0): it trains controllers alone"
-                    .into(),
-            ));
-        }
         self.check_vectors(&design.vectors())?;
         let c = &controller;
         let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
@@ -296,7 +293,9 @@ impl CoDesign {
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
-        Ok(self.step_check_of(&self.task.projected(Projection::Performance, &self.start_of(seed)?)))
+        let start = self.start_of(seed)?;
+        let design = self.task.projected(Projection::Performance, &start);
+        Ok(self.step_check_of(&design))
     }
 
     fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
@@ -306,20 +305,8 @@ impl CoDesign {
 
     /// The simulated design: the mixtures of the performance projection, or the layout (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        self.task.projected(Projection::Performance, &progress.design)
-    }
-
-    /// The steps that carry the gradient in this iteration, and how its cotangents are bounded.
-    pub(super) fn horizon(&self, now: &Schedule) -> Horizon {
-        let gradient = &self.scene.gradient;
-        let every = gradient.cotangent_every;
-        Horizon {
-            steps: now.horizon(),
-            mode: self.scene.schedule.horizon_mode,
-            cotangent_bound: gradient
-                .cotangent_bound
-                .map(|norm| CotangentBound { norm, every }),
-        }
+        self.task
+            .projected(Projection::Performance, &progress.design)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::design::{Design, Material, Mixture, Structure, volumes};
 use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
-use crate::scene::SelectionKind;
+use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
 use crate::task::together;
 
@@ -166,7 +166,8 @@ impl CoDesign {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
         }
-        self.reach_many::<f64>(&[design], controller, &self.task, &[&self.start])[0].merit
+        self.reach(design, controller, &self.nominal(self.start.clone()))
+            .merit
     }
 
     /// The numbers that controllers are ranked by: the score, then the median.
@@ -278,11 +279,17 @@ impl CoDesign {
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let domain = |_| Domain {
-            task: Cow::Borrowed(&self.task),
-            start: perturbed(&self.start, settings.perturbation, &mut stream),
-        };
+        let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
+        let domain = |_| self.nominal(start());
         (0..settings.perturbed_rollouts).map(domain).collect()
+    }
+
+    /// The nominal task from a start.
+    fn nominal(&self, start: State<f64>) -> Domain<'_> {
+        Domain {
+            task: Cow::Borrowed(&self.task),
+            start,
+        }
     }
 
     /// The quantiles of every controller over the same domains, computed in parallel, in the order
@@ -304,7 +311,13 @@ impl CoDesign {
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
             let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
-            self.reach_many::<f64>(&[design], controller, &group[0].task, &starts)
+            self.reach_many(
+                &[design],
+                controller,
+                &group[0].task,
+                &starts,
+                GradientPrecision::F64,
+            )
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

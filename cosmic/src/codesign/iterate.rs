@@ -86,7 +86,10 @@ impl CoDesign {
 
     /// A record with the values known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let measures = measures(&self.design(progress).mixtures(), self.scene.projection.delta);
+        let measures = measures(
+            &self.design(progress).mixtures(),
+            self.scene.projection.delta,
+        );
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

@@ -158,11 +158,7 @@ mod tests {
             let held = filled(&codesign.task().lattice);
             let materials = progress.design.layout().unwrap();
             let differs = |(&m, own): (&Material, Material)| m.is_solid() && m != own;
-            materials
-                .iter()
-                .zip(held)
-                .filter(|&p| differs(p))
-                .count()
+            materials.iter().zip(held).filter(|&p| differs(p)).count()
         };
         assert!(wrong(&scene) > 0);
         scene.projection.hold_materials = 1.0;

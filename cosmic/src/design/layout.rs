@@ -103,10 +103,7 @@ impl Design<Mixture<f64>> {
     /// The layout, or the dominant material of every edge.
     pub fn materials(&self) -> Vec<Material> {
         match self {
-            Self::Undecided(mixtures) => {
-                let dominant = |mixture: &Mixture<f64>| Material::dominant(&mixture.0);
-                mixtures.iter().map(dominant).collect()
-            }
+            Self::Undecided(mixtures) => mixtures.iter().map(Mixture::dominant).collect(),
             Self::Layout(layout) => layout.clone(),
         }
     }

@@ -30,7 +30,13 @@ impl Material {
 
     /// The material with the largest entry; at a tie the first of them.
     pub fn dominant(entries: &[f64; 3]) -> Self {
-        let larger = |best: Self, m: Self| if m.of(entries) > best.of(entries) { m } else { best };
+        let larger = |best: Self, m: Self| {
+            if m.of(entries) > best.of(entries) {
+                m
+            } else {
+                best
+            }
+        };
         Self::ALL.into_iter().fold(Self::Void, larger)
     }
 

@@ -30,6 +30,13 @@ impl<R: Real> Mixture<R> {
     }
 }
 
+impl Mixture<f64> {
+    /// The material with the largest share.
+    pub fn dominant(&self) -> Material {
+        Material::dominant(&self.0)
+    }
+}
+
 /// The mean shares of solid material and of actuators.
 pub fn volumes(mixtures: &[Mixture<f64>]) -> [f64; 2] {
     let mean = |share: fn(&Mixture<f64>) -> f64| {

@@ -36,10 +36,9 @@ pub fn snap(
     bounds: &VolumeBounds,
     rules: &LayoutRules,
 ) -> Vec<Material> {
-    let dominant = mixtures.iter().map(|m| Material::dominant(&m.0));
-    let mut materials: Vec<Material> = dominant.collect();
+    let mut materials: Vec<Material> = mixtures.iter().map(Mixture::dominant).collect();
     let counts = Counts::new(bounds, mixtures.len());
-    let groups = rules.edges.groups(mixtures.len());
+    let groups = rules.edges().groups(mixtures.len());
     let cost = |edge: usize, from, to| Some(mixtures[edge][from] - mixtures[edge][to]);
     // Each bridge connects something that was apart.
     for _ in 0..=mixtures.len() {
@@ -69,7 +68,7 @@ fn mended(
 ) -> Vec<Material> {
     loop {
         let present = counts.badness(&layout, rules);
-        let better = flips_of(groups, &layout, &rules.edges, cost)
+        let better = flips_of(groups, &layout, rules.edges(), cost)
             .into_iter()
             .map(|flip| flip.on(&layout))
             .find(|flipped| counts.badness(flipped, rules) < present);
@@ -120,7 +119,7 @@ fn flips_of<'g>(
 
 /// The number of edges whose material is not that of their largest share.
 pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
-    let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != Material::dominant(&own.0);
+    let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != own.dominant();
     materials.iter().zip(mixtures).filter(flipped).count()
 }
 
@@ -157,8 +156,8 @@ pub fn flipped(
 ) -> Vec<Vec<Material>> {
     let counts = Counts::new(bounds, materials.len());
     let present = counts.badness(materials, rules);
-    let groups = rules.edges.groups(materials.len());
-    let flips = flips_of(&groups, materials, &rules.edges, &cost);
+    let groups = rules.edges().groups(materials.len());
+    let flips = flips_of(&groups, materials, rules.edges(), &cost);
     let layouts = flips.iter().map(|flip| flip.on(materials));
     layouts
         .filter(|layout| counts.is_no_worse(layout, rules, present))
@@ -224,7 +223,7 @@ impl Counts {
 mod tests {
     use super::{VolumeBounds, alternatives, flips, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
-    use crate::design::{Design, LayoutRules, Mixture};
+    use crate::design::{LayoutRules, Mixture};
     use crate::lattice::{EdgeRules, Lattice};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
@@ -261,8 +260,7 @@ mod tests {
     #[test]
     fn the_least_confident_edge_is_flipped_if_the_bounds_ask_for_it() {
         for (second, flipped) in [([0.4, 0.3, 0.3], 0), ([0.3, 0.4, 0.3], 1)] {
-            let mixture =
-                [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]].map(Mixture);
+            let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]].map(Mixture);
             let snapped = snap(&mixture, &HALF, &free(4));
             assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
             assert_eq!(flips(&mixture, &snapped), flipped);
@@ -392,7 +390,7 @@ mod tests {
                     Mixture([void, (1.0 - void) * split, (1.0 - void) * (1.0 - split)])
                 };
                 let mixture: Vec<_> = lattice.edges.iter().map(|_| row()).collect();
-                let dominant = Design::Undecided(mixture.clone()).materials();
+                let dominant: Vec<_> = mixture.iter().map(Mixture::dominant).collect();
                 torn += usize::from(rules.faults(&dominant) > 0);
                 let snapped = snap(&mixture, &bounds, &rules);
                 let share = |is: fn(&Material) -> bool| {

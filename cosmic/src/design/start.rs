@@ -20,7 +20,9 @@ pub fn start(
     seed: u64,
 ) -> Result<Design<[f64; 3]>> {
     let void = match settings.kind {
-        StartKind::Layout => return Ok(Design::Layout(layout_materials(settings.layout, lattice)?)),
+        StartKind::Layout => {
+            return Ok(Design::Layout(layout_materials(settings.layout, lattice)?));
+        }
         StartKind::Uniform => vec![1.0 / 3.0; lattice.edges.len()],
         StartKind::Filled => vec![settings.void; lattice.edges.len()],
         StartKind::Stability => stability_voids(lattice, settings.void_shift),

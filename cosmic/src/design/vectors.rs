@@ -26,10 +26,14 @@ pub fn clamp(z: &mut [[f64; 3]]) {
 /// its design entry grows by `nudge` and the others fall by half of it, within `[0, 1]`.
 pub fn attract(z: &mut [[f64; 3]], mixtures: &[Mixture<f64>], confidence: f64, nudge: f64) {
     for (vector, mixture) in z.iter_mut().zip(mixtures) {
-        let chosen = Material::dominant(&mixture.0);
+        let chosen = mixture.dominant();
         if mixture[chosen] > confidence {
             for (material, entry) in Material::ALL.into_iter().zip(vector) {
-                *entry += if material == chosen { nudge } else { -0.5 * nudge };
+                *entry += if material == chosen {
+                    nudge
+                } else {
+                    -0.5 * nudge
+                };
             }
         }
     }

@@ -50,7 +50,10 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     let designs: Vec<Vec<_>> = designs.map(|z| robot.mixtures(z)).collect();
     let materials = &robot.design.materials;
     for edge in robot.edges_of(Material::is_solid) {
-        let path: Vec<[f64; 2]> = designs.iter().map(|design| place(&design[edge].0)).collect();
+        let path: Vec<[f64; 2]> = designs
+            .iter()
+            .map(|design| place(&design[edge].0))
+            .collect();
         let colour = colour(materials[edge]);
         let style = format!(r#"stroke="{colour}" stroke-opacity="0.22" stroke-linejoin="round""#);
         svg.polyline(&path, &style);

@@ -397,7 +397,11 @@ mod tests {
         let (value, all) = subject.gradient::<f64>(DESIGN);
         let (same, own) = subject.own_gradient::<f64>();
         assert_eq!(value, same);
-        for ((own, all), share) in own.iter().zip(&all).zip(case.design.vectors().as_flattened()) {
+        for ((own, all), share) in own
+            .iter()
+            .zip(&all)
+            .zip(case.design.vectors().as_flattened())
+        {
             // The sums of a node's forces are the same; those of a weight are gone.
             let expected = if *share == 0.0 { 0.0 } else { *all };
             assert_relative_eq!(*own, expected, max_relative = 1e-9);

@@ -192,7 +192,11 @@ impl Run {
             let seconds = self.seconds();
             self.history.append(&record, seconds)?;
             if self.history.keeps_design(record.iteration) {
-                let row = DesignRow::new(record.iteration, &self.progress.design.vectors(), self.walk());
+                let row = DesignRow::new(
+                    record.iteration,
+                    &self.progress.design.vectors(),
+                    self.walk(),
+                );
                 self.history.append_design(&row)?;
             }
             let interrupted = observer.iteration(self, &record).is_break();

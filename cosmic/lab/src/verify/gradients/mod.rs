@@ -311,7 +311,10 @@ impl<'a> CaseLoss<'a> {
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
-        self.loss_of(&self.case.projected(self.case.projection, &inputs.z), inputs)
+        self.loss_of(
+            &self.case.projected(self.case.projection, &inputs.z),
+            inputs,
+        )
     }
 
     /// The function of the differences. The stability projection has the derivative of a softer one, so

@@ -72,6 +72,11 @@ fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
         shares.map(|s| s / sum)
     };
     let shares: Vec<[f64; 3]> = lattice.edges.iter().map(&mut share).collect();
-    let body = Body::new(&Design::of_shares(&shares), &lattice, &scene.materials, &scene.physics);
+    let body = Body::new(
+        &Design::of_shares(&shares),
+        &lattice,
+        &scene.materials,
+        &scene.physics,
+    );
     (lattice, body, scene.physics)
 }
