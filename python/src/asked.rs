@@ -159,13 +159,7 @@ impl<R: Number> Asked<R> {
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-        let design = match self.design(task, robot) {
-            Design::Layout(layout) => Design::Layout(layout),
-            Design::Undecided(mixtures) => {
-                let mixture = |mixture: &Mixture<R>| Mixture(mixture.0.map(Into::into));
-                Design::Undecided(mixtures.iter().map(mixture).collect())
-            }
-        };
+        let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
         let guarded = task.guarded(&design, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
             || Error::NoFigure("diverged in single precision, and not in double".to_owned()),

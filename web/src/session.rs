@@ -189,7 +189,11 @@ impl Work {
         let task = self.codesign.task();
         numbers.clear();
         let mixtures = robot.projected.mixtures();
-        numbers.extend(mixtures.iter().flat_map(|mixture| mixture.0.map(|share| share as f32)));
+        numbers.extend(
+            mixtures
+                .iter()
+                .flat_map(|mixture| mixture.0.map(|share| share as f32)),
+        );
         let along = match &seen {
             Ok(trajectory) => {
                 let drawn = view::drawn_steps(&self.codesign).len();

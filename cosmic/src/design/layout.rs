@@ -37,6 +37,14 @@ impl<E> Design<E> {
         }
     }
 
+    /// The design with every undecided element replaced by a function of it.
+    pub fn map<F>(&self, f: impl Fn(&E) -> F) -> Design<F> {
+        match self {
+            Self::Undecided(elements) => Design::Undecided(elements.iter().map(f).collect()),
+            Self::Layout(layout) => Design::Layout(layout.clone()),
+        }
+    }
+
     /// The elements of an undecided design, to be changed; `None` for a layout.
     pub fn undecided_mut(&mut self) -> Option<&mut [E]> {
         match self {
@@ -110,13 +118,7 @@ impl Design<Mixture<f64>> {
 
     /// The same design with shares that are constants of another number type.
     pub fn lift<R: Real>(&self) -> Design<Mixture<R>> {
-        match self {
-            Self::Undecided(mixtures) => {
-                let lift = |mixture: &Mixture<f64>| Mixture(mixture.0.map(R::lit));
-                Design::Undecided(mixtures.iter().map(lift).collect())
-            }
-            Self::Layout(layout) => Design::Layout(layout.clone()),
-        }
+        self.map(|mixture| Mixture(mixture.0.map(R::lit)))
     }
 }
 
@@ -127,25 +129,25 @@ fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
 
 /// A design in a file: its vectors, and a layout's materials beside them.
 #[derive(Serialize, Deserialize)]
-struct Saved<'a> {
-    z: Cow<'a, [[f64; 3]]>,
-    materials: Option<Cow<'a, [Material]>>,
+struct Saved {
+    z: Vec<[f64; 3]>,
+    materials: Option<Vec<Material>>,
 }
 
 impl Serialize for Design<[f64; 3]> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (z, materials) = (self.vectors(), self.layout().map(Cow::from));
-        Saved { z, materials }.serialize(serializer)
+        let saved = Saved {
+            z: self.vectors().into_owned(),
+            materials: self.layout().map(Vec::from),
+        };
+        saved.serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for Design<[f64; 3]> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let Saved { z, materials } = Saved::deserialize(deserializer)?;
-        Ok(match materials {
-            None => Self::Undecided(z.into_owned()),
-            Some(layout) => Self::Layout(layout.into_owned()),
-        })
+        Ok(materials.map_or(Self::Undecided(z), Self::Layout))
     }
 }
 
