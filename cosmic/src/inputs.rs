@@ -247,9 +247,9 @@ mod tests {
         let case = Case::of_scene(&scene, 1).unwrap();
         let (task, inputs) = (case.task(), case.inputs());
         fn seen<R: Real>(case: &Case, task: &crate::task::Task, inputs: &Inputs<R>) -> Vec<R> {
-            let mixture = case.mixture(case.projection, &inputs.z);
+            let design = case.projected(case.projection, &inputs.z);
             let span = Span::from_start(vec![8, 32]);
-            let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
+            let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
             let states = seen.states.iter();
             states
                 .flat_map(|s| [s.x.as_flattened(), s.v.as_flattened()].concat())

@@ -3,7 +3,7 @@
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
 use cosmic::controller::Controller;
-use cosmic::design::{dominant, one_hot};
+use cosmic::design::{Design, Material};
 use cosmic::lattice::{Lattice, State};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
@@ -104,10 +104,11 @@ pub(crate) fn frame<'py>(
             steps.len()
         )));
     }
-    let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
-    let materials: Vec<_> = z.iter().map(dominant).collect();
+    let z: &[[f64; 3]] = z.finite()?.as_chunks().0;
+    let materials: Vec<_> = z.iter().map(Material::dominant).collect();
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
-    let design = DesignFile::new(&lattice, &one_hot(&materials), &materials, &controller);
+    let layout = Design::Layout(materials.clone());
+    let design = DesignFile::new(&lattice, &layout, &materials, &controller);
     let state = |x: &[f64]| {
         let x: Vec<[f64; 2]> = x.as_chunks().0.to_vec();
         State {

@@ -78,7 +78,7 @@ pub fn design(bytes: &[u8]) -> Result<()> {
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     (scene.controller.hidden, scene.controller.clocks) = (1, 1);
     let case = design.case(&scene, "design.json")?;
-    assert_eq!(case.frozen.is_some(), design.is_snapped());
+    assert_eq!(case.design, design.design());
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::controller::Controller;
+use cosmic::design::Design;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Scene, StartKind};
@@ -28,17 +29,17 @@ fn robots() -> impl Strategy<Value = Case> {
         let v = prop::collection::vec(prop::array::uniform2(-1.0..1.0), nodes);
         (z, v).prop_map(move |(z, v)| {
             let mut case = case.clone();
-            (case.z, case.start.v) = (z, v);
+            (case.design, case.start.v) = (Design::Undecided(z), v);
             case
         })
     })
 }
 
 fn run(case: &Case) -> Trajectory<f64> {
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let span = Span::from_start((0..=case.physics.steps).collect());
     let task = case.task();
-    task.rollout(&mixture, &case.controller, &case.start, &span)
+    task.rollout(&design, &case.controller, &case.start, &span)
 }
 
 fn masses(case: &Case) -> Vec<f64> {

@@ -4,6 +4,7 @@ use crate::output::{print, print_json};
 use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::error::Result;
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
@@ -119,7 +120,7 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
         "gravity": physics.gravity,
         "damping": physics.damping,
         "controller": [controller.inputs, controller.hidden, controller.edges()],
-        "layout": case.frozen.is_some(),
+        "layout": case.design.layout().is_some(),
         "stable_dt": stable,
     })
 }
@@ -127,9 +128,9 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
 fn rollout_text(case: &Case, stable: &StableStep) -> String {
     let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
     let (name, nodes) = (case.layout.name(), lattice.nodes());
-    let design = match case.frozen {
-        Some(_) => "a layout, one material per edge",
-        None => "a mixture of materials per edge",
+    let design = match case.design {
+        Design::Layout(_) => "a layout, one material per edge",
+        Design::Undecided(_) => "a mixture of materials per edge",
     };
     let (inputs, hidden, outputs) = (controller.inputs, controller.hidden, controller.edges());
     let (steps, dt) = (physics.steps, physics.dt);

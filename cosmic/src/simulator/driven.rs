@@ -54,6 +54,7 @@ impl Driven {
 mod tests {
     use super::Driven;
     use crate::case::Case;
+    use crate::design::Design;
     use crate::laws::force_names;
     use crate::scene::Scene;
     use crate::simulator::{Span, Trajectory};
@@ -90,7 +91,7 @@ mod tests {
         let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
         case.controller.b2 = held.iter().map(bias).collect();
         // Every bar is an actuator and starts beyond its stops, so that stops act on idle bars too.
-        case.z = vec![[0.0, 0.5, 1.0]; held.len()];
+        case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
         case.start.x.iter_mut().for_each(|x| x[0] *= 1.5);
         (case, held)
     }
@@ -111,7 +112,7 @@ mod tests {
             for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
                 let task = case.task();
                 let controlled =
-                    task.rollout(&case.own_mixture(), &case.controller, &case.start, &span);
+                    task.rollout(&case.own_design(), &case.controller, &case.start, &span);
                 // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
                 // 1e-10.
                 let far = apart(&controlled, seen);

@@ -323,9 +323,8 @@ impl Gathered {
 mod tests {
     use super::{BarLoad, Largest, Loads, Magnitude};
     use crate::controller::Controller;
-    use crate::design::Material;
+    use crate::design::{Design, Material};
     use crate::lattice::{Body, Lattice, State};
-    use crate::projection::one_hot;
     use crate::scene::Scene;
     use crate::simulator::{Simulator, Trajectory};
 
@@ -387,8 +386,8 @@ mod tests {
         let scene = Scene::paper();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let layout = vec![Material::Skeleton; lattice.edges.len()];
-        let mixture = one_hot::<f64>(&layout);
-        let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+        let design = Design::Layout(layout.clone());
+        let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
         let controller = Controller::xavier(&scene.controller, &lattice, 1);
         let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
         let rest = lattice.state_at_rest();

@@ -158,8 +158,9 @@ impl<'c> Robot<'c> {
         let ground = Ground::from(&case.physics);
         let body = case.body();
         let folded = (case.controller).folded(&case.observation, &body.presence, &ground);
-        let mixture = case.own_mixture();
-        let bars = (0..mixture.len()).filter(|&edge| mixture[edge] != [1.0, 0.0, 0.0]);
+        let layout = case.design.layout();
+        let is_bar = |edge: &usize| layout.is_none_or(|layout| layout[*edge].is_solid());
+        let bars = (0..case.lattice.edges.len()).filter(is_bar);
         let bars: Vec<usize> = bars.collect();
         let actuators = bars
             .iter()
