@@ -45,3 +45,4 @@ mod rules;
 mod second_kinks;
 mod sparse;
 mod trace;
+mod weighted;
