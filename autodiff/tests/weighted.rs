@@ -84,7 +84,10 @@ fn starts_with_their_own_weights_run_together() {
             (0..count).map(|i| (by * i as f64 + by).sin()).collect()
         };
         let robot = |k: usize| {
-            let weights: Vec<f64> = numbers(len, 1.1 + k as f64).into_iter().map(weight).collect();
+            let weights: Vec<f64> = numbers(len, 1.1 + k as f64)
+                .into_iter()
+                .map(weight)
+                .collect();
             [numbers(3 * len, 0.7 + k as f64), weights]
         };
         let robots: Vec<[Vec<f64>; 2]> = (0..11).map(robot).collect();
@@ -93,7 +96,9 @@ fn starts_with_their_own_weights_run_together() {
             let mut tape = Tape::new();
             let last = tape.record(&flat, |x: &[Var<f64>]| {
                 let parts = |from: usize, len: usize| -> Vec<&[Var<f64>]> {
-                    x.chunks_exact(4 * robots[0][1].len()).map(|x| &x[from..][..len]).collect()
+                    x.chunks_exact(4 * robots[0][1].len())
+                        .map(|x| &x[from..][..len])
+                        .collect()
                 };
                 let (starts, weights) = (parts(0, 3 * len), parts(3 * len, len));
                 let seen = rollout.run_batch_with(&starts, &[Given::Each(&weights)]);
@@ -104,7 +109,9 @@ fn starts_with_their_own_weights_run_together() {
             (values, tape.pullback(&last, &ones).to_vec())
         };
         let (values, gradients) = gradient(&robots);
-        let alone = robots.iter().map(|robot| gradient(std::slice::from_ref(robot)));
+        let alone = robots
+            .iter()
+            .map(|robot| gradient(std::slice::from_ref(robot)));
         let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
         assert_eq!(values, each_value.concat(), "{len}");
         assert_eq!(gradients, each_gradient.concat(), "{len}");

@@ -6,7 +6,7 @@ use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
-use cosmic::controller::observation;
+use cosmic::policy::observation;
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, State};
 use cosmic::projection::{Projection, is_layout};

@@ -346,9 +346,10 @@ impl Simulator {
                 controller: progress.controller,
                 start: self.task.lattice.state_at_rest(),
             };
-            let blocks = ALL.iter().zip(self.sizes.shapes());
-            blocks
-                .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
+            let parts = inputs.parts();
+            let arrays = parts.iter().zip(self.sizes.shapes());
+            arrays
+                .map(|(part, shape)| array(py, inputs.part(part).to_vec(), &shape))
                 .collect()
         })
     }

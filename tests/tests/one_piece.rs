@@ -3,10 +3,10 @@
 use autodiff::check::{Options, Verdict};
 use autodiff::{Real, Var, gradient_of};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::Material;
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::{Body, State};
+use cosmic::policy::Controller;
 use cosmic::projection::one_hot;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};

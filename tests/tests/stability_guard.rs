@@ -4,6 +4,7 @@ use cosmic::case::Case;
 use cosmic::design::{Material, one_hot};
 use cosmic::error::Error;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, VoidEdges};
 use cosmic::simulator::{Cause, Divergence, Guarded, Span};
 
@@ -164,21 +165,26 @@ fn parts_of_another_lattice_are_refused() {
     };
     let of = small.own_mixture();
     let foreign = says(&of, &large.controller, &small.start);
-    assert!(foreign.contains("what the controller sees of a robot of 4 nodes"));
+    assert!(foreign.contains("numbers of the controller in `w1` of a robot of 4 nodes"));
     assert!(says(&of, &small.controller, &large.start).contains("initial positions of a robot"));
     let mut shifted = small.start.clone();
     let last = shifted.x.pop().expect("four nodes");
     shifted.v.insert(0, last);
     assert!(says(&of, &small.controller, &shifted).contains("initial positions"));
-    let mut longer = small.controller.clone();
-    longer.w2.extend([0.0; 2]);
-    assert!(says(&of, &longer, &small.start).contains("second weights of a robot"));
+    let longer = [small.controller.numbers(), &[0.0; 2]].concat();
+    let blocks = blocks_of(&small.observation, 4, small.lattice.edges.len());
+    let mut blocks = blocks.into_iter();
+    let shapes: Vec<Block> = (blocks.by_ref().take(3))
+        .chain([Block::biases("b2", small.lattice.edges.len() + 2)])
+        .collect();
+    let longer = Controller::new(&shapes, longer);
+    assert!(says(&of, &longer, &small.start).contains("in `b2` of a robot"));
 }
 
 #[test]
 fn the_term_to_blame_is_named() {
     let mut broken = case(|_| {});
-    broken.controller.b2[4] = f64::NAN;
+    broken.controller.block_mut("b2")[4] = f64::NAN;
     let found = diverges(&broken);
     assert_eq!(found.term, Cause::Controller { edge: 4 });
     assert!(broken.lattice.edges[4].contains(&found.node) && found.step == 0);

@@ -2,7 +2,7 @@
 
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
-use cosmic::controller::Controller;
+use cosmic::policy::Controller;
 use cosmic::design::{Material, one_hot};
 use cosmic::error::Error;
 use cosmic::record::DesignFile;

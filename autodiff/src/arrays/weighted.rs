@@ -215,9 +215,7 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Forward<'_, Weig
     }
 }
 
-impl<R: Real, const C: usize, const V: usize> Vectorized<R>
-    for Reverse<'_, '_, Weighted<C, V>, R>
-{
+impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Reverse<'_, '_, Weighted<C, V>, R> {
     type Output = ();
     /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
     /// that of `w` is `(x - mean) r`.

@@ -16,11 +16,11 @@ mod sizes;
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Real, Var};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss};
+use cosmic::policy::Network;
 use cosmic::scene::{Integrator, LossSettings};
 use cosmic::task::Task;
 
@@ -54,7 +54,7 @@ impl<'a> Handwritten<'a> {
         assert_eq!(case.layout.columns, COLUMNS, "columns");
         assert_eq!(case.lattice.nodes(), NODES, "nodes");
         assert_eq!(case.lattice.edges.len(), EDGES, "edges");
-        assert_eq!(case.controller.hidden, HIDDEN, "hidden units");
+        assert_eq!(case.observation.hidden, HIDDEN, "hidden units");
         let physics = &case.physics;
         assert_eq!(physics.contact, ContactLaw::infinite(), "contact");
         assert_eq!(physics.integrator, Integrator::SymplecticEuler);
@@ -106,7 +106,13 @@ impl<'a> Handwritten<'a> {
         let given = self.inputs.lift::<R>();
         let (_, gradient) = given.differentiate(CONTROLLER, |inputs| {
             let network = self.folded(inputs);
-            let parts = [&network.w1, &network.b1, &network.w2, &network.b2];
+            let Network { first, second } = &network;
+            let parts = [
+                &first.weights,
+                &first.biases,
+                &second.weights,
+                &second.biases,
+            ];
             along(&parts.map(|part| &part[..]), &by)
         });
         (loss, gradient)
@@ -133,9 +139,10 @@ impl<'a> Handwritten<'a> {
         }
     }
 
-    fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Controller<R> {
-        let ground = self.task.ground();
-        (inputs.controller).folded(&self.case.observation, &[], &ground)
+    fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Network<R> {
+        let (nodes, ground) = (self.case.lattice.nodes(), self.task.ground());
+        let network = Network::of(&inputs.controller).expect("a network");
+        network.folded(&self.case.observation, nodes, &[], &ground)
     }
 }
 
@@ -151,7 +158,7 @@ fn along<R: Real>(numbers: &[&[Var<R>]], cotangents: &[Vec<R>]) -> Var<R> {
 /// memory for rows.
 struct RunInLanes<'a, R, const OUTPUTS: usize, const WANTED: u8>(
     &'a Handwritten<'a>,
-    (&'a Body<R>, &'a Controller<R>, &'a [usize]),
+    (&'a Body<R>, &'a Network<R>, &'a [usize]),
     &'a mut Buffer<R>,
 );
 

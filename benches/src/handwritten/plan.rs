@@ -5,10 +5,10 @@ use std::marker::PhantomData;
 use autodiff::Real;
 use autodiff::simd::Lane;
 use cosmic::case::Case;
-use cosmic::controller::{Controller, clock};
 use cosmic::ground::Ground;
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
+use cosmic::policy::{Network, clock};
 
 use super::buffer::Buffer;
 use super::sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
@@ -70,7 +70,7 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
     /// want one.
     pub(super) fn new(
         case: &Case,
-        (body, network, wanted): (&Body<R>, &Controller<R>, &[usize]),
+        (body, network, wanted): (&Body<R>, &Network<R>, &[usize]),
         steps: usize,
     ) -> Self {
         let (physics, width) = (&case.physics, blocks(L::N));
@@ -83,9 +83,9 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
             }
             all
         };
-        let w1 = |unit: usize, column: usize| network.w1[unit * SENSED + column];
+        let w1 = |unit: usize, column: usize| network.first.weights[unit * SENSED + column];
         let w2 = |output: usize, unit: usize| match outputs.get(output) {
-            Some(edge) => network.w2[edge * HIDDEN + unit],
+            Some(edge) => network.second.weights[edge * HIDDEN + unit],
             None => R::zero(),
         };
         let block = match OUTPUTS {
@@ -112,9 +112,11 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
                     w2(o, unit)
                 }),
             ],
-            b1: numbers(HIDDEN, &|unit| network.b1[unit]),
+            b1: numbers(HIDDEN, &|unit| network.first.biases[unit]),
             b2: numbers(OUTPUTS, &|o| {
-                outputs.get(o).map_or(R::zero(), |&e| network.b2[e])
+                outputs
+                    .get(o)
+                    .map_or(R::zero(), |&e| network.second.biases[e])
             }),
             clock: (0..steps).map(time).collect(),
             dt: R::lit(physics.dt),

@@ -35,7 +35,9 @@ window = 4
 
 /// A link to a page of `docs`, so that the page is in the package too.
 fn page(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests")
+        .join(name)
 }
 
 /// Names that the page does not have as words of code.

@@ -3,12 +3,12 @@
 use autodiff::Real;
 
 use super::{Case, CaseResults, DesignGradient, Gradient};
-use crate::controller::{Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
+use crate::policy::Weights;
 use crate::projection::{self, Holds, Projection, one_hot};
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
@@ -115,7 +115,9 @@ impl Case {
             })
         };
         Ok(CaseResults {
-            u0: self.first_activation(&ground),
+            u0: (task.simulator)
+                .activations(&body, &self.controller, &[(&self.start, 0.0)])
+                .remove(0),
             node_mass: body.mass,
             displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
@@ -145,17 +147,6 @@ impl Case {
         observed.dedup();
         let span = Span::from_start(observed);
         task.guarded(mixture, &self.controller, &self.start, &span)
-    }
-
-    fn first_activation(&self, ground: &Ground) -> Vec<f64> {
-        let seen = observation(
-            &self.observation,
-            0.0,
-            &self.start,
-            &self.body().presence,
-            ground,
-        );
-        self.controller.activation(&seen)
     }
 
     fn gradient(&self, task: &Task) -> Gradient {

@@ -1,11 +1,11 @@
 //! A robot of a scene as a case.
 
 use super::Case;
-use crate::controller::Controller;
 use crate::design::{Material, layout_materials, start_vectors};
 use crate::error::Result;
 use crate::lattice::Lattice;
 use crate::objective::AugmentedLagrangian;
+use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
 

@@ -6,12 +6,12 @@ use autodiff::CotangentBound;
 
 use super::progress::Progress;
 use super::schedule::Schedule;
-use crate::controller::Controller;
 use crate::design::{LayoutRules, Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
+use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
 use crate::simulator::StepCheck;
@@ -175,9 +175,7 @@ impl CoDesign {
             )));
         }
         self.check_rules(&z)?;
-        let c = &controller;
-        let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
-        if weights.contains(&false) {
+        if !controller.numbers().iter().all(|weight| weight.is_finite()) {
             return Err(Error::Usage(
                 "the controller to begin with has weights that are not finite".into(),
             ));
@@ -445,7 +443,7 @@ mod tests {
         };
         assert_eq!(said(robot()), None);
         let (z, mut controller) = robot();
-        controller.w2[3] = f64::NAN;
+        controller.numbers_mut()[3] = f64::NAN;
         assert!(said((z, controller)).unwrap().contains("not finite"));
         let (mut z, controller) = robot();
         z[2][1] = f64::NAN;

@@ -1,95 +1,147 @@
-//! The controller as the rollout runs it: on the raw state, everything linear folded in.
+//! A first layer as the rollout runs it: on the raw state, with everything linear folded in.
 
 use autodiff::Real;
 
-use super::Controller;
-use super::sensing::{observation_length, phases};
+use super::sensing::{Sight, phases};
 use crate::ground::Ground;
 use crate::scene::ControllerSettings;
 
-impl<R: Real> Controller<R> {
-    /// This controller with a first layer that takes the raw state in the ground's frame.
-    ///
-    /// An observation is a fixed linear function of the state: mean, scales, the goal, the rotation
-    /// of an incline; and clocks of one frequency are mixtures of one sine and one cosine. Folding
-    /// all of it into the first layer, once per rollout, leaves `h = tanh(W1 s + b1)`,
-    /// `u = tanh(W2 h + b2)` with the sensed values `s` in this order: x of all nodes, y of all
-    /// nodes, x velocity of all, y velocity of all, `sin(omega t)`, `cos(omega t)`. A goal that does
-    /// not move is in the biases. `presence` is that of [`observation`](super::observation()).
-    ///
-    /// # Panics
-    /// If the controller was not made for observations by these settings, or not for so many nodes.
-    pub fn folded(&self, settings: &ControllerSettings, presence: &[R], ground: &Ground) -> Self {
-        let nodes = self.inputs.saturating_sub(settings.clocks + 2) / 4;
-        assert_eq!(
-            self.inputs,
-            observation_length(settings, nodes),
-            "the controller takes another number of inputs than the settings give"
-        );
-        let (sines, cosines) = phases(settings)
-            .map(f64::sin_cos)
-            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
-            .unzip();
-        let fold = Fold {
-            settings,
-            ground,
-            nodes,
-            presence,
-            total: R::sum_of(presence),
-            clocks: [cosines, sines],
-        };
-        assert!(
-            presence.is_empty() || presence.len() == nodes,
-            "the presence of {} nodes, and the controller observes {nodes}",
-            presence.len()
-        );
-        let mut w1 = Vec::with_capacity(self.hidden * (4 * nodes + 2));
-        let mut b1 = Vec::with_capacity(self.hidden);
-        let rows = self.w1.chunks_exact(self.inputs);
-        for (row, &bias) in rows.zip(&self.b1) {
-            b1.push(fold.unit(row, bias, &mut w1));
-        }
-        Self {
-            hidden: self.hidden,
-            inputs: 4 * nodes + 2,
-            w1,
-            b1,
-            w2: self.w2.clone(),
-            b2: self.b2.clone(),
-        }
-    }
+/// How the mean position and the presence of nodes enter a folded layer.
+#[derive(Clone, Copy, Debug)]
+pub enum Mean<'a, R> {
+    /// Every node counts alike, and offsets from the mean are folded into the weights.
+    OfAll,
+    /// Nodes count as much as they are present; that is folded into the weights too.
+    Folded(&'a [R]),
+    /// The step weights the nodes, and the layer sees what is left of it, and the mean.
+    InStep,
 }
 
-/// The settings with which a first layer is folded.
-struct Fold<'a, R> {
+/// Makes the weights of a layer on an [observation](super::observation()) into weights on the raw state in the
+/// ground's frame.
+///
+/// An observation is a linear function of the state: mean, scales, goal and the rotation of an incline are
+/// fixed, and clocks of one frequency are mixtures of one sine and one cosine. Folding all of it into the
+/// layer, once per rollout, leaves these columns: x of all nodes, y of all nodes, x velocity of all, y velocity
+/// of all, `sin(omega t)`, `cos(omega t)`. A goal that does not move is in the biases. If the step weights the
+/// nodes, positions and velocities are weighted, positions are offsets from the weighted mean, and the mean's
+/// two coordinates follow if the goal is relative to it.
+#[derive(Clone, Debug)]
+pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
     nodes: usize,
-    presence: &'a [R],
-    /// The sum of the presence.
-    total: R,
+    sight: Sight,
+    /// Whether there are columns for positions and for velocities.
+    senses: [bool; 2],
+    mean: Mean<'a, R>,
     /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
     clocks: [Vec<R>; 2],
 }
 
-impl<R: Real> Fold<'_, R> {
-    /// Folds one hidden unit: appends its weights on the raw state, returns its bias.
-    fn unit(&self, row: &[R], bias: R, weights: &mut Vec<R>) -> R {
-        let (clocks, row) = row.split_at(self.settings.clocks);
-        let (goal, row) = row.split_at(2);
-        let (offsets, velocities) = row.split_at(2 * self.nodes);
-        let goal_scale = R::lit(self.settings.goal_scale);
-        let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
-
-        let columns = self.turned(offsets, self.settings.offset_scale);
-        for (column, goal) in columns.into_iter().zip(goal) {
-            weights.extend(self.centred(self.present(column), goal));
+impl<'a, R: Real> Fold<'a, R> {
+    /// With columns for everything that `sight` sees of so many nodes.
+    ///
+    /// # Panics
+    /// If presence is given for another number of nodes.
+    pub fn new(
+        settings: &'a ControllerSettings,
+        ground: &'a Ground,
+        nodes: usize,
+        sight: Sight,
+        mean: Mean<'a, R>,
+    ) -> Self {
+        if let Mean::Folded(presence) = mean {
+            assert_eq!(presence.len(), nodes, "the presence of each node");
         }
-        for column in self.turned(velocities, self.settings.velocity_scale) {
-            weights.extend(self.present(column));
+        let (sines, cosines) = phases(settings)
+            .map(f64::sin_cos)
+            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
+            .unzip();
+        Self {
+            settings,
+            ground,
+            nodes,
+            sight,
+            senses: [sight == Sight::Robot; 2],
+            mean,
+            clocks: [cosines, sines],
+        }
+    }
+
+    /// Without columns that make no difference.
+    #[must_use]
+    pub(crate) fn without_constants(self) -> Self {
+        Self {
+            senses: self.sight.senses(self.settings),
+            ..self
+        }
+    }
+
+    /// The folded weights, row by row.
+    ///
+    /// # Panics
+    /// Unless every row has one weight for each number of the observation.
+    pub fn weights(&self, weights: &[R]) -> Vec<R> {
+        let inputs = self.inputs(weights);
+        let mut folded = Vec::new();
+        for row in weights.chunks_exact(inputs) {
+            self.row(row, &mut folded);
+        }
+        folded
+    }
+
+    /// The biases of the folded layer.
+    ///
+    /// # Panics
+    /// As [`weights`](Self::weights).
+    pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
+        let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
+        let goal = self.constant_goal().map(R::lit);
+        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(row), &goal))
+            .collect()
+    }
+
+    /// The length of an observation.
+    fn inputs(&self, weights: &[R]) -> usize {
+        let inputs = self.sight.length(self.settings, self.nodes);
+        assert!(
+            weights.len().is_multiple_of(inputs),
+            "the controller takes another number of inputs than the settings give"
+        );
+        inputs
+    }
+
+    /// The weights on the goal, scaled.
+    fn on_goal(&self, row: &[R]) -> [R; 2] {
+        let scale = R::lit(self.settings.goal_scale);
+        let goal = &row[self.settings.clocks..];
+        [goal[0] * scale, goal[1] * scale]
+    }
+
+    /// Folds one row: appends its weights on the raw state.
+    fn row(&self, row: &[R], weights: &mut Vec<R>) {
+        let goal = self.on_goal(row);
+        let (clocks, row) = row.split_at(self.settings.clocks);
+        let follows = self.sight.follows_goal(self.settings);
+        if self.sight == Sight::Robot {
+            let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
+            if self.senses[0] {
+                let columns = self.turned(offsets, self.settings.offset_scale);
+                for (column, goal) in columns.into_iter().zip(goal) {
+                    weights.extend(self.centred(column, follows.then_some(goal)));
+                }
+            }
+            if self.senses[1] {
+                for column in self.turned(velocities, self.settings.velocity_scale) {
+                    weights.extend(self.present(column));
+                }
+            }
         }
         weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
-        bias + R::dot(&goal, &self.constant_goal().map(R::lit))
+        if follows && self.senses[0] && matches!(self.mean, Mean::InStep) {
+            weights.extend(goal.map(|goal| -goal));
+        }
     }
 
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
@@ -108,26 +160,33 @@ impl<R: Real> Fold<'_, R> {
 
     /// Weights on the nodes, each by how much it is observed.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
-        for (weight, &presence) in column.iter_mut().zip(self.presence) {
-            *weight *= presence;
+        if let Mean::Folded(presence) = self.mean {
+            for (weight, &presence) in column.iter_mut().zip(presence) {
+                *weight *= presence;
+            }
         }
         column
     }
 
     /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
     /// the positions themselves.
-    fn centred(&self, mut column: Vec<R>, goal: R) -> Vec<R> {
+    fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
+        let mut column = self.present(column);
         let mut on_mean = R::sum_of(&column);
-        if self.settings.goal_relative {
+        if let Some(goal) = goal {
             on_mean += goal;
         }
-        if self.presence.is_empty() {
-            let shift = on_mean * R::lit(1.0 / self.nodes as f64);
-            column.iter_mut().for_each(|weight| *weight -= shift);
-        } else {
-            let shift = on_mean / self.total;
-            for (weight, &presence) in column.iter_mut().zip(self.presence) {
-                *weight -= shift * presence;
+        match self.mean {
+            Mean::InStep => {}
+            Mean::OfAll => {
+                let shift = on_mean * R::lit(1.0 / self.nodes as f64);
+                column.iter_mut().for_each(|weight| *weight -= shift);
+            }
+            Mean::Folded(presence) => {
+                let shift = on_mean / R::sum_of(presence);
+                for (weight, &presence) in column.iter_mut().zip(presence) {
+                    *weight -= shift * presence;
+                }
             }
         }
         column
@@ -137,88 +196,10 @@ impl<R: Real> Fold<'_, R> {
     /// of the ground and the goal from the world's origin, which is what the shift is for.
     fn constant_goal(&self) -> [f64; 2] {
         let goal = self.settings.goal;
-        if !self.settings.goal_relative {
+        if !self.sight.follows_goal(self.settings) {
             return goal;
         }
         let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
         [goal[0] - along, goal[1] - across]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::controller::{Controller, clock, observation};
-    use crate::ground::Ground;
-    use crate::lattice::{Lattice, State};
-    use crate::random::{Purpose, stream, symmetric};
-    use crate::scene::ControllerSettings;
-
-    /// The inputs of a folded controller for a state in the ground's frame.
-    fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
-        let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
-            points.iter().map(|point| point[k]).collect()
-        };
-        let State { x, v } = state;
-        [
-            column(x, 0),
-            column(x, 1),
-            column(v, 0),
-            column(v, 1),
-            clock.into(),
-        ]
-        .concat()
-    }
-
-    fn random_state(nodes: usize) -> State<f64> {
-        let mut stream = stream(1, Purpose::Judgement);
-        let mut point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
-        State {
-            x: (0..nodes).map(&mut point).collect(),
-            v: (0..nodes).map(&mut point).collect(),
-        }
-    }
-
-    /// Compares the folded controller with the observation and the network as they are defined.
-    fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
-        let lattice = Lattice::sample(3, 2, 0.0);
-        let state = random_state(lattice.nodes());
-        let mut controller = Controller::xavier(settings, &lattice, 0);
-        controller.b1.fill(0.2);
-        controller.b2.fill(-0.1);
-        let time = 4096.0 * 0.002;
-        let plain = controller.activation(&observation(settings, time, &state, presence, ground));
-        let sensed = sensed(&state.to_ground(ground), clock(settings, time));
-        let got = controller
-            .folded(settings, presence, ground)
-            .activation(&sensed);
-        assert_eq!(got.len(), plain.len());
-        for (a, b) in got.iter().zip(&plain) {
-            // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,
-            // near 82 rad, is itself rounded at 1e-14.
-            assert!((a - b).abs() < 1e-13);
-        }
-    }
-
-    #[test]
-    fn folding_changes_nothing_but_the_rounding() {
-        for incline_deg in [0.0, 15.0, -40.0] {
-            for (goal_relative, clocks) in [(false, 10), (true, 10), (true, 3), (false, 0)] {
-                let settings = ControllerSettings {
-                    hidden: 7,
-                    clocks,
-                    goal_scale: 0.7,
-                    goal_relative,
-                    offset_scale: 1.3,
-                    velocity_scale: 0.4,
-                    ..ControllerSettings::default()
-                };
-                let ground = Ground {
-                    height: 0.3,
-                    incline_deg,
-                };
-                check(&settings, &[], &ground);
-                check(&settings, &[1.0, 0.3, 0.0, 0.9, 1e-3, 1.0], &ground);
-            }
-        }
     }
 }

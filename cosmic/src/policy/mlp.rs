@@ -1,160 +1,214 @@
-//! The controller: a network of one hidden layer.
+//! The network of one hidden layer.
 
-use autodiff::Real;
-use autodiff::fused::dense;
-use serde::{Deserialize, Serialize};
+use autodiff::{Array, Real};
 
-use super::sensing::{observation, observation_length};
+use super::block::{Block, Controller};
+use super::fold::{Fold, Mean};
+use super::policy::{Policy, Sizes};
+use super::sensing::Sight;
+use super::step::PolicyStep;
 use crate::ground::Ground;
-use crate::lattice::{Lattice, State};
-use crate::random::{self, Purpose};
 use crate::scene::ControllerSettings;
 
-/// A network of one hidden layer: `tanh(W2 tanh(W1 I + b1) + b2)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Controller<R> {
-    /// Hidden units.
-    pub hidden: usize,
-    /// Length of an observation.
-    pub inputs: usize,
-    /// Weights of the first layer, `hidden x inputs`, row by row.
-    pub w1: Vec<R>,
-    /// Biases of the first layer.
-    pub b1: Vec<R>,
-    /// Weights of the second layer, `edges x hidden`, row by row.
-    pub w2: Vec<R>,
-    /// Biases of the second layer, one per edge.
-    pub b2: Vec<R>,
+/// The names of the network's blocks, in their order: weights and biases of the hidden layer, weights and
+/// biases of the output layer.
+pub const NETWORK: [&str; 4] = ["w1", "b1", "w2", "b2"];
+const W1: &str = NETWORK[0];
+const B1: &str = NETWORK[1];
+const W2: &str = NETWORK[2];
+const B2: &str = NETWORK[3];
+
+/// A network of one hidden layer, `tanh(W2 tanh(W1 o + b1) + b2)`, that observes the robot.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mlp;
+
+impl Policy for Mlp {
+    fn parameters(&self, robot: &Sizes) -> Vec<Block> {
+        blocks(robot, robot.observation(Sight::Robot))
+    }
+
+    fn record(&self, step: &mut PolicyStep) -> Array {
+        record(step)
+    }
+}
+
+/// The blocks of a network of so many inputs.
+pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
+    let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
+    vec![
+        Block::weights(W1, hidden, inputs, first),
+        Block::biases(B1, hidden),
+        Block::weights(W2, robot.edges, hidden, second),
+        Block::biases(B2, robot.edges),
+    ]
+}
+
+/// Both layers of a network.
+pub(super) fn record(step: &mut PolicyStep) -> Array {
+    let hidden = step.observed_layer(W1, B1);
+    step.output_layer(W2, B2, hidden)
+}
+
+/// A layer of a network: `tanh(W x + b)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer<R> {
+    /// Weights, one row per output.
+    pub weights: Vec<R>,
+    /// Biases, one per output.
+    pub biases: Vec<R>,
+}
+
+/// A network of one hidden layer, taken apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Network<R> {
+    /// From the inputs to the hidden units.
+    pub first: Layer<R>,
+    /// From the hidden units to the activations.
+    pub second: Layer<R>,
+}
+
+impl<R: Real> Network<R> {
+    /// The network of a controller; `None` if its policy is another one.
+    pub fn of(controller: &Controller<R>) -> Option<Self> {
+        let is_network = controller.blocks().map(|(name, ..)| name).eq(NETWORK);
+        let layer = |[weights, biases]: [&str; 2]| Layer {
+            weights: controller.block(weights).to_vec(),
+            biases: controller.block(biases).to_vec(),
+        };
+        is_network.then(|| Self {
+            first: layer([W1, B1]),
+            second: layer([W2, B2]),
+        })
+    }
+
+    /// This network with a first layer that takes the raw state in the ground's frame, see [`Fold`]. The nodes of
+    /// a robot are present as said, or all of them if there are no numbers.
+    ///
+    /// # Panics
+    /// If the network was not made for observations of the robot by these settings.
+    pub fn folded(
+        &self,
+        settings: &ControllerSettings,
+        nodes: usize,
+        presence: &[R],
+        ground: &Ground,
+    ) -> Self {
+        let mean = match presence {
+            [] => Mean::OfAll,
+            presence => Mean::Folded(presence),
+        };
+        let fold = Fold::new(settings, ground, nodes, Sight::Robot, mean);
+        let Layer { weights, biases } = &self.first;
+        Self {
+            first: Layer {
+                biases: fold.biases(weights, biases),
+                weights: fold.weights(weights),
+            },
+            second: self.second.clone(),
+        }
+    }
+
+    /// The activations for given inputs.
+    pub fn activation(&self, inputs: &[R]) -> Vec<R> {
+        self.second.outputs(&self.first.outputs(inputs))
+    }
+}
+
+impl<R: Real> Layer<R> {
+    /// `tanh(W x + b)`.
+    fn outputs(&self, x: &[R]) -> Vec<R> {
+        let sums = autodiff::fused::dense(&self.weights, x, &self.biases);
+        sums.into_iter().map(R::tanh).collect()
+    }
 }
 
 impl<R: Real> Controller<R> {
-    /// How many weights and biases it has.
-    pub fn weights(&self) -> usize {
-        self.w1.len() + self.b1.len() + self.w2.len() + self.b2.len()
+    /// Makes a network ignore its inputs: its activations become `tanh` of these numbers, one per edge.
+    ///
+    /// # Panics
+    /// If the controller is no network, or has another number of edges.
+    pub fn hold_outputs(&mut self, biases: &[R]) {
+        self.block_mut(W2).fill(R::zero());
+        self.block_mut(B2).copy_from_slice(biases);
     }
-
-    /// How many activations it gives.
-    pub fn edges(&self) -> usize {
-        self.b2.len()
-    }
-
-    /// The activation of every edge, in `[-1, 1]`, from an [observation](super::observation()).
-    pub fn activation(&self, observation: &[R]) -> Vec<R> {
-        let hidden = layer(&self.w1, &self.b1, observation);
-        layer(&self.w2, &self.b2, &hidden)
-    }
-}
-
-impl Controller<f64> {
-    /// Uniform weights drawn from a seed, up to `gain sqrt(6 / (inputs + outputs))` of each layer
-    /// in magnitude, biases zero: X. Glorot and Y. Bengio, "Understanding the difficulty of
-    /// training deep feedforward neural networks", AISTATS 2010, equation 16, which has no gain.
-    pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
-        let (hidden, edges) = (settings.hidden, lattice.edges.len());
-        let inputs = observation_length(settings, lattice.nodes());
-        let mut stream = random::stream(seed, Purpose::Weights);
-        let mut weights = |outputs: usize, inputs: usize, gain: f64| -> Vec<f64> {
-            let limit = gain * (6.0 / (inputs + outputs) as f64).sqrt();
-            let draw = |_| random::symmetric(&mut stream, limit);
-            (0..outputs * inputs).map(draw).collect()
-        };
-        Self {
-            hidden,
-            inputs,
-            w1: weights(hidden, inputs, settings.gain[0]),
-            b1: vec![0.0; hidden],
-            w2: weights(edges, hidden, settings.gain[1]),
-            b2: vec![0.0; edges],
-        }
-    }
-}
-
-impl Controller<f64> {
-    /// This controller for settings [without feedback](ControllerSettings::without_feedback): what it
-    /// observes of the robot stays as it is in this state.
-    #[must_use]
-    pub fn without_feedback(
-        &self,
-        settings: &ControllerSettings,
-        state: &State<f64>,
-        presence: &[f64],
-        ground: &Ground,
-    ) -> Self {
-        let observed = |settings| observation(settings, 0.0, state, presence, ground);
-        let [seen, unseen] = [observed(settings), observed(&settings.without_feedback())];
-        let held: Vec<f64> = seen.iter().zip(unseen).map(|(a, b)| a - b).collect();
-        let mut controller = self.clone();
-        let rows = self.w1.chunks_exact(self.inputs);
-        for (bias, row) in controller.b1.iter_mut().zip(rows) {
-            *bias += f64::dot(row, &held);
-        }
-        controller
-    }
-}
-
-impl<R: Copy> Controller<R> {
-    /// Every weight replaced by a function of it.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
-        let map = |weights: &[R]| weights.iter().map(|&w| f(w)).collect();
-        Controller {
-            hidden: self.hidden,
-            inputs: self.inputs,
-            w1: map(&self.w1),
-            b1: map(&self.b1),
-            w2: map(&self.w2),
-            b2: map(&self.b2),
-        }
-    }
-}
-
-/// `tanh(W input + b)`, `W` row by row.
-fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
-    let sums = dense(weights, input, biases).into_iter();
-    sums.map(R::tanh).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Controller;
-    use crate::controller::observation;
+    use super::Network;
     use crate::ground::Ground;
-    use crate::lattice::Lattice;
-    use crate::scene::Scene;
+    use crate::lattice::{Lattice, State};
+    use crate::policy::{Controller, clock, observation};
+    use crate::random::{Purpose, stream, symmetric};
+    use crate::scene::{ControllerSettings, Scene};
 
-    /// Wherever the robot is, it is driven as it would be at the start.
-    #[test]
-    fn without_feedback_only_the_clock_moves_on() {
-        let mut scene = Scene::paper();
-        (
-            scene.controller.goal_relative,
-            scene.controller.offset_scale,
-        ) = (true, 3.0);
-        let (settings, ground) = (&scene.controller, &Ground::from(&scene.physics));
-        let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let start = lattice.state_at_rest();
-        let mut away = start.clone();
-        away.x.iter_mut().for_each(|x| x[0] = 3.0 - 2.0 * x[0]);
-        let controller = Controller::xavier(settings, &lattice, 0);
-        let held = controller.without_feedback(settings, &start, &[], ground);
-        let unseen = settings.without_feedback();
-        let driven = |c: &Controller<f64>, settings, state| {
-            c.activation(&observation(settings, 0.7, state, &[], ground))
+    /// The inputs of a folded controller for a state in the ground's frame.
+    fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
+        let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
+            points.iter().map(|point| point[k]).collect()
         };
-        let (there, at_start) = (
-            driven(&held, &unseen, &away),
-            driven(&controller, settings, &start),
-        );
-        for (a, b) in there.iter().zip(&at_start) {
-            // Sums of 156 terms of order one, rounded at 1e-16.
-            assert!((a - b).abs() < 1e-13, "{a} {b}");
+        let State { x, v } = state;
+        [
+            column(x, 0),
+            column(x, 1),
+            column(v, 0),
+            column(v, 1),
+            clock.into(),
+        ]
+        .concat()
+    }
+
+    fn random_state(nodes: usize) -> State<f64> {
+        let mut stream = stream(1, Purpose::Judgement);
+        let mut point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
+        State {
+            x: (0..nodes).map(&mut point).collect(),
+            v: (0..nodes).map(&mut point).collect(),
         }
-        let seeing = driven(&controller, settings, &away);
-        assert!(
-            seeing
-                .iter()
-                .zip(&at_start)
-                .any(|(a, b)| (a - b).abs() > 0.1)
-        );
+    }
+
+    /// Compares the folded controller with the observation and the network as they are defined.
+    fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
+        let lattice = Lattice::sample(3, 2, 0.0);
+        let state = random_state(lattice.nodes());
+        let controller = Controller::xavier(settings, &lattice, 0);
+        let mut network = Network::of(&controller).unwrap();
+        network.first.biases.fill(0.2);
+        network.second.biases.fill(-0.1);
+        let time = 4096.0 * 0.002;
+        let plain = network.activation(&observation(settings, time, &state, presence, ground));
+        let sensed = sensed(&state.to_ground(ground), clock(settings, time));
+        let folded = network.folded(settings, lattice.nodes(), presence, ground);
+        let got = folded.activation(&sensed);
+        assert_eq!(got.len(), plain.len());
+        for (a, b) in got.iter().zip(&plain) {
+            // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,
+            // near 82 rad, is itself rounded at 1e-14.
+            assert!((a - b).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn folding_changes_nothing_but_the_rounding() {
+        for incline_deg in [0.0, 15.0, -40.0] {
+            for (goal_relative, clocks) in [(false, 10), (true, 10), (true, 3), (false, 0)] {
+                let settings = ControllerSettings {
+                    hidden: 7,
+                    clocks,
+                    goal_scale: 0.7,
+                    goal_relative,
+                    offset_scale: 1.3,
+                    velocity_scale: 0.4,
+                    ..ControllerSettings::default()
+                };
+                let ground = Ground {
+                    height: 0.3,
+                    incline_deg,
+                };
+                check(&settings, &[], &ground);
+                check(&settings, &[1.0, 0.3, 0.0, 0.9, 1e-3, 1.0], &ground);
+            }
+        }
     }
 
     #[test]
@@ -162,15 +216,25 @@ mod tests {
         let mut scene = Scene::paper();
         scene.controller.gain = [2.0, 1.0];
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let c = Controller::xavier(&scene.controller, &lattice, 0);
-        assert_eq!((c.inputs, c.hidden, c.edges()), (156, 32, 110));
-        let lengths = [&c.w1, &c.b1, &c.w2, &c.b2].map(Vec::len);
+        let controller = Controller::xavier(&scene.controller, &lattice, 0);
+        let Network { first, second } = Network::of(&controller).unwrap();
+        let lengths = [
+            &first.weights,
+            &first.biases,
+            &second.weights,
+            &second.biases,
+        ]
+        .map(Vec::len);
         assert_eq!(lengths, [32 * 156, 32, 110 * 32, 110]);
         let largest = |w: &[f64]| w.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let (first, second) = (2.0 * (6.0f64 / 188.0).sqrt(), (6.0f64 / 142.0).sqrt());
         // The largest of thousands of draws is within a per cent of the limit.
-        assert!(largest(&c.w1) <= first && largest(&c.w1) > 0.99 * first);
-        assert!(largest(&c.w2) <= second && largest(&c.w2) > 0.99 * second);
-        assert!(c.b1.iter().chain(&c.b2).all(|&b| b == 0.0));
+        for (layer, limit) in [
+            (&first, 2.0 * (6.0f64 / 188.0).sqrt()),
+            (&second, (6.0f64 / 142.0).sqrt()),
+        ] {
+            let weights = largest(&layer.weights);
+            assert!(weights <= limit && weights > 0.99 * limit);
+            assert!(layer.biases.iter().all(|&b| b == 0.0));
+        }
     }
 }

@@ -238,7 +238,7 @@ impl<'a> Facts<'a> {
     }
 
     fn controller_rows(&self) -> Vec<PlannedTerm<'_>> {
-        let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
+        let ([some, all], hidden) = (self.outputs, self.case.observation.hidden);
         let strains = some > 0;
         let folded = "mean, scales, goal, clocks of one frequency and rotation are folded into the \
                       weights once";

@@ -7,11 +7,11 @@ use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 use super::clock::least_times;
 use super::probe::{Probe, dot};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
+use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
@@ -342,7 +342,7 @@ impl TwoMatvecs {
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
-            hidden: case.controller.hidden,
+            hidden: case.observation.hidden,
             edges: case.lattice.edges.len(),
         }
     }

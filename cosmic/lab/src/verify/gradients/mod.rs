@@ -10,7 +10,7 @@ use autodiff::{Dual, Real};
 use super::probe::norm;
 use cosmic::case::Case;
 use cosmic::ground::Ground;
-use cosmic::inputs::{ALL, Block, Inputs};
+use cosmic::inputs::{ALL, Block, Inputs, Part};
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
 use cosmic::projection::Projection;
@@ -24,7 +24,7 @@ const LIFT: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub struct Group {
     /// The name of its block of the inputs.
-    pub name: &'static str,
+    pub name: String,
     /// How many numbers.
     pub numbers: usize,
     /// Length of the gradient by them.
@@ -52,17 +52,17 @@ impl Group {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
         Some(NegativeControl {
-            group: self.name,
+            group: self.name.clone(),
             verdict,
         })
     }
 }
 
 /// A gradient that is wrong on purpose. A check that misses it checks nothing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct NegativeControl {
     /// The group whose gradient was made wrong.
-    pub group: &'static str,
+    pub group: String,
     /// The verdict of the check.
     pub verdict: Verdict,
 }
@@ -159,20 +159,20 @@ pub fn check_gradients_of(
     };
     let leaps = case.physics.integrator == Integrator::Leapfrog;
     let floats = case.physics.gravity == 0.0;
-    let is_kink = |block| match block {
+    let is_kink = |part: &Part| match part.block {
         Block::X0 => stands,
         Block::V0 => leaps || floats,
         _ => false,
     };
-    let group = |&block: &Block| {
-        let above = above.as_ref().filter(|_| is_kink(block));
-        let mut group = above.unwrap_or(&here).group(block, options, rounding);
+    let group = |part: &Part| {
+        let above = above.as_ref().filter(|_| is_kink(part));
+        let mut group = above.unwrap_or(&here).group(part, options, rounding);
         if above.is_some() {
             (group.lifted, group.verdict) = (true, group.verdict.max(Verdict::Kink));
         }
         group
     };
-    let groups: Vec<Group> = ALL.iter().map(group).collect();
+    let groups: Vec<Group> = here.inputs.parts().iter().map(group).collect();
     GradientCheck {
         steps: case.physics.steps,
         control: groups.iter().find_map(Group::control),
@@ -259,10 +259,10 @@ impl<'a> CaseLoss<'a> {
             * largest(self.inputs.block(Block::X0))
     }
 
-    /// Checks the gradient by a block.
-    fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
-        let gradient = self.gradient.block(block);
-        let (report, length) = (self.check(block, gradient, options), norm(gradient));
+    /// Checks the gradient by a part of the numbers.
+    fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
+        let gradient = self.gradient.part(part);
+        let (report, length) = (self.check(part, gradient, options), norm(gradient));
         let magnified = rounding > WORN && is_rounding(&report, length, rounding);
         // If the norm is below the rounding, a unit change of the parameters moves the robot by less
         // than rounding does.
@@ -271,7 +271,7 @@ impl<'a> CaseLoss<'a> {
             verdict = verdict.min(Verdict::Kink);
         }
         Group {
-            name: block.name(),
+            name: part.name.clone(),
             numbers: gradient.len(),
             norm: length,
             report,
@@ -280,11 +280,11 @@ impl<'a> CaseLoss<'a> {
         }
     }
 
-    fn check(&self, block: Block, gradient: &[f64], options: &Options) -> Report {
-        let x = self.inputs.block(block);
+    fn check(&self, part: &Part, gradient: &[f64], options: &Options) -> Report {
+        let x = self.inputs.part(part);
         let value = |x: &[f64]| {
             let mut inputs = self.inputs.clone();
-            inputs.set(&[block], x);
+            inputs.set_part(part, x);
             self.moved_loss(&inputs)
         };
         let forward = |direction: &[f64]| {
@@ -294,7 +294,7 @@ impl<'a> CaseLoss<'a> {
             };
             let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
             let mut inputs = self.inputs.lift();
-            inputs.set(&[block], &moving);
+            inputs.set_part(part, &moving);
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {
@@ -385,7 +385,8 @@ mod tests {
             let check = passed(case, steps);
             let norm = check.groups[group].norm;
             assert!(0.0 < norm && norm < most, "{check}");
-            assert_eq!(check.control.map(|c| c.group), Some("x0"), "{check}");
+            let control = check.control.as_ref().map(|control| &control.group[..]);
+            assert_eq!(control, Some("x0"), "{check}");
         }
     }
 
@@ -427,7 +428,7 @@ mod tests {
         let lifted = |change: &dyn Fn(&mut Scene)| {
             let check = passed(&small([2, 2], change), 32);
             let lifted = check.groups.iter().filter(|group| group.lifted);
-            lifted.map(|group| group.name).collect::<Vec<_>>()
+            lifted.map(|group| group.name.clone()).collect::<Vec<_>>()
         };
         let leapfrog = |s: &mut Scene| s.physics.integrator = Integrator::Leapfrog;
         assert_eq!(lifted(&|_| ()), ["x0"]);

@@ -215,7 +215,8 @@ fn controllers(trials: &mut Trials) {
     }
     let mut stuck = actuated;
     stuck.controller = stuck.controller.map(|_| 0.0);
-    stuck.controller.b2.fill(-1e308);
+    let edges = stuck.lattice.edges.len();
+    stuck.controller.hold_outputs(&vec![-1e308; edges]);
     let what = "all actuators held at full contraction";
     trials.single("controller", what, stuck);
 }
