@@ -355,35 +355,14 @@ impl<'de> Visitor<'de> for FlatBlocks {
 }
 
 /// A value of a flat controller.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number of columns or a list of numbers"
+)]
 enum FlatEntry {
     Columns(usize),
     Numbers(Vec<f64>),
-}
-
-impl<'de> Deserialize<'de> for FlatEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(FlatValue)
-    }
-}
-
-struct FlatValue;
-
-impl<'de> Visitor<'de> for FlatValue {
-    type Value = FlatEntry;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number of columns or a list of numbers")
-    }
-    fn visit_u64<E>(self, columns: u64) -> Result<FlatEntry, E> {
-        Ok(FlatEntry::Columns(columns as usize))
-    }
-    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<FlatEntry, A::Error> {
-        let mut all = Vec::new();
-        while let Some(number) = numbers.next_element()? {
-            all.push(number);
-        }
-        Ok(FlatEntry::Numbers(all))
-    }
 }
 
 #[cfg(test)]

@@ -240,8 +240,20 @@ impl<'a> Facts<'a> {
     fn controller_rows(&self) -> Vec<PlannedTerm<'_>> {
         let ([some, all], hidden) = (self.outputs, self.case.observation.hidden);
         let strains = some > 0;
-        let folded = "mean, scales, goal, clocks of one frequency and rotation are folded into the \
-                      weights once";
+        let weighed = strains && !self.body.presence.is_empty();
+        let folded = match weighed {
+            true => {
+                "scales, goal, clocks of one frequency and rotation are folded into the weights once"
+            }
+            false => {
+                "mean, scales, goal, clocks of one frequency and rotation are folded into the weights \
+                 once"
+            }
+        };
+        let why_weighed = match self.body.presence.is_empty() {
+            true => "all nodes count alike",
+            false => "nodes count, and are observed, as much as their edges are solid",
+        };
         let sight = |sees: bool, scale: &str| match (sees, strains) {
             (false, _) => format!("controller.{scale} is 0"),
             (true, false) => "there is no controller: no edge strains".to_owned(),
@@ -257,6 +269,8 @@ impl<'a> Facts<'a> {
         vec![
             row("making of observations", false, folded),
             row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
+            row("presence of nodes", weighed, why_weighed)
+                .or(weighed, |parts| parts.body.presence.clear()),
             row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
                 parts.sight.offset_scale = LEAST_SCALE
             }),

@@ -359,11 +359,11 @@ impl TwoMatvecs {
 
 impl Model for TwoMatvecs {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (w1, b1) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
-        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let (first, biases) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
+        let (second, outputs) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
         let x = p.state(self.inputs);
-        let hidden = p.dense(w1, &[x], b1);
-        p.dense(w2, &[hidden], b2);
+        let hidden = p.dense(first, &[x], biases);
+        p.dense(second, &[hidden], outputs);
         p.advance(x, x);
     }
 }
