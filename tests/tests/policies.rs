@@ -7,7 +7,7 @@ use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{self, Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::scene::Scene;
-use cosmic::simulator::Span;
+use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::check_gradients_of;
 
 /// The policies of the model, and one of a program.
@@ -106,7 +106,13 @@ fn a_step_sees_the_observation() {
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
         let expected = Network::of(&case.controller).unwrap().activation(&seen);
-        let found = case.evaluate(false, &[]).unwrap().u0;
+        let start = Trajectory {
+            steps: vec![0],
+            states: vec![case.start.clone()],
+        };
+        let task = case.task();
+        let moments = task.moments(&case.own_mixture(), &case.controller, &start);
+        let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // Sums of some forty terms of order one, rounded at 1e-16.
             assert!((a - b).abs() < 1e-13, "{settings}: {a} {b}");

@@ -102,29 +102,55 @@ unsafe fn sums<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
     x: [&[R]; C],
     starts: usize,
 ) -> (Each<R>, [Each<R>; C]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        if starts == 1 {
+            // A constant number of registers, which stay in registers.
+            sums_in::<R, L, C, TOTAL>(weights, x, const { PARTS / L::N }, 1)
+        } else {
+            sums_in::<R, L, C, TOTAL>(weights, x, PARTS * starts / L::N, starts)
+        }
+    }
+}
+
+/// As [`sums`], with the partial sums in so many registers.
+///
+/// # Safety
+/// As [`sums`].
+#[inline(always)]
+unsafe fn sums_in<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
+    weights: &[R],
+    x: [&[R]; C],
+    registers: usize,
+    starts: usize,
+) -> (Each<R>, [Each<R>; C]) {
     let (mut total, mut products) = ([L::zero(); PARTS], [[L::zero(); PARTS]; C]);
-    // A constant number of registers in the common case.
-    let registers = if starts == 1 {
-        const { PARTS / L::N }
-    } else {
-        PARTS * starts / L::N
-    };
-    let mut at = 0;
-    while at < weights.len() {
-        for k in 0..registers {
-            if at >= weights.len() {
-                break;
-            }
-            let n = L::N.min(weights.len() - at);
-            // SAFETY: the caller's promise.
-            unsafe {
-                let weight = L::load_n(weights, at, n);
+    let (len, mut at) = (weights.len(), 0);
+    // SAFETY: the caller's promise, and places end with the arrays.
+    unsafe {
+        while at + registers * L::N <= len {
+            for k in 0..registers {
+                let weight = L::load_at(weights, at);
                 if TOTAL {
                     total[k] += weight;
                 }
                 for c in 0..C {
-                    products[c][k] = weight.fma(L::load_n(x[c], at, n), products[c][k]);
+                    products[c][k] = weight.fma(L::load_at(x[c], at), products[c][k]);
                 }
+                at += L::N;
+            }
+        }
+        for k in 0..registers {
+            if at >= len {
+                break;
+            }
+            let n = L::N.min(len - at);
+            let weight = L::load_n(weights, at, n);
+            if TOTAL {
+                total[k] += weight;
+            }
+            for c in 0..C {
+                products[c][k] = weight.fma(L::load_n(x[c], at, n), products[c][k]);
             }
             at += L::N;
         }
@@ -163,6 +189,78 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     sums
 }
 
+struct ForwardLanes<'a, R, L, const C: usize, const V: usize> {
+    weights: &'a [R],
+    x: [&'a [R]; C],
+    v: [&'a [R]; V],
+    means: [L; C],
+    y: &'a mut [R],
+}
+
+impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ForwardLanes<'_, R, L, C, V> {
+    /// The results of `n` entries from place `at` on.
+    ///
+    /// # Safety
+    /// All arrays have these entries, and `n` is no more than `N`.
+    #[inline(always)]
+    unsafe fn lane(&mut self, at: usize, n: usize) {
+        let len = self.weights.len();
+        // SAFETY: the caller's promise.
+        unsafe {
+            let weight = L::load_n(self.weights, at, n);
+            for c in 0..C {
+                let offset = L::load_n(self.x[c], at, n) - self.means[c];
+                (weight * offset).store_n(self.y, c * len + at, n);
+            }
+            for c in 0..V {
+                let value = weight * L::load_n(self.v[c], at, n);
+                value.store_n(self.y, (C + c) * len + at, n);
+            }
+        }
+    }
+}
+
+struct ReverseLanes<'a, R, L, const C: usize, const V: usize> {
+    weights: &'a [R],
+    x: [&'a [R]; C],
+    v: [&'a [R]; V],
+    means: [L; C],
+    shifts: [L; C],
+    y_bar: &'a [R],
+    w_bar: *mut R,
+    x_bar: [*mut R; C],
+    v_bar: [*mut R; V],
+}
+
+impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ReverseLanes<'_, R, L, C, V> {
+    /// Adds to the cotangents of `n` entries from place `at` on.
+    ///
+    /// # Safety
+    /// As [`ForwardLanes::lane`]; pointers are null or point to such arrays, which nothing else reads or writes
+    /// meanwhile.
+    #[inline(always)]
+    unsafe fn lane(&mut self, at: usize, n: usize) {
+        let len = self.weights.len();
+        // SAFETY: the caller's promise.
+        unsafe {
+            let weight = L::load_n(self.weights, at, n);
+            let mut of_weight = L::zero();
+            for c in 0..C {
+                let rest = L::load_n(self.y_bar, c * len + at, n) - self.shifts[c];
+                add(self.x_bar[c], at, n, weight * rest);
+                let offset = L::load_n(self.x[c], at, n) - self.means[c];
+                of_weight = rest.fma(offset, of_weight);
+            }
+            for c in 0..V {
+                let bar = L::load_n(self.y_bar, (C + c) * len + at, n);
+                add(self.v_bar[c], at, n, weight * bar);
+                of_weight = bar.fma(L::load_n(self.v[c], at, n), of_weight);
+            }
+            add(self.w_bar, at, n, of_weight);
+        }
+    }
+}
+
 impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Forward<'_, Weighted<C, V>, R> {
     type Output = ();
     #[inline(always)]
@@ -192,19 +290,20 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Forward<'_, Weig
                 to += starts;
             }
             after[to..to + starts].copy_from_slice(&total[..starts]);
+            let mut lanes = ForwardLanes {
+                weights,
+                x,
+                v,
+                means,
+                y: after,
+            };
             let mut at = 0;
-            while at < len {
-                let n = L::N.min(len - at);
-                let weight = L::load_n(weights, at, n);
-                for c in 0..C {
-                    let offset = L::load_n(x[c], at, n) - means[c];
-                    (weight * offset).store_n(after, c * len + at, n);
-                }
-                for c in 0..V {
-                    let value = weight * L::load_n(v[c], at, n);
-                    value.store_n(after, (C + c) * len + at, n);
-                }
+            while at + L::N <= len {
+                lanes.lane(at, L::N);
                 at += L::N;
+            }
+            if at < len {
+                lanes.lane(at, len - at);
             }
         }
         let mut to = (C + V) * len;
@@ -255,23 +354,24 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Reverse<'_, '_, 
                 let mean_bar: L = each(&after[first - begin + c * starts..], starts);
                 shifts[c] = (L::load(&products[c]) - mean_bar) / total;
             }
+            let mut lanes = ReverseLanes {
+                weights,
+                x,
+                v,
+                means,
+                shifts,
+                y_bar: after,
+                w_bar,
+                x_bar,
+                v_bar,
+            };
             let mut at = 0;
-            while at < len {
-                let n = L::N.min(len - at);
-                let weight = L::load_n(weights, at, n);
-                let mut of_weight = L::zero();
-                for c in 0..C {
-                    let rest = L::load_n(y_bar[c], at, n) - shifts[c];
-                    add(x_bar[c], at, n, weight * rest);
-                    of_weight = rest.fma(L::load_n(x[c], at, n) - means[c], of_weight);
-                }
-                for c in 0..V {
-                    let bar = L::load_n(after, (C + c) * len + at, n);
-                    add(v_bar[c], at, n, weight * bar);
-                    of_weight = bar.fma(L::load_n(v[c], at, n), of_weight);
-                }
-                add(w_bar, at, n, of_weight);
+            while at + L::N <= len {
+                lanes.lane(at, L::N);
                 at += L::N;
+            }
+            if at < len {
+                lanes.lane(at, len - at);
             }
         }
         let mut from = (C + V) * len;

@@ -8,8 +8,9 @@ use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
-use crate::policy::Weights;
+use crate::policy::{Network, Weights, observation};
 use crate::projection::{self, Holds, Projection, one_hot};
+use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -115,9 +116,7 @@ impl Case {
             })
         };
         Ok(CaseResults {
-            u0: (task.simulator)
-                .activations(&body, &self.controller, &[(&self.start, 0.0)])
-                .remove(0),
+            u0: self.first_activation(&task, &body),
             node_mass: body.mass,
             displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
@@ -147,6 +146,24 @@ impl Case {
         observed.dedup();
         let span = Span::from_start(observed);
         task.guarded(mixture, &self.controller, &self.start, &span)
+    }
+
+    /// The activations at the start. Those of the paper's network are its definition, which costs less than a
+    /// step of a rollout.
+    fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
+        let settings = &self.observation;
+        let network = Network::of(&self.controller);
+        match network.filter(|_| settings.policy == PolicyName::default()) {
+            Some(network) => {
+                let (start, presence) = (&self.start, &body.presence);
+                network.activation(&observation(settings, 0.0, start, presence, &task.ground()))
+            }
+            None => {
+                let moments = &[(&self.start, 0.0)];
+                let activations = task.simulator.activations(body, &self.controller, moments);
+                activations.concat()
+            }
+        }
     }
 
     fn gradient(&self, task: &Task) -> Gradient {

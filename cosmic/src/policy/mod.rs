@@ -24,4 +24,4 @@ pub use policy::{Policy, Sizes};
 pub use saved::Weights;
 pub use sensing::{Sight, clock, observation, observation_length};
 pub use step::PolicyStep;
-pub(crate) use step::{Given, Outputs, Seen};
+pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};

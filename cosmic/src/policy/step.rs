@@ -115,6 +115,30 @@ impl<R: Real> Recording for Program<R> {
     }
 }
 
+/// A program that only declares arrays, to see what a policy is given.
+pub(crate) struct Declared(pub(crate) Program<f64>);
+
+impl Recording for Declared {
+    fn parameter(&mut self, len: usize) -> Array {
+        self.0.parameter(len)
+    }
+    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
+        self.0.matrix(rows, columns)
+    }
+    fn dense_tanh(&mut self, _: Matrix, _: &[Array], bias: Array) -> Array {
+        self.0.state(bias.len())
+    }
+    fn dense_tanh_spread(&mut self, _: Matrix, _: &[Array], _: Array, places: &[bool]) -> Array {
+        self.0.state(places.len())
+    }
+    fn weighted(&mut self, _: Array, _: [bool; 2], seen: &Seen) -> [Array; 2] {
+        [seen.clock; 2]
+    }
+    fn any(&mut self) -> AnyProgram<'_> {
+        self.0.any()
+    }
+}
+
 /// A step that a policy records its part into.
 pub struct PolicyStep<'a> {
     program: &'a mut dyn Recording,

@@ -9,7 +9,8 @@ use super::parameters::{Parameters, Road};
 use crate::ground::Ground;
 use crate::lattice::{Body, Lattice};
 use crate::policy::{
-    self, Block, Controller, Fold, Given, Mean, Outputs, Policy, PolicyStep, Seen, Sizes,
+    self, Block, Controller, Declared, Fold, Given, Mean, Outputs, Policy, PolicyStep, Recording,
+    Seen, Sizes,
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
@@ -91,7 +92,8 @@ impl Robot {
             settings: settings.clone(),
             given: Arc::new([]),
         };
-        let p = &mut Program::<f64>::default();
+        let mut declared = Declared(Program::default());
+        let p = &mut declared.0;
         let mut nodes = || p.state(self.graph.nodes());
         let (x, v) = ([nodes(), nodes()], [nodes(), nodes()]);
         let (clock, presence) = (p.input(2), None);
@@ -101,7 +103,7 @@ impl Robot {
             clock,
             presence,
         };
-        let (_, given) = driver.record(p, seen, self.outputs());
+        let (_, given) = driver.record(&mut declared, seen, self.outputs());
         driver.given = given.into();
         driver
     }
@@ -228,12 +230,7 @@ impl Robot {
 
 impl Driver {
     /// Records the policy: the activation of every slot, and what the step is given for it.
-    fn record<R: Real>(
-        &self,
-        p: &mut Program<R>,
-        seen: Seen,
-        outputs: Outputs,
-    ) -> (Array, Vec<Given>) {
+    fn record(&self, p: &mut dyn Recording, seen: Seen, outputs: Outputs) -> (Array, Vec<Given>) {
         let sees = (self.policy.observe(), &self.settings);
         let mut step = PolicyStep::new(p, &self.blocks, sees, seen, outputs);
         let activation = self.policy.record(&mut step);
