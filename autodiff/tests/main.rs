@@ -43,3 +43,4 @@ mod rules;
 mod second_kinks;
 mod sparse;
 mod trace;
+mod weighted;

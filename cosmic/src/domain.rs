@@ -20,11 +20,11 @@ pub struct Domain<'a> {
 }
 
 impl Domain<'_> {
-    /// This domain for controllers without feedback.
+    /// This domain for controllers that see this state at all times: only their clock goes on.
     #[must_use]
-    pub fn without_feedback(&self) -> Domain<'static> {
+    pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {
         Domain {
-            task: Cow::Owned(self.task.without_feedback()),
+            task: Cow::Owned(self.task.without_feedback(seen)),
             start: self.start.clone(),
         }
     }

@@ -4,12 +4,13 @@ use std::borrow::Borrow;
 
 use autodiff::{CotangentBound, Memory, Real};
 
-use crate::controller::Controller;
 use crate::design::{Design, Mixture};
+use crate::policy::Controller;
 use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
+use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
@@ -117,11 +118,11 @@ impl Task {
         }
     }
 
-    /// This task for controllers [without feedback](Controller::without_feedback).
+    /// This task for controllers that see this state at all times: only their clock goes on.
     #[must_use]
-    pub fn without_feedback(&self) -> Self {
+    pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
-            simulator: self.simulator.without_feedback(),
+            simulator: self.simulator.without_feedback(seen),
             ..self.clone()
         }
     }

@@ -40,12 +40,10 @@ proptest! {
     ) {
         let scene = scene();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let mut controller = cosmic::controller::Controller::xavier(&scene.controller, &lattice, 0);
+        let mut controller = cosmic::policy::Controller::xavier(&scene.controller, &lattice, 0);
         let mut weights = weights.into_iter().cycle();
         controller = controller.map(|_| 0.0);
-        for w in [&mut controller.w1, &mut controller.b1, &mut controller.w2, &mut controller.b2] {
-            w.iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
-        }
+        controller.numbers_mut().iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
         let materials: Vec<Material> = materials.iter().map(|m| Material::ALL[*m]).collect();
         let design = DesignFile::new(&lattice, &Design::Undecided(z), &materials, &controller);
         let folder = tempfile::tempdir().unwrap();

@@ -342,9 +342,10 @@ impl Simulator {
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
             let inputs = codesign.inputs(&progress);
-            let blocks = ALL.iter().zip(self.sizes.shapes());
-            blocks
-                .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
+            let parts = inputs.parts();
+            let arrays = parts.iter().zip(self.sizes.shapes());
+            arrays
+                .map(|(part, shape)| array(py, inputs.part(part).to_vec(), &shape))
                 .collect()
         })
     }

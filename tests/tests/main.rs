@@ -20,6 +20,7 @@ mod optimisers;
 mod outside;
 mod own_laws;
 mod plan;
+mod policies;
 mod reference_model;
 mod reference_rollouts;
 mod richer_physics;

@@ -4,13 +4,14 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
-use cosmic::controller::{Controller, observation};
 use cosmic::design::{Design, Mixture};
+use cosmic::policy::{Controller, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
 use cosmic::projection::{Holds, Projection, mixtures};
+use cosmic::policy::{Controller, Network, observation};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
@@ -213,12 +214,8 @@ impl Activations<'_> {
         let Case {
             controller, start, ..
         } = self.0;
-        let Controller { w1, b1, w2, b2, .. } = controller;
         [
-            w1,
-            b1,
-            w2,
-            b2,
+            controller.numbers(),
             start.x.as_flattened(),
             start.v.as_flattened(),
         ]
@@ -232,14 +229,9 @@ impl Activations<'_> {
         } = self.0;
         let mut rest = x;
         let mut take = |count| rest.split_off(..count).expect("a number each").to_vec();
-        let read = Controller {
-            hidden: controller.hidden,
-            inputs: controller.inputs,
-            w1: take(controller.w1.len()),
-            b1: take(controller.b1.len()),
-            w2: take(controller.w2.len()),
-            b2: take(controller.b2.len()),
-        };
+        let mut read = controller.map(|_| R::zero());
+        read.numbers_mut()
+            .copy_from_slice(&take(controller.weights()));
         let mut points = || take(2 * start.x.len()).as_chunks().0.to_vec();
         let (x, v) = (points(), points());
         (read, State { x, v })
@@ -250,7 +242,8 @@ impl VectorFunction for Activations<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (controller, state) = self.read(x);
         let ground = Ground::from(&self.0.physics);
-        controller.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
+        let network = Network::of(&controller).expect("a network");
+        network.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
     }
 }
 
@@ -261,8 +254,10 @@ impl VectorFunction for FoldedWeights<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0.0;
         let (controller, _) = self.0.read(x);
-        let folded = controller.folded(&case.observation, &[], &Ground::from(&case.physics));
-        [folded.w1, folded.b1].concat()
+        let (nodes, ground) = (case.lattice.nodes(), Ground::from(&case.physics));
+        let network = Network::of(&controller).expect("a network");
+        let folded = network.folded(&case.observation, nodes, &[], &ground);
+        [folded.first.weights, folded.first.biases].concat()
     }
 }
 

@@ -3,10 +3,10 @@
 use autodiff::check::{Options, Verdict};
 use autodiff::{Real, Var, gradient_of};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::{Body, State};
+use cosmic::policy::Controller;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::check_gradients;

@@ -2,8 +2,8 @@
 
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
-use cosmic::controller::Controller;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::policy::Controller;
 use cosmic::error::Error;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;

@@ -25,6 +25,7 @@ pub(crate) mod dense;
 mod map;
 mod edges;
 mod gather;
+mod weighted;
 mod program;
 mod recording;
 mod run;

@@ -222,6 +222,11 @@ impl<R: Real> Program<R> {
         (0..count).map(|_| self.allocate(false, len)).collect()
     }
 
+    /// A new array directly behind the last one of the row.
+    pub(super) fn unaligned_output(&mut self, len: usize) -> Array {
+        self.allocate(false, len)
+    }
+
     /// A new array for the output of an operation.
     pub(super) fn output(&mut self, len: usize) -> Array {
         self.align(false);

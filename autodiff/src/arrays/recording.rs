@@ -9,6 +9,7 @@ use super::kernel::Kernel;
 use super::map::Map;
 use super::operation::Operation;
 use super::program::Program;
+use super::weighted::Weighted;
 use crate::real::Real;
 
 /// The operations. Each panics if it is given an array or a matrix of another program, unless this
@@ -271,6 +272,55 @@ impl<R: Real> Program<R> {
         self.operations
             .push(Box::new(Gather::new(x, indices, output)));
         output
+    }
+
+    /// Weights arrays entry by entry: the `weights` times the offsets of each of `offsets` from its weighted
+    /// mean, then times each of `values`; then `others` unchanged, all as one array. Also returns the means, as
+    /// an array of one number for each of `offsets`.
+    ///
+    /// An entry of weight 0 counts nowhere. The mean is `sum w x / sum w`; it is NaN if no weight is left.
+    ///
+    /// ```
+    /// use autodiff::{Model, Program, Real, Rollout};
+    ///
+    /// /// Moves every point by its weighted offset from the mean.
+    /// #[derive(Clone)]
+    /// struct Spread;
+    ///
+    /// impl Model for Spread {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (weights, x) = (program.parameter(3), program.state(3));
+    ///         let [offsets, _mean] = program.weighted(weights, [x], [], &[]);
+    ///         program.advance(x, offsets);
+    ///     }
+    /// }
+    ///
+    /// let offsets = Rollout::new(Spread, 1).run(&[1.0, 3.0, 50.0], &[&[1.0, 1.0, 0.0]]);
+    /// assert_eq!(offsets, [-1.0, 1.0, 0.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// Unless `offsets` and `values` are as long as the weights; if an array is of another program.
+    pub fn weighted<const C: usize, const V: usize>(
+        &mut self,
+        weights: Array,
+        offsets: [Array; C],
+        values: [Array; V],
+        others: &[Array],
+    ) -> [Array; 2] {
+        let weighed = [&offsets[..], &values].concat();
+        self.assert_known(&[&[weights][..], &weighed, others].concat());
+        assert!(
+            weighed.iter().all(|array| array.len() == weights.len()),
+            "weighted: an array needs one number per weight"
+        );
+        let appended: usize = others.iter().map(|array| array.len()).sum();
+        self.align(false);
+        let lengths = [weighed.len() * weights.len() + appended, C, 1];
+        let outputs = lengths.map(|len| self.unaligned_output(len));
+        let operation = Weighted::new(weights, offsets, values, others, outputs);
+        self.operations.push(Box::new(operation));
+        [outputs[0], outputs[1]]
     }
 }
 

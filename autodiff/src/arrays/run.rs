@@ -7,6 +7,9 @@ use super::row::{Bars, RowLayout, StepValues};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
+/// Numbers that are set to zero at once.
+const ZEROED: usize = 128;
+
 impl<R: Real> Program<R> {
     /// Ends the recording and lays out the rows.
     ///
@@ -222,7 +225,10 @@ impl<R: Real> Program<R> {
         };
         // Only up to the next row: past that, the new state's cotangents are set below.
         let RowLayout { stride, state, .. } = &self.layout;
-        bars.row[..self.ends[1].min(*stride)].fill(R::zero());
+        // Piece by piece: for longer ones `memset` takes a slower start.
+        for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
+            piece.fill(R::zero());
+        }
         if self.layout.moves.is_empty() {
             // The new state begins the next row.
             let mut given = &state_bar[..];

@@ -139,11 +139,9 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         task: Cow::Borrowed(task),
         start: case.start.clone(),
     });
-    let held = codesign.without_feedback(&case.body().presence, &case.controller);
     let reach_by_clock = |domain: &Domain| {
-        codesign
-            .reach(&design, &held, &domain.without_feedback())
-            .moved[0]
+        let open_loop = domain.without_feedback(&case.start);
+        codesign.reach(&design, &case.controller, &open_loop).moved[0]
     };
     let by_clock: Vec<f64> = domains.par_iter().map(reach_by_clock).collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();

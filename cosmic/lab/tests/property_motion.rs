@@ -1,10 +1,11 @@
 //! What holds of every robot's motion.
 
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::Design;
+use cosmic::policy::Controller;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::{Controller, NETWORK, observation_length};
 use cosmic::scene::{Scene, StartKind};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::stability::{Outcome, Trial, World};
@@ -64,7 +65,8 @@ fn moment(masses: &[f64], points: &[[f64; 2]]) -> ([f64; 2], f64) {
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
     let clocks = case.observation.clocks;
-    for row in controller.w1.chunks_exact_mut(controller.inputs) {
+    let inputs = observation_length(&case.observation, case.lattice.nodes());
+    for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
         // After the clocks pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
     }

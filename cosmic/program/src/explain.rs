@@ -7,6 +7,8 @@ use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::Result;
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
+use cosmic::policy;
+use cosmic::scene::{Integrator, Named, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{bound_of_any_design, stable_step};
 use cosmic_lab::verify::{Plan, Pull, Speed, Term, Voids, frequencies, measure, peak_memory};
@@ -96,10 +98,18 @@ impl StableStep {
     }
 }
 
+/// The counts of observed numbers, hidden units and activations of a controller.
+fn controller_sizes(case: &Case) -> [usize; 3] {
+    let (settings, lattice) = (&case.observation, &case.lattice);
+    let sight = policy::of_settings(settings).observe();
+    let inputs = sight.length(settings, lattice.nodes());
+    [inputs, settings.hidden, lattice.edges.len()]
+}
+
 /// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
 /// observed numbers, hidden units and activations; `layout` is true if every edge has exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
-    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
     json!({
         "lattice": case.layout.name(),
@@ -119,25 +129,31 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
         "incline_deg": physics.incline_deg,
         "gravity": physics.gravity,
         "damping": physics.damping,
-        "controller": [controller.inputs, controller.hidden, controller.edges()],
+        "controller": controller_sizes(case),
         "layout": case.design.layout().is_some(),
         "stable_dt": stable,
     })
 }
 
 fn rollout_text(case: &Case, stable: &StableStep) -> String {
-    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let (lattice, physics) = (&case.lattice, &case.physics);
     let (name, nodes) = (case.layout.name(), lattice.nodes());
     let design = match case.design {
         Design::Layout(_) => "a layout, one material per edge",
         Design::Undecided(_) => "a mixture of materials per edge",
     };
-    let (inputs, hidden, outputs) = (controller.inputs, controller.hidden, controller.edges());
+    let [inputs, hidden, outputs] = controller_sizes(case);
+    let controller = match case.observation.policy.name() {
+        "mlp" | "clock" => {
+            format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations")
+        }
+        policy => format!("{policy}, {outputs} activations"),
+    };
     let (steps, dt) = (physics.steps, physics.dt);
     format!(
         "  lattice      {name}, {nodes} nodes, {} edges
   design       {design}
-  controller   {inputs} observed numbers, {hidden} hidden units, {outputs} activations
+  controller   {controller}
   world        gravity {} m/s2, damping {} 1/s
   contact      {}
   steps        {steps} of {dt} s, {} s in all

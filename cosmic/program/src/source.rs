@@ -3,9 +3,10 @@
 use crate::arguments::Settings;
 use clap::Args;
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::Design;
+use cosmic::policy::Controller;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::policy::Controller;
 use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;

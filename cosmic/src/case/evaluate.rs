@@ -3,14 +3,16 @@
 use autodiff::Real;
 
 use super::{Case, CaseResults, DesignGradient, Gradient};
-use crate::controller::{Weights, observation};
 use crate::design::{Design, Mixture};
+use crate::policy::{Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
 use crate::projection::{self, Holds, Projection};
+use crate::policy::{Network, Weights, observation};
+use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -118,7 +120,7 @@ impl Case {
             })
         };
         Ok(CaseResults {
-            u0: self.first_activation(&body, &ground),
+            u0: self.first_activation(&task, &body),
             node_mass: body.mass,
             displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
@@ -150,10 +152,22 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    fn first_activation(&self, body: &Body<f64>, ground: &Ground) -> Vec<f64> {
-        let (settings, start) = (&self.observation, &self.start);
-        let seen = observation(settings, 0.0, start, &body.presence, ground);
-        self.controller.activation(&seen)
+    /// The activations at the start. Those of the paper's network are its definition, which costs less than a
+    /// step of a rollout.
+    fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
+        let settings = &self.observation;
+        let network = Network::of(&self.controller);
+        match network.filter(|_| settings.policy == PolicyName::default()) {
+            Some(network) => {
+                let (start, presence) = (&self.start, &body.presence);
+                network.activation(&observation(settings, 0.0, start, presence, &task.ground()))
+            }
+            None => {
+                let moments = &[(&self.start, 0.0)];
+                let activations = task.simulator.activations(body, &self.controller, moments);
+                activations.concat()
+            }
+        }
     }
 
     fn gradient(&self, task: &Task) -> Gradient {

@@ -1,11 +1,12 @@
 //! A robot of a scene as a case.
 
 use super::Case;
-use crate::controller::Controller;
 use crate::design::{Design, start};
+use crate::policy::Controller;
 use crate::error::Result;
 use crate::lattice::Lattice;
 use crate::objective::AugmentedLagrangian;
+use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::Scene;
 

@@ -5,13 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
-use crate::controller::{Controller, observation_length};
 use crate::design::Design;
+use crate::policy::{Controller, observation_length};
 use crate::error::{Error, Result, fits, some};
 use crate::generator::places;
 use crate::ground::Ground;
 use crate::lattice::{Lattice, State, Truss};
 use crate::objective::AugmentedLagrangian;
+use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
@@ -123,14 +124,15 @@ impl Shapes<'_> {
         let z = self.rows("z", &raw.z)?;
         let mut scene = Scene::paper();
         raw.scene.set(&mut scene, self.file)?;
-        scene.controller.hidden = raw.controller.b1.len();
+        raw.controller
+            .set_hidden(&mut scene.controller, self.file)?;
         scene.physics.steps = raw.steps;
         // A case is evaluated, and that never refuses.
         scene.physics.unstable_step = UnstableStep::Warn;
         if raw.truss.is_some() {
             scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
         }
-        let inputs = observation_length(&scene.controller, nodes);
+        let blocks = blocks_of(&scene.controller, nodes, edges);
         Ok(Case {
             layout: scene.lattice,
             physics: scene.physics,
@@ -146,7 +148,7 @@ impl Shapes<'_> {
                 None => Design::Undecided(z),
                 Some(layout) => Design::Layout(layout.clone()),
             },
-            controller: raw.controller.controller(inputs, edges, self.file)?,
+            controller: raw.controller.controller(&blocks, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
                 multiplier: array(self.file, "al.lambda", &raw.al.lambda)?,

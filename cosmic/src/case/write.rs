@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::Case;
 use super::raw::{FORMAT, RawLagrangian, RawMarks, RawScene, VERSION};
-use crate::controller::Weights;
 use crate::design::Material;
 use crate::lattice::State;
+use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::Divergence;

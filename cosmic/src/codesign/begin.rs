@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::progress::Progress;
 use super::schedule::Schedule;
-use crate::controller::Controller;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
+use crate::policy::Controller;
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
+use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::StepCheck;
@@ -163,9 +164,7 @@ impl CoDesign {
             undecided => (undecided, 0),
         };
         self.check_vectors(&design.vectors())?;
-        let c = &controller;
-        let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
-        if weights.contains(&false) {
+        if !controller.numbers().iter().all(|weight| weight.is_finite()) {
             return Err(Error::Usage(
                 "the controller to begin with has weights that are not finite".into(),
             ));
@@ -409,7 +408,7 @@ mod tests {
         };
         assert_eq!(said(&z, controller), "");
         let mut broken = controller.clone();
-        broken.w2[3] = f64::NAN;
+        broken.numbers_mut()[3] = f64::NAN;
         assert!(said(&z, &broken).contains("not finite"));
         let mut outside = z.to_vec();
         outside[2][1] = f64::NAN;

@@ -9,10 +9,11 @@ use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
-use crate::controller::Controller;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
+use crate::policy::Controller;
 use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
+use crate::policy::Controller;
 use crate::random::{Purpose, stream};
 use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
@@ -117,7 +118,7 @@ impl CoDesign {
         };
         let merit = self.unperturbed(&design, controller, moved[0]);
         let body = self.task.body(&design);
-        let clock_alone = self.clock_alone(&design, &body.presence, controller, &domains);
+        let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
         let layout = design.layout();
         let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
@@ -175,36 +176,21 @@ impl CoDesign {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// A controller for [domains without feedback](Domain::without_feedback): what it observes of a robot of
-    /// such presence stays as it is at the start.
-    pub fn without_feedback(
-        &self,
-        presence: &[f64],
-        controller: &Controller<f64>,
-    ) -> Controller<f64> {
-        let (settings, ground) = (&self.scene.controller, self.task.ground());
-        controller.without_feedback(settings, &self.start, presence, &ground)
-    }
-
-    /// Displacements of a robot without feedback.
+    /// Displacements of a robot whose controller observes the start at all times.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
-        presence: &[f64],
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Quantiles {
-        let (task, held) = (
-            self.task.without_feedback(),
-            self.without_feedback(presence, controller),
-        );
+        let task = self.task.without_feedback(&self.start);
         // Of one task, so that they run side by side.
         let domain = |domain: &Domain| Domain {
             task: Cow::Borrowed(&task),
             start: domain.start.clone(),
         };
         let domains: Vec<Domain> = domains.iter().map(domain).collect();
-        self.spreads(design, &[&held], &domains)[0].displacement
+        self.spreads(design, &[controller], &domains)[0].displacement
     }
 
     /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of
@@ -430,7 +416,7 @@ mod tests {
             Some(plain.selection)
         );
         // If the controller keeps changing, both may be delivered.
-        progress.controller.b1[0] += 0.1;
+        progress.controller.numbers_mut()[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
     }
 
@@ -442,7 +428,7 @@ mod tests {
         let codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(1).unwrap();
         let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
-            progress.controller.b1[0] += bias;
+            progress.controller.numbers_mut()[0] += bias;
             let spread = Quantiles { p10, p50, p90: p50 };
             Candidate {
                 iteration: progress.iteration,
@@ -468,7 +454,7 @@ mod tests {
         let rival = |merit, spread| {
             let spread = Some(Quantiles { p90: 9.0, ..spread });
             let mut controller = steady.controller.clone();
-            controller.b1[0] += 0.1;
+            controller.numbers_mut()[0] += 0.1;
             Candidate {
                 merit,
                 controller,

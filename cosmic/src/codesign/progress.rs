@@ -4,11 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 use super::schedule::Phase;
-use crate::controller::Controller;
 use crate::design::Design;
+use crate::policy::Controller;
 use crate::error::{Error, Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
+use crate::policy::Controller;
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
 
@@ -108,10 +109,16 @@ impl Progress {
             .chain(candidates)
             .chain(settled)
         {
-            let sizes = [controller, &other.controller].map(controller_sizes);
-            for ((what, found), (_, expected)) in sizes[0].iter().zip(sizes[1]) {
-                fits(what, *found, expected)?;
+            let blocks = controller.blocks().zip(other.controller.blocks());
+            for ((name, found, _), (expected_name, expected, _)) in blocks {
+                let same = usize::from(name == expected_name);
+                fits(
+                    &format!("controller.{expected_name}"),
+                    same * found.len(),
+                    expected.len(),
+                )?;
             }
+            fits("controller", controller.weights(), weights)?;
         }
         for mma in &self.mma {
             fits("mma.previous", mma.previous.len(), 3 * edges)?;
@@ -124,17 +131,6 @@ impl Progress {
         }
         Ok(())
     }
-}
-
-fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] {
-    [
-        ("controller.inputs", controller.inputs),
-        ("controller.hidden", controller.hidden),
-        ("controller.w1", controller.w1.len()),
-        ("controller.b1", controller.b1.len()),
-        ("controller.w2", controller.w2.len()),
-        ("controller.b2", controller.b2.len()),
-    ]
 }
 
 /// A controller of the fine-tuning.

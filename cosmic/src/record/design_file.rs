@@ -6,10 +6,11 @@
 use super::files::write_json;
 use super::format::{Format, parse_json};
 use crate::case::Case;
-use crate::controller::{Controller, Weights, observation_length};
 use crate::design::{Design, Material};
+use crate::policy::{Controller, Weights, observation_length};
 use crate::error::{Error, Result, fits};
 use crate::lattice::Lattice;
+use crate::policy::{Controller, Weights, blocks_of};
 use crate::reading::read_whole;
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
@@ -120,14 +121,9 @@ impl DesignFile {
                 layout[e] as usize, self.materials[e] as usize
             )));
         }
-        let hidden = self.controller.b1.len();
-        fits(
-            "entries in `controller.b1`",
-            hidden,
-            scene.controller.hidden,
-        )?;
-        let inputs = observation_length(&scene.controller, lattice.nodes());
-        self.controller.controller(inputs, edges, file)
+        self.controller.check_hidden(&scene.controller, file)?;
+        let blocks = blocks_of(&scene.controller, lattice.nodes(), edges);
+        self.controller.controller(&blocks, file)
     }
 
     /// The design as a case in its scene.

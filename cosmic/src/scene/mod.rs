@@ -11,6 +11,7 @@
 mod pass;
 mod truss_file;
 mod terrain;
+mod policy_name;
 mod robot;
 mod design;
 mod optimisation;
@@ -50,6 +51,7 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
+pub use policy_name::PolicyName;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
@@ -79,7 +81,7 @@ settings! {
         materials: MaterialSettings;
         /// Design vector to mixture.
         projection: ProjectionSettings;
-        /// The neural controller.
+        /// The controller.
         controller: ControllerSettings;
         /// The design at the start.
         start: StartSettings;

@@ -10,8 +10,8 @@ use std::ops::Range;
 use autodiff::{Tape, Var};
 
 use super::rollout::{Planned, Simulator, Span};
-use crate::controller::Controller;
 use crate::lattice::{Body, State};
+use crate::policy::Controller;
 
 /// Steps of a block.
 const BLOCK: usize = 64;
@@ -133,9 +133,10 @@ impl Sweep<'_> {
 #[cfg(test)]
 mod tests {
     use super::Sweep;
-    use crate::controller::Controller;
     use crate::design::Design;
+    use crate::policy::Controller;
     use crate::lattice::{Body, Lattice, State};
+    use crate::policy::Controller;
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 

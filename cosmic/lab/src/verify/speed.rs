@@ -7,11 +7,11 @@ use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 use super::clock::least_times;
 use super::probe::{Probe, relative_error};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
+use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
@@ -324,7 +324,7 @@ impl TwoMatvecs {
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
-            hidden: case.controller.hidden,
+            hidden: case.observation.hidden,
             edges: case.lattice.edges.len(),
         }
     }
@@ -341,11 +341,11 @@ impl TwoMatvecs {
 
 impl Model for TwoMatvecs {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (w1, b1) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
-        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let (first, biases) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
+        let (second, outputs) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
         let x = p.state(self.inputs);
-        let hidden = p.dense(w1, &[x], b1);
-        p.dense(w2, &[hidden], b2);
+        let hidden = p.dense(first, &[x], biases);
+        p.dense(second, &[hidden], outputs);
         p.advance(x, x);
     }
 }

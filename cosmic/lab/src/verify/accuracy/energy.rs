@@ -52,8 +52,7 @@ fn released(case: &Case, steps: usize) -> Case {
         *x = [0, 1].map(|k| origin[k] + (1.0 + STRETCH) * (x[k] - origin[k]));
     }
     case.start.v.fill([0.0; 2]);
-    case.controller.w2.fill(0.0);
-    case.controller.b2.fill(0.0);
+    case.controller.numbers_mut().fill(0.0);
     case
 }
 

@@ -41,7 +41,7 @@ impl fmt::Display for GradientCheck {
         write!(out, "{}", table.done().to_text())?;
         let names = |is: fn(&Group) -> bool| -> Vec<&str> {
             let groups = self.groups.iter().filter(|group| is(group));
-            groups.map(|group| group.name).collect()
+            groups.map(|group| &group.name[..]).collect()
         };
         let (lifted, zero) = (names(|group| group.lifted), names(Group::is_zero));
         if !lifted.is_empty() {

@@ -1,4 +1,4 @@
-//! The observations of a controller.
+//! What a policy sees: its observation, as an equation.
 
 use std::f64::consts::TAU;
 
@@ -8,13 +8,46 @@ use crate::ground::Ground;
 use crate::lattice::{State, mean};
 use crate::scene::ControllerSettings;
 
-/// The length of an observation of so many nodes. Absurd numbers of clocks, as a file may have
-/// them, give an absurd length, which nothing fits.
-pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
-    settings.clocks.saturating_add(2 + 4 * nodes)
+/// What a policy sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// Clocks, goal, and the robot's own motion.
+    Robot,
+    /// Clocks and goal: the policy is open loop.
+    Clock,
 }
 
-/// The observations of a controller: clocks; goal; offsets of the nodes from their mean (D3) as
+impl Sight {
+    /// The length of an observation of so many nodes. Absurd numbers of clocks, as a file may have
+    /// them, give an absurd length, which nothing fits.
+    pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
+        let robot = match self {
+            Self::Robot => 4 * nodes,
+            Self::Clock => 0,
+        };
+        settings.clocks.saturating_add(2 + robot)
+    }
+
+    /// Whether positions and velocities make any difference to an observation.
+    pub fn senses(self, settings: &ControllerSettings) -> [bool; 2] {
+        match self {
+            Self::Robot => settings.senses(),
+            Self::Clock => [false; 2],
+        }
+    }
+
+    /// Whether the observed goal moves with the robot.
+    pub(super) fn follows_goal(self, settings: &ControllerSettings) -> bool {
+        self == Self::Robot && settings.goal_relative
+    }
+}
+
+/// The length of an observation with the [`Robot`](Sight::Robot) in it.
+pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
+    Sight::Robot.length(settings, nodes)
+}
+
+/// An observation of the robot: clocks; goal; offsets of the nodes from their mean (D3) as
 /// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
 /// the world's frame, the goal in the ground's (D3).
 ///
@@ -22,7 +55,7 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
 /// state is in the world's frame. `presence` weighs the nodes in the mean, and what is observed of each;
 /// empty, every node counts alike.
 ///
-/// This is the definition; a rollout runs the [folded](super::Controller::folded) form of it.
+/// This is the definition. A rollout [folds](super::Fold) it into the first layer of a policy.
 pub fn observation<R: Real>(
     settings: &ControllerSettings,
     time: f64,
