@@ -5,7 +5,6 @@ use std::borrow::Borrow;
 use autodiff::{CotangentBound, Memory, Real};
 
 use crate::design::{Design, Mixture};
-use crate::policy::Controller;
 use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};

@@ -1,10 +1,11 @@
 //! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
 
 use cosmic::case::Case;
-use cosmic::design::{Material, one_hot};
+use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
 use cosmic::simulator::{Guarded, Span};
 
@@ -102,7 +103,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.start.v[2] = [1e4, 1e4],
     )
     .finds(99, 2, "mostly by the node's own velocity"),
-    sane(|_| (), |case| case.controller.b2[4] = f64::NAN).finds(
+    sane(|_| (), |case| case.controller.block_mut("b2")[4] = f64::NAN).finds(
         0,
         1,
         "mostly by the controller's output for edge 4",
@@ -148,11 +149,11 @@ static WATCHED: [Watched; 18] = [
 ];
 
 fn guarded(case: &Case, span: &Span) -> Guarded {
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let (task, controller, start) = (case.task(), &case.controller, &case.start);
-    let guarded = task.guarded(&mixture, controller, start, span);
+    let guarded = task.guarded(&design, controller, start, span);
     // The guard does not change the states of a rollout, NaN for NaN.
-    let plain = task.rollout(&mixture, controller, start, span);
+    let plain = task.rollout(&design, controller, start, span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
 }
@@ -249,9 +250,12 @@ fn parts_of_another_lattice_are_refused() {
     let mut shifted = small.start.clone();
     let last = shifted.x.pop().expect("four nodes");
     shifted.v.insert(0, last);
-    let mut longer = small.controller.clone();
-    longer.w2.extend([0.0; 2]);
-    let sees = "what the controller sees of a robot of 4 nodes";
+    let numbers = [small.controller.numbers(), &[0.0; 2]].concat();
+    let edges = small.lattice.edges.len();
+    let blocks = blocks_of(&small.observation, 4, edges).into_iter().take(3);
+    let shapes: Vec<Block> = blocks.chain([Block::biases("b2", edges + 2)]).collect();
+    let longer = Controller::new(&shapes, numbers);
+    let sees = "numbers of the controller in `w1` of a robot of 4 nodes";
     for (controller, start, says) in [
         (&large.controller, &small.start, sees),
         (
@@ -260,10 +264,10 @@ fn parts_of_another_lattice_are_refused() {
             "initial positions of a robot",
         ),
         (&small.controller, &shifted, "initial positions"),
-        (&longer, &small.start, "second weights of a robot"),
+        (&longer, &small.start, "in `b2` of a robot"),
     ] {
-        let (task, mixture) = (small.task(), small.own_mixture());
-        let run = || task.rollout(&mixture, controller, start, &Span::from_start(vec![1]));
+        let (task, design) = (small.task(), small.own_design());
+        let run = || task.rollout(&design, controller, start, &Span::from_start(vec![1]));
         let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let said = refused.expect_err("it is of another lattice");
         let said = said.downcast::<String>().expect("a sentence");
@@ -273,7 +277,12 @@ fn parts_of_another_lattice_are_refused() {
 
 /// Robots that run together in lanes and in pairs have the bits of each alone. If one start goes wrong, it
 /// alone is watched out.
-fn hold_together(case: &Case, mixtures: &[Vec<[f64; 3]>], starts: &[&State<f64>], wrong: usize) {
+fn hold_together(
+    case: &Case,
+    designs: &[Design<Mixture<f64>>],
+    starts: &[&State<f64>],
+    wrong: usize,
+) {
     let task = case.task();
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
     for watched in [true, false] {
@@ -281,12 +290,12 @@ fn hold_together(case: &Case, mixtures: &[Vec<[f64; 3]>], starts: &[&State<f64>]
             watched,
             ..span.clone()
         };
-        let together = task.rollout_many(mixtures, &case.controller, starts, &span);
+        let together = task.rollout_many(designs, &case.controller, starts, &span);
         for (k, (start, seen)) in starts.iter().zip(&together).enumerate() {
-            let mixture = &mixtures[k % mixtures.len()];
-            let alone = task.rollout(mixture, &case.controller, start, &span);
+            let design = &designs[k % designs.len()];
+            let alone = task.rollout(design, &case.controller, start, &span);
             assert_eq!(format!("{seen:?}"), format!("{alone:?}"), "{k}");
-            let guarded = task.guarded(mixture, &case.controller, start, &span);
+            let guarded = task.guarded(design, &case.controller, start, &span);
             assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
             let shows = watched && k == wrong;
             assert_eq!(seen.states[0].x[0][0].is_nan(), shows, "{k}");
@@ -313,7 +322,7 @@ fn several_starts_together_are_watched_one_by_one() {
         }
         starts[WRONG] = thrown(&starts[WRONG]);
         let starts: Vec<_> = starts.iter().collect();
-        hold_together(&case, &[case.own_mixture()], &starts, WRONG);
+        hold_together(&case, &[case.own_design()], &starts, WRONG);
     }
 }
 
@@ -331,7 +340,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
         // Void, skeleton and actuator in turns, each layout from elsewhere on.
         let layout = |k: usize| {
             let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
-            one_hot(&(0..edges).map(material).collect::<Vec<_>>())
+            Design::Layout((0..edges).map(material).collect())
         };
         let layouts: Vec<_> = (0..12).map(layout).collect();
         let wrong = thrown(&case.start);

@@ -111,7 +111,7 @@ fn a_step_sees_the_observation() {
             states: vec![case.start.clone()],
         };
         let task = case.task();
-        let moments = task.moments(&case.own_mixture(), &case.controller, &start);
+        let moments = task.moments(&case.own_design(), &case.controller, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // Sums of some forty terms of order one, rounded at 1e-16.
@@ -132,7 +132,7 @@ fn the_clock_is_open_loop() {
         };
         let shape = |start: &State<f64>| {
             let span = Span::from_start(vec![60]);
-            let seen = task.rollout(&case.own_mixture(), &case.controller, start, &span);
+            let seen = task.rollout(&case.own_design(), &case.controller, start, &span);
             let x = seen.states[0].x.clone();
             x.iter()
                 .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])

@@ -2,6 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
+use cosmic::design::Design;
 use cosmic::lattice::Body;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
@@ -132,8 +133,8 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             let (lattice, physics) = (&case.lattice, &case.physics);
             let bound = bound_of_any_design(lattice, &case.materials, physics);
             for k in 0..12 {
-                let mixture = design(k, lattice.edges.len());
-                let body = Body::new(&mixture, lattice, &case.materials, physics);
+                let design = Design::of_shares(&design(k, lattice.edges.len()));
+                let body = Body::new(&design, lattice, &case.materials, physics);
                 let vibration = |x: &[[f64; 2]]| {
                     let vibration = Vibration::new(lattice, &body, physics, x);
                     [vibration.edge_bound(), vibration.largest_frequency()]

@@ -119,7 +119,7 @@ fn ht() {
             let entries = entries.iter().enumerate();
             let reflected =
                 entries.map(|(column, x)| sign(row % 3, &[0]) * sign(column, &negative) * x);
-            entries.collect()
+            reflected.collect()
         };
         let right: Vec<f64> = values
             .iter()

@@ -2,7 +2,6 @@
 
 use cosmic::case::Case;
 use cosmic::design::Design;
-use cosmic::policy::Controller;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Controller, NETWORK, observation_length};

@@ -4,7 +4,6 @@ use crate::arguments::Settings;
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::design::Design;
-use cosmic::policy::Controller;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::policy::Controller;
 use cosmic::reading::{MARK, placed, read_whole};

@@ -4,14 +4,13 @@ use autodiff::Real;
 
 use super::{Case, CaseResults, DesignGradient, Gradient};
 use crate::design::{Design, Mixture};
-use crate::policy::{Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{self, Holds, Projection};
 use crate::policy::{Network, Weights, observation};
+use crate::projection::{self, Holds, Projection};
 use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};

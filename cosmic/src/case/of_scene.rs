@@ -2,7 +2,6 @@
 
 use super::Case;
 use crate::design::{Design, start};
-use crate::policy::Controller;
 use crate::error::Result;
 use crate::lattice::Lattice;
 use crate::objective::AugmentedLagrangian;

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::design::Design;
-use crate::policy::{Controller, observation_length};
 use crate::error::{Error, Result, fits, some};
 use crate::generator::places;
 use crate::ground::Ground;

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
-use crate::policy::Controller;
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
@@ -336,10 +335,10 @@ mod tests {
 
     use super::CoDesign;
     use crate::codesign::tests::{Up, tiny};
-    use crate::controller::Controller;
     use crate::design::Design;
     use crate::error::Result;
     use crate::objective::Loss;
+    use crate::policy::Controller;
     use crate::scene::{GradientPrecision, LossKind, TaskKind};
     use crate::simulator::Trajectory;
 

@@ -10,7 +10,6 @@ use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
-use crate::policy::Controller;
 use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::policy::Controller;

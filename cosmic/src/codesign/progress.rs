@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use super::quantiles::Quantiles;
 use super::schedule::Phase;
 use crate::design::Design;
-use crate::policy::Controller;
 use crate::error::{Error, Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};

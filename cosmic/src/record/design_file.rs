@@ -7,7 +7,6 @@ use super::files::write_json;
 use super::format::{Format, parse_json};
 use crate::case::Case;
 use crate::design::{Design, Material};
-use crate::policy::{Controller, Weights, observation_length};
 use crate::error::{Error, Result, fits};
 use crate::lattice::Lattice;
 use crate::policy::{Controller, Weights, blocks_of};

@@ -134,7 +134,6 @@ impl Sweep<'_> {
 mod tests {
     use super::Sweep;
     use crate::design::Design;
-    use crate::policy::Controller;
     use crate::lattice::{Body, Lattice, State};
     use crate::policy::Controller;
     use crate::scene::Scene;

@@ -1,12 +1,11 @@
 //! Lattices over many steps: their stable steps, their energy, and how they come to rest.
 
 use super::StabilityCase;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::generator::edges;
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use cosmic::simulator::stability::{Vibration, step_limit};
 use cosmic::simulator::{Store, Trajectory};
@@ -56,8 +55,8 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
         payload_mass: 0.1,
         ..case.world()
     };
-    let mixture = one_hot(&vec![Material::Skeleton; lattice.edges.len()]);
-    let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
+    let design = Design::Layout(vec![Material::Skeleton; lattice.edges.len()]);
+    let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
     let x = case.points("x0");
     let v = vec![[0.0; 2]; x.len()];
     let start = State { x, v };

@@ -4,10 +4,9 @@ mod lattices;
 mod nodes;
 mod springs;
 
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use cosmic_tests::{
     Reference, assert_near, number, numbers, own_reference_folder, reference_subfolder, references,
@@ -163,7 +162,7 @@ impl StabilityCase {
         let materials: Vec<Material> =
             from_value(self.case["state"].clone()).expect("a material for each edge");
         let usual = MaterialSettings::default();
-        let body = Body::new(&one_hot(&materials), lattice, &usual, &self.world());
+        let body = Body::new(&Design::Layout(materials), lattice, &usual, &self.world());
         // A dozen roundings of sums.
         assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
         body

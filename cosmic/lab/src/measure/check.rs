@@ -72,7 +72,7 @@ impl Check {
         let judged = |scene: &Scene| -> Result<[Option<f64>; 3]> {
             let codesign = CoDesign::new(scene)?;
             let Quantiles { p10, p50, p90 } =
-                codesign.judge(&case.own_mixture(), &case.controller, summary.seed);
+                codesign.judge(&case.own_design(), &case.controller, summary.seed);
             Ok([p10, p50, p90].map(|x| x.is_finite().then_some(x)))
         };
         let (mut half, mut behind) = (scene.clone(), scene.clone());
@@ -86,7 +86,7 @@ impl Check {
         Ok(Self {
             half_step: judged(&half)?,
             goal_behind: judged(&behind)?[1],
-            one_hot: design.is_snapped(),
+            one_hot: design.design().layout().is_some(),
             within_bounds: is_within(summary.volume, bounds.solid)
                 && is_within(summary.actuator_volume, bounds.actuator),
         })

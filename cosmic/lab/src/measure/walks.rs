@@ -98,11 +98,11 @@ impl Walks {
                 "{python}: the output of the walks is malformed: {error}"
             ))
         })?;
-        let mixture = case.own_mixture();
+        let design = case.own_design();
         let own = frictions.iter().map(|friction| {
             let mut scene = scene.clone();
             (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), *friction);
-            let judged = CoDesign::new(&scene)?.judge(&mixture, &case.controller, summary.seed);
+            let judged = CoDesign::new(&scene)?.judge(&design, &case.controller, summary.seed);
             Ok(Some(judged.p50).filter(|x| x.is_finite()))
         });
         Ok(Some(Self {

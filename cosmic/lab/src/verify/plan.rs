@@ -8,6 +8,7 @@ use super::clock::least_times;
 use super::speed::Subject;
 use super::voids::{Voids, keep_all};
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::ground::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
@@ -226,19 +227,30 @@ impl<'a> Facts<'a> {
         rows.extend(self.ground_rows());
         let why = "not in updates of the design, which ask for the gradient by the design alone";
         rows.push(row(BY_WEIGHTS, false, why));
-        let why = match self.case.frozen {
-            Some(_) => "the layout is frozen",
-            None => "not in updates of the controller",
+        let why = match self.case.design {
+            Design::Layout(_) => "the layout is frozen",
+            Design::Undecided(_) => "not in updates of the controller",
         };
         rows.push(row(BY_DESIGN, false, why));
         rows
     }
 
     fn controller_rows(&self) -> Vec<Row<'_>> {
-        let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
+        let ([some, all], hidden) = (self.outputs, self.case.observation.hidden);
         let strains = some > 0;
-        let folded = "mean, scales, goal, clocks of one frequency and rotation are folded into the \
-                      weights once";
+        let weighed = strains && !self.body.presence.is_empty();
+        let (folded, why_weighed) = if weighed {
+            (
+                "scales, goal, clocks of one frequency and rotation are folded into the weights once",
+                "nodes count, and are observed, as much as their edges are solid",
+            )
+        } else {
+            (
+                "mean, scales, goal, clocks of one frequency and rotation are folded into the weights \
+                 once",
+                "all nodes count alike",
+            )
+        };
         let sight = |sees: bool, scale: &str| match (sees, strains) {
             (false, _) => format!("controller.{scale} is 0"),
             (true, false) => "there is no controller: no edge strains".to_owned(),
@@ -254,6 +266,8 @@ impl<'a> Facts<'a> {
         vec![
             row("making of observations", false, folded),
             row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
+            row("presence of nodes", weighed, why_weighed)
+                .or(weighed, |parts| parts.body.presence.clear()),
             row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
                 parts.sight.offset_scale = LEAST_SCALE
             }),

@@ -3,6 +3,7 @@
 use autodiff::{Dual, Real, Var};
 
 use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
 use cosmic::domain::perturbed;
 use cosmic::inputs::{Block, Inputs};
 use cosmic::lattice::State;
@@ -23,7 +24,7 @@ pub(super) struct Probe<'a> {
     pub(super) task: Task,
     pub(super) inputs: Inputs<f64>,
     /// Computed in f64 and then lifted, so that every number type runs the same robot.
-    mixture: Vec<[f64; 3]>,
+    design: Design<Mixture<f64>>,
 }
 
 impl<'a> Probe<'a> {
@@ -32,17 +33,17 @@ impl<'a> Probe<'a> {
             case,
             task: case.task(),
             inputs: case.inputs(),
-            mixture: case.own_mixture(),
+            design: case.own_design(),
         }
     }
 
     /// The observed states of a rollout from the case's start, rounded to f64.
     pub(super) fn run<R: Real + Into<f64>>(&self, observed: Vec<usize>) -> Trajectory<f64> {
-        let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
+        let design = self.design.lift();
         let controller = self.case.controller.map(R::lit);
         let start = self.case.start.map(R::lit);
         let span = Span::from_start(observed);
-        let seen = self.task.rollout(&mixture, &controller, &start, &span);
+        let seen = self.task.rollout(&design, &controller, &start, &span);
         Trajectory {
             steps: seen.steps,
             states: seen.states.iter().map(|s| s.map(R::into)).collect(),
@@ -56,7 +57,7 @@ impl<'a> Probe<'a> {
         observed: &[usize],
     ) -> Vec<Trajectory<f64>> {
         let span = Span::from_start(observed.to_vec());
-        (self.task).rollout_many(&[&self.mixture], &self.case.controller, starts, &span)
+        (self.task).rollout_many(&[&self.design], &self.case.controller, starts, &span)
     }
 
     /// Starts with every coordinate moved by [`MOVED`], up or down. Cases of equal size get equal

@@ -7,7 +7,7 @@ use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 use super::clock::least_times;
 use super::probe::{Probe, relative_error};
 use cosmic::case::Case;
-use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
+use cosmic::design::{Design, LayoutRules, Mixture, VolumeBounds, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
@@ -125,11 +125,10 @@ fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
 /// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let bounds = VolumeBounds::widened(volume, 0.0);
-    let rules = LayoutRules::new(&case.lattice, &case.design);
-    let snapped = snap(&case.own_mixture(), &bounds, &rules);
+    let rules = LayoutRules::new(&case.lattice, &case.rules);
+    let snapped = snap(&case.own_design().mixtures(), &bounds, &rules);
     Case {
-        z: one_hot(&snapped),
-        frozen: Some(snapped),
+        design: Design::Layout(snapped),
         ..case.clone()
     }
 }
@@ -179,9 +178,9 @@ impl<'a> Subject<'a> {
     pub fn rollout<R: Real>(&self) -> R {
         let Probe { case, task, .. } = &self.probe;
         let inputs = self.probe.inputs.lift::<R>();
-        let mixture = case.mixture(case.projection, &inputs.z);
+        let design = case.projected(case.projection, &inputs.z);
         let span = self.span();
-        let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         self.loss.loss(&seen)
     }
 
@@ -194,14 +193,14 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
+    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its shares.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
     }
 
     fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
         self.probe.reverse(blocks, |inputs| {
-            (self.probe.task).loss(&self.mixture(inputs), inputs, &self.loss, horizon)
+            (self.probe.task).loss(&self.design(blocks, inputs), inputs, &self.loss, horizon)
         })
     }
 
@@ -215,8 +214,8 @@ impl<'a> Subject<'a> {
             let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
             let shares = inputs.z.as_flattened().iter().zip(given);
             let shares: Vec<Var<R>> = shares.map(own).collect();
-            let (mixture, _) = shares.as_chunks();
-            (self.probe.task).loss(mixture, inputs, &self.loss, &self.horizon)
+            let design = Design::of_shares(shares.as_chunks().0);
+            (self.probe.task).loss(&design, inputs, &self.loss, &self.horizon)
         })
     }
 
@@ -228,9 +227,9 @@ impl<'a> Subject<'a> {
         } = &self.probe;
         inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
             let projections = [Projection::Performance, Projection::Stability];
-            let mixture = |k: usize| case.mixture(projections[k], &copies[k].z);
-            let mixtures = [mixture(0), mixture(1)];
-            let losses = task.losses(&mixtures, &copies[0], &self.loss, &self.horizon);
+            let design = |k: usize| case.projected(projections[k], &copies[k].z);
+            let designs = [design(0), design(1)];
+            let losses = task.losses(&designs, &copies[0], &self.loss, &self.horizon);
             [losses[0], losses[1]]
         })
     }
@@ -238,33 +237,31 @@ impl<'a> Subject<'a> {
     /// The mean loss of eight plain rollouts from other starts.
     pub fn rollouts(&self) -> f64 {
         let Probe { case, inputs, .. } = &self.probe;
-        self.mean_loss(
-            &case.mixture(case.projection, &inputs.z),
-            &inputs.controller,
-        )
+        let design = case.projected(case.projection, &inputs.z);
+        self.mean_loss(&design, &inputs.controller)
     }
 
     /// The mean loss of eight rollouts from other starts, and its gradient.
     pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
         self.probe.reverse(blocks, |inputs| {
-            self.mean_loss(&self.mixture(inputs), &inputs.controller)
+            self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
         })
     }
 
-    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+    fn mean_loss<R: Real>(&self, design: &Design<Mixture<R>>, controller: &Controller<R>) -> R {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let all = (self.probe.task).rollout_many(&[mixture], controller, &starts, &span);
+        let all = (self.probe.task).rollout_many(&[design], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
-    /// The mixture to differentiate by. That of a frozen layout is its design vectors.
-    fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
+    /// The design to differentiate by some blocks. The shares of a layout are its design vectors.
+    fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
-        match case.frozen {
-            Some(_) => inputs.z.clone(),
-            None => case.mixture(case.projection, &inputs.z),
+        match case.design {
+            Design::Layout(_) if blocks.contains(&Block::Z) => Design::of_shares(&inputs.z),
+            _ => case.projected(case.projection, &inputs.z),
         }
     }
 
@@ -380,7 +377,11 @@ mod tests {
         let (value, all) = subject.gradient::<f64>(DESIGN);
         let (same, own) = subject.own_gradient::<f64>();
         assert_eq!(value, same);
-        for ((own, all), share) in own.iter().zip(&all).zip(case.z.as_flattened()) {
+        for ((own, all), share) in own
+            .iter()
+            .zip(&all)
+            .zip(case.design.vectors().as_flattened())
+        {
             // The sums of a node's forces are the same; those of a weight are gone.
             let expected = if *share == 0.0 { 0.0 } else { *all };
             assert_relative_eq!(*own, expected, max_relative = 1e-9);

@@ -49,7 +49,7 @@ pub struct Pull {
 impl Voids {
     /// The void edges of a case's layout; `None` for a mixture, which has none.
     pub fn of(case: &Case) -> Option<Self> {
-        let materials = case.frozen.as_ref()?;
+        let materials = case.design.layout()?;
         let is_void = |edge: usize| materials[edge] == Material::Void;
         let kept = body(case, VoidEdges::Keep);
         let mut pull = vec![0.0; case.lattice.nodes()];
@@ -73,7 +73,7 @@ impl Voids {
             })
         };
         let dropped = case.physics.void_edges == VoidEdges::Drop
-            || case.materials.stiffness[Material::Void as usize] == 0.0;
+            || Material::Void.of(&case.materials.stiffness) == 0.0;
         Some(Self {
             edges: (0..materials.len()).filter(|&edge| is_void(edge)).count(),
             dropped,
@@ -110,10 +110,9 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         void_edges,
         ..case.physics.clone()
     };
-    let mixture = case.own_mixture();
     Body {
         presence: case.body().presence,
-        ..Body::new(&mixture, &case.lattice, &case.materials, &physics)
+        ..Body::new(&case.own_design(), &case.lattice, &case.materials, &physics)
     }
 }
 

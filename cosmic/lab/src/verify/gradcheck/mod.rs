@@ -4,13 +4,14 @@ mod table;
 
 use std::sync::Arc;
 
-use autodiff::Real;
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
 
 use super::probe::{Probe, norm};
 use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
 use cosmic::ground::Ground;
-use cosmic::inputs::{ALL, Block, Inputs};
+use cosmic::inputs::{ALL, Block, Inputs, Part};
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
 use cosmic::projection::Projection;
@@ -30,7 +31,7 @@ const ON_LINE: f64 = 1e-12;
 #[derive(Clone, Debug)]
 pub struct Group {
     /// The name of its block of the inputs.
-    pub name: &'static str,
+    pub name: String,
     /// The count of its numbers.
     pub numbers: usize,
     /// Length of the gradient by them.
@@ -58,17 +59,17 @@ impl Group {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
         Some(NegativeControl {
-            group: self.name,
+            group: self.name.clone(),
             verdict,
         })
     }
 }
 
 /// A gradient that is wrong on purpose. A check that misses it checks nothing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct NegativeControl {
     /// The group whose gradient was made wrong.
-    pub group: &'static str,
+    pub group: String,
     /// The verdict of the check.
     pub verdict: Verdict,
 }
@@ -160,20 +161,20 @@ pub fn check_gradients_of(
     };
     let leaps = case.physics.integrator == Integrator::Leapfrog;
     let floats = case.physics.gravity == 0.0;
-    let is_kink = |block| match block {
+    let is_kink = |part: &Part| match part.block {
         Block::X0 => stands,
         Block::V0 => leaps || floats,
         _ => false,
     };
-    let group = |&block: &Block| {
-        let above = above.as_ref().filter(|_| is_kink(block));
-        let mut group = above.unwrap_or(&here).group(block, options, rounding);
+    let group = |part: &Part| {
+        let above = above.as_ref().filter(|_| is_kink(part));
+        let mut group = above.unwrap_or(&here).group(part, options, rounding);
         if above.is_some() {
             (group.lifted, group.verdict) = (true, group.verdict.max(Verdict::Kink));
         }
         group
     };
-    let groups: Vec<Group> = ALL.iter().map(group).collect();
+    let groups: Vec<Group> = here.probe.inputs.parts().iter().map(group).collect();
     GradientCheck {
         steps: case.physics.steps,
         control: groups.iter().find_map(Group::control),
@@ -250,19 +251,29 @@ impl<'a> CaseLoss<'a> {
         f64::EPSILON * steps * norm(self.gradient.block(Block::X0)) * start
     }
 
-    /// Checks the gradient by a block.
-    fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
-        let gradient = self.gradient.block(block);
+    /// Checks the gradient by a part of the numbers.
+    fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
+        let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
         let forward = |direction: &[f64]| {
-            let moving = self.probe.moving::<f64, 1>(&[block], [direction]);
-            self.loss(&moving).tangent[0]
+            let dual = |(&value, &d): (&f64, &f64)| Dual {
+                value,
+                tangent: [d],
+            };
+            let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
+            let mut inputs = self.probe.inputs.lift();
+            inputs.set_part(part, &moving);
+            self.loss(&inputs).tangent[0]
         };
         let claim = Claim {
-            x: self.probe.inputs.block(block),
+            x,
             gradient,
             forward: Some(&forward),
         };
-        let value = |x: &[f64]| self.moved_loss(&self.probe.with(&[block], x));
+        let value = |x: &[f64]| {
+            let mut inputs = self.probe.inputs.clone();
+            inputs.set_part(part, x);
+            self.moved_loss(&inputs)
+        };
         let (report, norm) = (check_directions(value, &claim, options), norm(gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
         // If the norm is below the rounding, a unit change of the parameters moves the robot by less
@@ -272,7 +283,7 @@ impl<'a> CaseLoss<'a> {
             verdict = verdict.min(Verdict::Kink);
         }
         Group {
-            name: block.name(),
+            name: part.name.clone(),
             numbers: gradient.len(),
             norm,
             report,
@@ -287,34 +298,35 @@ impl<'a> CaseLoss<'a> {
         dyn AnyLoss + 'a: LossOf<R>,
     {
         let case = self.probe.case;
-        self.loss_of(&case.mixture(case.projection, &inputs.z), inputs)
+        self.loss_of(&case.projected(case.projection, &inputs.z), inputs)
     }
 
     /// The function of the differences. The stability projection has the derivative of a softer one, so
     /// differences see the change of the soft projection on top of the sharp value.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
-        if case.projection == Projection::Performance || case.frozen.is_some() {
-            return self.loss(inputs);
-        }
-        let soft = |z| self.softer.mixture(Projection::Stability, z);
         let at = &self.probe.inputs.z;
-        let mut moved = case.mixture(Projection::Stability, at);
-        let change = soft(&inputs.z).into_iter().zip(soft(at));
-        for (share, (there, here)) in moved.iter_mut().zip(change) {
+        let mut design = case.projected(Projection::Stability, at);
+        let (Projection::Stability, Some(moved)) = (case.projection, design.undecided_mut()) else {
+            return self.loss(inputs);
+        };
+        let soft = |z: &[_]| self.softer.projected(Projection::Stability, z);
+        let (there, here) = (soft(&inputs.z), soft(at));
+        let (there, here) = (there.mixtures(), here.mixtures());
+        for (shares, (there, here)) in moved.iter_mut().zip(there.iter().zip(&*here)) {
             for k in 0..3 {
-                share[k] += there[k] - here[k];
+                shares.0[k] += there.0[k] - here.0[k];
             }
         }
-        self.loss_of(&moved, inputs)
+        self.loss_of(&design, inputs)
     }
 
-    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R
+    fn loss_of<R: Real>(&self, design: &Design<Mixture<R>>, inputs: &Inputs<R>) -> R
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
         let horizon = Horizon::head(self.probe.case.physics.steps);
-        (self.probe.task).loss(mixture, inputs, self.of, &horizon)
+        (self.probe.task).loss(design, inputs, self.of, &horizon)
     }
 }
 

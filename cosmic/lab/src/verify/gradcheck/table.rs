@@ -24,7 +24,7 @@ impl fmt::Display for GradientCheck {
         let slope = |x: f64| format!("{x:.9e}");
         let forward = |group: &Group| group.worst().forward.unwrap_or(f64::NAN);
         let table = Table::of("gradcheck", "", &self.groups)
-            .column("group", "a block of the inputs", |group| group.name)
+            .column("group", "a block of the inputs", |group| group.name.clone())
             .column("numbers", "how many", |group| group.numbers)
             .column("|gradient|", "its length", |g| format!("{:.4e}", g.norm))
             .column("reverse", "slope", |g| slope(g.worst().gradient))

@@ -5,6 +5,7 @@ use rand::RngExt;
 
 use crate::verify::probe::{Probe, dot, norm};
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
@@ -29,9 +30,9 @@ pub(super) struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
-        let blocks = match case.frozen {
-            None => [DESIGN, CONTROLLER].concat(),
-            Some(_) => CONTROLLER.to_vec(),
+        let blocks = match case.design {
+            Design::Undecided(_) => [DESIGN, CONTROLLER].concat(),
+            Design::Layout(_) => CONTROLLER.to_vec(),
         };
         let probe = Probe::new(case);
         let count = probe.inputs.get(&blocks).len();
@@ -56,9 +57,9 @@ impl<'a> Subject<'a> {
     /// Minus the payload's position along the ground after each of `steps`, which ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let Probe { case, task, .. } = &self.probe;
-        let mixture = case.mixture(case.projection, &inputs.z);
+        let design = case.projected(case.projection, &inputs.z);
         let span = Span::from_start(steps.to_vec());
-        let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         let ground = task.ground();
         let loss = |state: &State<R>| -ground.vector_to_ground(state.x[0])[0];
         seen.states.iter().map(loss).collect()
@@ -101,7 +102,7 @@ impl<'a> Subject<'a> {
     pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
         let Probe { case, task, .. } = &self.probe;
         self.reverse(|inputs| {
-            let body = task.body(&case.mixture(case.projection, &inputs.z));
+            let body = task.body(&case.projected(case.projection, &inputs.z));
             let span = Span::from_start(vec![steps]);
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
@@ -121,8 +122,8 @@ impl<'a> Subject<'a> {
         };
         let loss = Displacement::at_end(task.ground());
         self.reverse(|inputs| {
-            let mixture = case.mixture(case.projection, &inputs.z);
-            task.loss(&mixture, inputs, &loss, &horizon)
+            let design = case.projected(case.projection, &inputs.z);
+            task.loss(&design, inputs, &loss, &horizon)
         })
     }
 

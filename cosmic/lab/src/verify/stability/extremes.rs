@@ -3,6 +3,7 @@
 use super::trial::{Trial, World};
 use crate::verify::probe::most;
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::design::Material;
 use cosmic::lattice::length;
 use cosmic::laws::ContactLaw;
@@ -93,7 +94,12 @@ fn robot(side: usize) -> Case {
 
 /// Sets the material of every edge by its number.
 fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
-    case.frozen = Some((0..case.lattice.edges.len()).map(material).collect());
+    case.design = Design::Layout((0..case.lattice.edges.len()).map(material).collect());
+}
+
+/// Gives every edge equal shares of all materials.
+fn set_mixture(case: &mut Case) {
+    case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
 /// Each alone, and both ends of both ranges in one robot; without damping.
@@ -154,7 +160,7 @@ fn layouts_and_controllers(trials: &mut Trials) {
     for friction in [0.0, 2.5, 1e3, 1e12] {
         trials.own("friction", &format!("Coulomb, {friction:e}"), |case| {
             (case.physics.contact, case.physics.friction) = (ContactLaw::coulomb(), friction);
-            case.frozen = None;
+            set_mixture(case);
         });
     }
     for material in Material::ALL {
@@ -170,7 +176,10 @@ fn layouts_and_controllers(trials: &mut Trials) {
         trials.own("controller", what, |case| {
             set_layout(case, |_| Material::Actuator);
             case.controller = case.controller.map(|w| w * gain);
-            case.controller.b2.iter_mut().for_each(|b| *b += bias);
+            case.controller
+                .block_mut("b2")
+                .iter_mut()
+                .for_each(|b| *b += bias);
         });
     }
     // The node in whose place a node starts.
@@ -183,7 +192,7 @@ fn layouts_and_controllers(trials: &mut Trials) {
         trials.own("coincidence", what, |case| {
             let from = case.start.x.clone();
             case.start.x = (0..from.len()).map(|i| from[place(i)]).collect();
-            case.frozen = None;
+            set_mixture(case);
         });
     }
 }

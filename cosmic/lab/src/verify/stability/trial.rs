@@ -118,11 +118,11 @@ impl Trial {
     /// Runs it.
     pub fn run(&self) -> Found {
         let case = self.prepared();
-        let (task, mixture) = (case.task(), case.own_mixture());
+        let (task, design) = (case.task(), case.own_design());
         // For the lattice at rest, wherever its nodes start.
-        let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
+        let check = task.step_check(&design, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
-        let guarded = task.guarded(&mixture, &case.controller, &case.start, &span);
+        let guarded = task.guarded(&design, &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
         let growth = match self.world {
             World::Free => energy_growth(&case, states),
