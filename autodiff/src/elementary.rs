@@ -51,7 +51,7 @@ macro_rules! functions {
                     |x| sigmoid(x).0,
                     |x, y| sigmoid(x).1;
                 softplus Softplus "`ln(1 + e^x)`, right everywhere: a smooth `max(x, 0)` with the slope \
-                    [`sigmoid`](crate::Real::sigmoid).":
+                    `sigmoid`.":
                     |x| softplus(x),
                     |x, y| x.sigmoid();
             }

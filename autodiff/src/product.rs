@@ -165,8 +165,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// A few rows of a matrix and a few registers of columns of another: the core of every product with a
-/// matrix.
+/// Rows of one matrix and registers of columns of another: the core of every product.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
     /// The numbers of a row are adjacent.
@@ -178,9 +177,8 @@ pub(crate) struct Factors<'a, R> {
 }
 
 impl<R: Real> Factors<'_, R> {
-    /// The products of `T` rows and `H` registers of columns, the last of which holds `last` numbers. Every load
-    /// of `b` serves all rows. A product is given as `P` sums in registers; the one of number `p` has the terms
-    /// `p`, `p + P`, `p + 2 P`, …, so that consecutive additions need not wait for one another.
+    /// The products of `T` rows and `H` registers of columns, the last of which holds `last` numbers: each as `P`
+    /// sums of every `P`-th term, so that consecutive additions need not wait for one another.
     ///
     /// # Safety
     /// The slices hold these rows and columns.
@@ -206,9 +204,8 @@ impl<R: Real> Factors<'_, R> {
                     }
                 }
             } else {
-                while k < self.depth {
+                for k in 0..self.depth {
                     self.add_term(k, last, &mut sums[k % P]);
-                    k += 1;
                 }
             }
         }
