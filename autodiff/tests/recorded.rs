@@ -1,7 +1,7 @@
 //! A function recorded once, against the tape at every point.
 
 use crate::common::{assert_close, assert_refused};
-use autodiff::batch::Recorded;
+use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, lit, value_and_gradient};
 
 /// Every kind of operation, with a kink between the points.

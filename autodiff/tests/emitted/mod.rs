@@ -3,7 +3,7 @@
 use autodiff::Elementary;
 use autodiff::emit::{adjoint, adjoint_with_results, assert_fresh, partials};
 use autodiff::{
-    Element, Function, Kernel, Mask, Memory, Model, Program, Real, Rollout, batch,
+    Element, Function, Kernel, Mask, Memory, Model, Program, Real, Rollout, data,
     value_and_gradient,
 };
 
@@ -141,7 +141,7 @@ fn emitted_partials_are_those_of_duals() {
     let points: Vec<[f64; 2]> = (0..21)
         .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
         .collect();
-    batch::jacobians(
+    data::jacobians(
         &BENT,
         points.len(),
         |i| points[i],

@@ -1,6 +1,6 @@
 //! The logarithm of a sum of exponentials, the largest taken out first.
 
-use autodiff::{Function, Kernel, Real, batch, gradient, lit};
+use autodiff::{Function, Kernel, Real, data, gradient, lit};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -31,7 +31,7 @@ impl Function for LogSumExp {
         let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
             f64::max(largest, x.primal())
         });
-        lit(largest) + batch::total(Exponential { largest }, [x]).ln()
+        lit(largest) + data::total(Exponential { largest }, [x]).ln()
     }
 }
 

@@ -233,9 +233,7 @@ impl Simulator {
             _ => Given::Each(of_bodies),
         });
         let given: Vec<Given<R>> = given.collect();
-        let seen = self
-            .plan(model, span)
-            .run_batch_with(&slices(&flat), &given);
+        let seen = self.plan(model, span).run_batch(&slices(&flat), &given);
         let seen = seen.iter().enumerate();
         seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
             .collect()

@@ -11,7 +11,7 @@ mod partials;
 
 use std::path::Path;
 
-use autodiff::{Kernel, Real, batch};
+use autodiff::{Kernel, Real, data};
 use serde_json::{Value, json};
 
 use super::input::{self, Error, Tokens};
@@ -227,9 +227,9 @@ impl Problem for Ba {
         } = self;
         let count = scene.weights.len();
         let keep = |i, error| reprojection[i] = error;
-        batch::values(&Reprojection, count, |i| scene.inputs(i), keep);
+        data::values(&Reprojection, count, |i| scene.inputs(i), keep);
         let keep = |i, [error]: [f64; 1]| weight_error[i] = error;
-        batch::values(&WeightError, count, |i| [scene.weights[i]], keep);
+        data::values(&WeightError, count, |i| [scene.weights[i]], keep);
     }
 
     fn derivative(&mut self) {
@@ -244,7 +244,7 @@ impl Problem for Ba {
         let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
         let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
         let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
-        batch::jacobians(
+        data::jacobians(
             &Reprojection,
             count,
             |i| scene.inputs(i),
@@ -261,7 +261,7 @@ impl Problem for Ba {
                 }
             },
         );
-        batch::jacobians(
+        data::jacobians(
             &WeightError,
             count,
             |i| [scene.weights[i]],

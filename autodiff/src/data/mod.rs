@@ -1,4 +1,4 @@
-//! One function at many points.
+//! Sums and maps over data: one function at many points.
 //!
 //! - [`values`] and [`jacobians`] evaluate a [`Kernel`](crate::Kernel) at many points in SIMD lanes,
 //!   for a sparse Jacobian whose rows have a fixed number of entries.
@@ -7,12 +7,7 @@
 //! - [`Recorded`] is a function recorded once and replayed at many points, with its gradient.
 //! - [`total`] adds up a kernel over arrays of variables.
 
-mod block;
 mod kernels;
-mod plan;
-mod buffers;
-mod layer;
-mod replay;
 mod recorded;
 mod sum;
 mod total;

@@ -8,7 +8,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 /// one entry. Unlike the data of a [`Sum`](super::Sum), every number is a variable.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, batch, gradient_of};
+/// use autodiff::{Kernel, Real, data, gradient_of};
 ///
 /// #[derive(Clone)]
 /// struct Exponential;
@@ -19,7 +19,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 ///     }
 /// }
 ///
-/// let softmax = gradient_of(|x| batch::total(Exponential, [x]).ln(), &[0.0, 0.0, 2f64.ln()]);
+/// let softmax = gradient_of(|x| data::total(Exponential, [x]).ln(), &[0.0, 0.0, 2f64.ln()]);
 /// assert_eq!(softmax, [0.25, 0.25, 0.5]);
 /// ```
 ///
