@@ -299,7 +299,7 @@ mod restored;
 mod reverse;
 pub mod custom;
 pub mod arrays;
-pub mod rollout;
+pub mod steps;
 mod record;
 pub mod drivers;
 pub mod data;
@@ -307,7 +307,7 @@ pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Array, Graph, Kernel, Matrix, Program};
+pub use arrays::{Array, Graph, Kernel, Matrix};
 pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
@@ -328,7 +328,7 @@ pub use parameters::Parameters;
 pub use real::{Fused, Mask, Real};
 pub use record::{AnyProgram, emit};
 pub use reverse::{Tape, Var};
-pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};
+pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

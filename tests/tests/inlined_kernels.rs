@@ -45,7 +45,7 @@ fn kernels_are_inlined() {
             let text = fs::read_to_string(&file).expect("a source file can be read");
             let (here, wrong) = kernels(&text);
             // The crate's own tests are about numbers.
-            let is_test = file.ends_with("rollout/tests.rs");
+            let is_test = file.ends_with("steps/tests.rs");
             assert!(is_test || wrong.is_empty(), "{}: {wrong:?}", file.display());
             seen += here;
         }

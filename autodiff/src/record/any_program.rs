@@ -4,8 +4,9 @@ use std::marker::PhantomData;
 
 use super::replay::Plan;
 use super::replayed::{Places, ReplayedKernel, recorded};
-use crate::arrays::{Array, Graph, Kernel, Program};
+use crate::arrays::{Array, Graph, Kernel};
 use crate::real::{ByType, Real};
+use crate::steps::Program;
 
 /// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
 /// generic. [`Program::any`] makes one.

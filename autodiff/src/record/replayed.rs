@@ -186,6 +186,6 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.active = self.inputs.iter().map(|array| arrays[array.id()]).collect();
+        self.active = self.inputs.iter().map(|array| arrays[array.id]).collect();
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
-use crate::arrays::Program;
+use super::program::Program;
 use crate::real::{ByType, Real};
 
 /// A system that steps: its step is recorded as a program for any number type. It must own its data, or
