@@ -32,7 +32,10 @@ impl Contact for Coulomb {
         let braked = along.signum() * left.max(R::zero());
         // Without friction nothing holds a node at rest: no kink is there, and no derivative of
         // one.
-        [R::select(R::zero().lt(friction), braked, along), R::zero()]
+        [
+            R::select(R::zero().less(friction), braked, along),
+            R::zero(),
+        ]
     }
 
     // Without a way out of the ground after the impact, which is none.

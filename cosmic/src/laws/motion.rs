@@ -18,7 +18,7 @@ impl Drift {
     #[inline(always)]
     pub fn touch<R: Real>(&self, height: R, v_normal: R) -> (R::Mask, R) {
         let (zero, dt) = (R::zero(), R::lit(self.dt));
-        let touches = dt.fma(v_normal, height).lt(zero) & v_normal.lt(zero);
+        let touches = dt.fma(v_normal, height).less(zero) & v_normal.less(zero);
         let approach = R::select(touches, v_normal, -R::one());
         let time_of_impact = (-height / approach).clamp(zero, dt);
         (touches, R::select(touches, time_of_impact, dt))

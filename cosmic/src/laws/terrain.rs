@@ -64,7 +64,7 @@ impl Terrain {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
         let ([x, _], [vx, _]) = (way.place, way.velocity);
         // A node that goes straight up or down stays over its segment.
-        let per_way = R::select(vx.abs().lt(least), least, vx).recip();
+        let per_way = R::select(vx.abs().less(least), least, vx).recip();
         let mut met = Meeting::none(way);
         let mut enters = R::lit(f64::NEG_INFINITY) * per_way;
         let (mut earliest, mut last_met) = (way.left, way.left);
@@ -81,9 +81,9 @@ impl Terrain {
                 height(along, offset, way.place),
                 normal(along, way.velocity),
             );
-            let sinks = last.fma(out, height).lt(zero) & out.lt(zero);
-            let is_other = number.lt(but) | but.lt(number);
-            let is_met = sinks & is_other & first.lt(last) & first.lt(earliest);
+            let sinks = last.fma(out, height).less(zero) & out.less(zero);
+            let is_other = number.less(but) | but.less(number);
+            let is_met = sinks & is_other & first.less(last) & first.less(earliest);
             earliest = R::select(is_met, first, earliest);
             last_met = R::select(is_met, last, last_met);
             met.touches = met.touches | is_met;
