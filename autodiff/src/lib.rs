@@ -258,11 +258,11 @@
 //!
 //! # Features
 //!
-//! None is on by default.
-//!
+//! - `data`, on by default: sums and maps over [`data`] are compiled for floats in this crate. Without it,
+//!   this crate compiles in half the time, and each crate that has such a sum compiles 7 s longer;
 //! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
-//! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
+//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.
 //!
 //! # Versions
 //!

@@ -28,6 +28,27 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
     number(mask)
 }
 
+/// The value alone.
+#[inline(always)]
+pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {
+    match f {
+        Unary::Neg => -x,
+        Unary::Recip => x.recip(),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Rsqrt => x.rsqrt(),
+        Unary::Exp => x.exp(),
+        Unary::Ln => x.ln(),
+        Unary::Sin => x.sin(),
+        Unary::Cos => x.cos(),
+        Unary::Tan => x.tan(),
+        Unary::Tanh => x.tanh(),
+        Unary::Abs => x.abs(),
+        Unary::Detach => x.detach(),
+        Unary::Powi(exponent) => x.powi(exponent),
+        Unary::Elementary(function) => x.elementary(function),
+    }
+}
+
 /// The value and the partial.
 #[inline(always)]
 pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {

@@ -1,6 +1,7 @@
 //! Kernels as recordings, which any number type replays.
 
 use std::any::type_name;
+use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
@@ -96,10 +97,10 @@ impl ReplayedKernel {
 
     /// The kernel at all places.
     fn replay<R: Real>(&self, values: StepValues<R>, wanted: Wanted<R>) -> Replayed<R> {
-        let column = |(k, &input): (usize, &Array)| -> Vec<R> {
+        let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
             let array = values.get(input);
             match &self.places {
-                Places::Elements(_) => array.to_vec(),
+                Places::Elements(_) => array.into(),
                 Places::Edges {
                     edges, differences, ..
                 } if k < *differences => (edges.iter())
@@ -108,7 +109,8 @@ impl ReplayedKernel {
                 Places::Edges { edges, .. } => edges.iter().map(|edge| array[edge.slot]).collect(),
             }
         };
-        let columns: Vec<Vec<R>> = self.inputs.iter().enumerate().map(column).collect();
+        let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
+        let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
         let points = Points {
             plan: &self.kernel,
             shared: &[],

@@ -6,12 +6,14 @@
 use super::block::{Block, load, store};
 use crate::arrays::Aligned;
 use crate::real::Real;
-use crate::record::arithmetic::{binary, unary};
+use crate::record::arithmetic::{binary, unary, unary_value};
 use crate::record::operation::{Binary, Unary};
 use crate::simd::{Lane, Vectorized};
 
 #[derive(Clone, Copy)]
 pub(super) enum Function {
+    /// Without its partial.
+    UnaryValue(Unary),
     Unary(Unary),
     Binary(Binary),
 }
@@ -33,8 +35,9 @@ impl<R: Real> Elementwise<'_, R> {
         memory: &mut Aligned<R>,
     ) -> [Block<L, W>; O] {
         let mut y = [x[0]; O];
-        if W * L::N == 1 {
+        if const { W * L::N == 1 } {
             match function {
+                Function::UnaryValue(f) => y[0][0] = unary_value(f, x[0][0]),
                 Function::Unary(f) => (y[0][0], y[1][0]) = unary(f, x[0][0]),
                 Function::Binary(f) => {
                     let (value, [by_a, by_b]) = binary(f, x[0][0], x[1][0]);
@@ -72,6 +75,7 @@ impl<R: Real> Vectorized<R> for Elementwise<'_, R> {
         for at in (0..len).step_by(L::N) {
             let x = L::load(&numbers[at..]);
             match function {
+                Function::UnaryValue(f) => unary_value(f, x).store(&mut numbers[len + at..]),
                 Function::Unary(f) => {
                     let (y, partial) = unary(f, x);
                     y.store(&mut numbers[len + at..]);

@@ -8,11 +8,11 @@ use crate::record::operation::{Binary, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
-/// The values and the partials. Short functions have loops of their own; the others are compiled once for
+/// The values, and the partials if the function differentiates. Short functions have loops of their own; the others are compiled once for
 /// blocks of all lengths.
 #[inline(always)]
 pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
-    f: Unary,
+    (f, differentiates): (Unary, bool),
     x: Block<L, W>,
     memory: &mut Aligned<R>,
 ) -> (Block<L, W>, Block<L, W>) {
@@ -43,7 +43,8 @@ pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
                 (y[w], partials[w]) = (x[w].detach(), L::zero());
             }
         }
-        _ => [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory),
+        _ if differentiates => [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory),
+        _ => [y] = Elementwise::apply(Function::UnaryValue(f), [x], memory),
     }
     (y, partials)
 }

@@ -22,7 +22,7 @@ pub(crate) struct Points<'a, R> {
 #[derive(Clone, Copy)]
 pub(crate) enum Inputs<'a, R> {
     Data(&'a [Vec<f64>]),
-    Numbers(&'a [Vec<R>]),
+    Numbers(&'a [&'a [R]]),
 }
 
 /// What is computed besides the results.
@@ -59,17 +59,20 @@ impl<'a, R: Real> Points<'a, R> {
     }
 }
 
-/// The instances of the executor.
+/// The instances of the executor. With the feature `data`, this crate compiles those for floats; without it,
+/// each crate that needs them.
 struct Compiled<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Compiled<'a> {
     type Of<R: Real> = Points<'a, R>;
     type Output<R: Real> = Replayed<R>;
-    #[inline(never)]
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
     fn f64(self, points: Points<f64>) -> Replayed<f64> {
         f64::vectorize(points)
     }
-    #[inline(never)]
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
     fn f32(self, points: Points<f32>) -> Replayed<f32> {
         f32::vectorize(points)
     }
@@ -83,10 +86,10 @@ impl<R: Real> Vectorized<R> for Points<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
         // Numbers that have no registers gain little from blocks, and each would compile them anew.
-        if L::N == 1 || self.count <= L::N {
-            self.in_blocks::<L, 1>()
-        } else {
+        if const { L::N > 1 } && self.count > L::N {
             self.in_blocks::<L, WIDE>()
+        } else {
+            self.in_blocks::<L, 1>()
         }
     }
 }
@@ -98,11 +101,12 @@ impl<R: Real> Points<'_, R> {
         let (count, width) = (self.count, self.width());
         let by_inputs = matches!(self.wanted, Wanted::ByInputs(_));
         let passive = if by_inputs { 0 } else { width };
-        let mut replay = Replay::<R, L, W>::new(self.plan, passive, self.shared);
+        let differentiates = !matches!(self.wanted, Wanted::Results);
+        let mut replay = Replay::<R, L, W>::new(self.plan, passive, self.shared, differentiates);
         let mut replayed = Replayed {
-            results: vec![Vec::with_capacity(count); self.plan.results.len()],
+            results: columns(self.plan.results.len(), count),
             by_shared: Vec::new(),
-            by_inputs: vec![Vec::with_capacity(count); width - passive],
+            by_inputs: columns(width - passive, count),
         };
         for first in (0..count).step_by(W * L::N) {
             for input in 0..width {
@@ -163,6 +167,11 @@ impl<R: Real> Points<'_, R> {
             }
         }
     }
+}
+
+/// Empty columns with room for so many numbers.
+fn columns<R>(columns: usize, count: usize) -> Vec<Vec<R>> {
+    (0..columns).map(|_| Vec::with_capacity(count)).collect()
 }
 
 /// Appends the numbers of a block to those of the points before, `count` at most in all.

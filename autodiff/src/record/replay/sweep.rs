@@ -23,18 +23,26 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     shared: &'a [R],
     /// How many operations are inputs whose cotangents nobody reads. They come first.
     inputs: usize,
+    /// Whether [`reverse`](Self::reverse) follows.
+    differentiates: bool,
     memory: Box<ReplayBuffers<R, L, W>>,
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
-    pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
+    pub(super) fn new(
+        plan: &'a Plan,
+        inputs: usize,
+        shared: &'a [R],
+        differentiates: bool,
+    ) -> Self {
         let memory = ReplayBuffers::taken(plan, shared);
         Self {
             plan,
             shared,
             inputs,
+            differentiates,
             memory,
         }
     }
@@ -94,8 +102,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     pub(super) fn forward(&mut self) {
         let mut y = [L::zero(); W];
-        for (place, step) in self.plan.steps.iter().enumerate().skip(self.inputs) {
-            let op = match step {
+        for place in self.inputs..self.plan.steps.len() {
+            let op = match &self.plan.steps[place] {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
                     self.memory
@@ -109,6 +117,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Unary(f, x) => {
                     let x = self.get(x);
                     let memory = &mut *self.memory;
+                    let f = (f, self.differentiates);
                     (y, memory.partials[place]) = forward_unary(f, x, &mut memory.rows);
                 }
                 Op::Binary(f, [a, b]) => {
