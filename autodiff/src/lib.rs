@@ -167,7 +167,7 @@
 //! | the same from many starts | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts; nine tenths for two starts |
 //! | values and gradients of one function at many points | [`data::Recorded`] | recorded once; a few, in lanes over the points |
 //! | gradient of a sum over data, of a network's loss for example | [`data::Sum`] | a few, in lanes over the data |
-//! | Jacobians of one small function at many points | [`data::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
+//! | Jacobians of one small function at many points | [`data::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's adjoint is emitted ([`emit::adjoint`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -307,7 +307,7 @@ pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Array, Graph, Kernel, Matrix};
+pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
 pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, Pullback};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
@@ -300,7 +300,9 @@ where
                     let tail_less_head = load::<R, L>(y_bars[o], lane.tail, L::N) - head;
                     y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
-                let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
+                let x = sources.load::<L>(lane);
+                let at = Pullback::new(&map.kernel, x, [y_bar]);
+                let [x_bar] = map.kernel.vjp(at);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, Pullback};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
@@ -177,7 +177,8 @@ where
             y[k] = unsafe { L::load_n(self.y, place, n) };
             y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
-        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
+        let y_bar = [y_bar];
+        let [x_bar] = self.kernel.vjp(Pullback { x, y, y_bar });
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }

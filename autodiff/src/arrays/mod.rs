@@ -21,7 +21,7 @@ pub(crate) use edges::EdgeMap;
 pub(crate) use gather::Gather;
 pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
-pub use kernel::Kernel;
+pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
 pub(crate) use operation::Operation;
 pub(crate) use row::{Bars, RowLayout, StepValues};

@@ -1,6 +1,6 @@
 //! A kernel at many points at once: its values, or its Jacobians.
 
-use crate::arrays::Kernel;
+use crate::arrays::{Kernel, Pullback};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
@@ -138,6 +138,16 @@ fn gather<R: Real, L: Lane<R>, const I: usize>(
     x
 }
 
+/// The rows of the identity, whose cotangents are a Jacobian.
+#[inline(always)]
+fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
+    let mut rows = [[L::zero(); O]; O];
+    for o in 0..O {
+        rows[o][o] = L::one();
+    }
+    rows
+}
+
 /// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all, or none.
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
@@ -161,15 +171,14 @@ where
         let mut partials = [[[R::zero(); WIDEST]; J]; O];
         for first in (0..self.count).step_by(L::N) {
             let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
-            if J == 0 {
-                let y = self.kernel.eval(x);
+            let y = self.kernel.eval(x);
+            for o in 0..O {
+                y[o].store(&mut values[o]);
+            }
+            if J > 0 {
+                let y_bar = identity();
+                let by_x = self.kernel.vjp(Pullback { x, y, y_bar });
                 for o in 0..O {
-                    y[o].store(&mut values[o]);
-                }
-            } else {
-                let (y, by_x) = self.kernel.partials(x);
-                for o in 0..O {
-                    y[o].store(&mut values[o]);
                     for j in 0..J {
                         by_x[o][j].store(&mut partials[o][j]);
                     }

@@ -135,11 +135,6 @@ impl<R: Real> Program<R> {
         // The last register of a spread output is written whole: nothing else may lie there.
         self.align(false);
         let places = repeated(places, self.starts);
-        let entries = |parameter: &Parameter| match parameter {
-            Parameter::Array(_) | Parameter::Control(_) => 0,
-            Parameter::Matrix(m) => m.len(),
-        };
-        let numbers = self.parameters.iter().map(entries).sum();
         let layer = Layer {
             matrix,
             x,
@@ -148,7 +143,7 @@ impl<R: Real> Program<R> {
             places: &places,
             tanh,
         };
-        let layer = DenseLayer::new(layer, numbers);
+        let layer = DenseLayer::new(layer);
         self.operations.push(Box::new(layer));
         output
     }

@@ -4,14 +4,14 @@
 //! code that is emitted from a recording of the kernel, one observation a lane. Repeated cameras,
 //! points and weights are treated as different ones.
 
+#[rustfmt::skip]
+mod adjoints;
 #[cfg(test)]
 mod emission;
-#[rustfmt::skip]
-mod partials;
 
 use std::path::Path;
 
-use autodiff::{Kernel, Real, data};
+use autodiff::{Kernel, Pullback, Real, data};
 use serde_json::{Value, json};
 
 use super::input::{self, Error, Tokens};
@@ -110,8 +110,8 @@ impl Kernel<INPUTS, 2> for Reprojection {
     }
 
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; INPUTS]) -> ([R; 2], [[R; INPUTS]; 2]) {
-        self.emitted_partials(x)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, INPUTS, 2, M>) -> [[R; INPUTS]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -125,8 +125,8 @@ impl Kernel<1, 1> for WeightError {
     }
 
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 1]) -> ([R; 1], [[R; 1]; 1]) {
-        self.emitted_partials(x)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 1, 1, M>) -> [[R; 1]; M] {
+        self.emitted_vjp(at)
     }
 }
 
