@@ -335,7 +335,7 @@ pub trait Real:
     }
     /// Calls the method of `work` that is for this type.
     #[inline(always)]
-    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
+    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
         work.other(of)
     }
 }
@@ -346,13 +346,13 @@ pub trait ByType {
     /// The argument, for a number type.
     type Of<R: Real>;
     /// What the work returns.
-    type Output;
+    type Output<R: Real>;
     /// Does the work for `f64`.
-    fn f64(self, of: Self::Of<f64>) -> Self::Output;
+    fn f64(self, of: Self::Of<f64>) -> Self::Output<f64>;
     /// Does the work for `f32`.
-    fn f32(self, of: Self::Of<f32>) -> Self::Output;
+    fn f32(self, of: Self::Of<f32>) -> Self::Output<f32>;
     /// Does the work for any other type.
-    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output;
+    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output<R>;
 }
 
 /// A function of several slices that is differentiated as a whole.

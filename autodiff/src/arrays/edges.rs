@@ -16,7 +16,7 @@ use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 /// results are added at the tail and subtracted at the head.
 ///
 /// Registers reach past a group's edges, and past the nodes: what they read there is masked.
-pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
+pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: EdgePlan,
     /// `C` arrays over the nodes, then those over the slots.
@@ -135,7 +135,7 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
 }
 
 impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
-    pub(super) fn new(
+    pub(crate) fn new(
         kernel: K,
         graph: &Graph,
         ends: [Array; C],
@@ -363,9 +363,9 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use crate::arrays::{Graph, Kernel, Program};
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
+    use crate::{Graph, Kernel, Program};
 
     /// The difference of an edge's ends.
     #[derive(Clone)]

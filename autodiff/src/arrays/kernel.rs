@@ -27,7 +27,7 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
 
     /// The cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the only
     /// derivative of a kernel: [`Program::map`](crate::Program::map),
-    /// [`batch::jacobians`](crate::batch::jacobians) and everything else call it.
+    /// [`data::jacobians`](crate::data::jacobians) and everything else call it.
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)

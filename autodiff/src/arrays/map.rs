@@ -8,7 +8,7 @@ use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized};
 
-pub(super) struct Map<K, const I: usize, const O: usize> {
+pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
     /// Adjacent, in this order.
@@ -18,7 +18,7 @@ pub(super) struct Map<K, const I: usize, const O: usize> {
 }
 
 impl<K, const I: usize, const O: usize> Map<K, I, O> {
-    pub(super) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+    pub(crate) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
         let len = outputs[0].len;
         Self {
             kernel,

@@ -8,16 +8,16 @@ use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 
 /// See [`Program::weighted`](super::Program::weighted).
-pub(super) struct Weighted<const C: usize, const V: usize> {
-    pub(super) weights: Array,
+pub(crate) struct Weighted<const C: usize, const V: usize> {
+    pub(crate) weights: Array,
     /// Arrays whose offsets from the mean are weighted.
-    pub(super) offsets: [Array; C],
+    pub(crate) offsets: [Array; C],
     /// Arrays that are weighted.
-    pub(super) values: [Array; V],
+    pub(crate) values: [Array; V],
     /// Arrays that are appended unchanged.
-    pub(super) others: Vec<Array>,
+    pub(crate) others: Vec<Array>,
     /// The weighted arrays and the others as one array, the means, and the sum of the weights; adjacent.
-    pub(super) outputs: [Array; 3],
+    pub(crate) outputs: [Array; 3],
     active: Active<C, V>,
     reach: Reach,
 }
@@ -31,7 +31,7 @@ struct Active<const C: usize, const V: usize> {
 }
 
 impl<const C: usize, const V: usize> Weighted<C, V> {
-    pub(super) fn new(
+    pub(crate) fn new(
         weights: Array,
         offsets: [Array; C],
         values: [Array; V],

@@ -31,6 +31,19 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
 
 macro_rules! define {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+        /// The value alone.
+        #[inline(always)]
+        pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {
+            match f {
+                Unary::Neg => -x,
+                Unary::Abs => x.abs(),
+                Unary::Detach => x.detach(),
+                Unary::Powi(exponent) => x.powi(exponent),
+                Unary::Elementary(function) => x.elementary(function),
+                $(Unary::$Basic => x.$method(),)*
+            }
+        }
+
         /// The value and the partial.
         #[inline(always)]
         pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {

@@ -6,7 +6,7 @@ use autodiff::Elementary;
 use autodiff::arrays::vjp_by_duals;
 use autodiff::emit::{adjoint, assert_fresh};
 use autodiff::{
-    Element, Function, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, batch,
+    Element, Function, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, data,
     value_and_gradient,
 };
 
@@ -137,7 +137,7 @@ fn emitted_partials_are_those_of_duals() {
     let points: Vec<[f64; 2]> = (0..21)
         .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
         .collect();
-    batch::jacobians(
+    data::jacobians(
         &BENT,
         points.len(),
         |i| points[i],

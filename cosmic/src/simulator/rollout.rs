@@ -438,7 +438,7 @@ fn run_together<M: Model, R: Real>(
         [shared] => Given::Shared(shared),
         _ => Given::Each(of_starts),
     });
-    rollout.run_batch_with(starts, &given.collect::<Vec<_>>())
+    rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
 /// A robot made ready for rollouts, and the numbers that every step of it is given.

@@ -14,17 +14,17 @@ use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
 /// A layer as it is declared.
-pub(in crate::arrays) struct Layer<'a> {
-    pub(in crate::arrays) matrix: Matrix,
-    pub(in crate::arrays) x: &'a [Array],
-    pub(in crate::arrays) bias: Array,
-    pub(in crate::arrays) output: Array,
+pub(crate) struct Layer<'a> {
+    pub(crate) matrix: Matrix,
+    pub(crate) x: &'a [Array],
+    pub(crate) bias: Array,
+    pub(crate) output: Array,
     /// For every place of the output, whether it is a row; the others are zero.
-    pub(in crate::arrays) places: &'a [bool],
-    pub(in crate::arrays) tanh: bool,
+    pub(crate) places: &'a [bool],
+    pub(crate) tanh: bool,
 }
 
-pub(in crate::arrays) struct DenseLayer<R> {
+pub(crate) struct DenseLayer<R> {
     matrix: Matrix,
     /// The inputs, adjacent ones joined. A single stretch is read in place.
     inputs: Vec<Array>,
@@ -96,7 +96,7 @@ impl<R: Real> Spread<R> {
 }
 
 impl<R: Real> DenseLayer<R> {
-    pub(in crate::arrays) fn new(layer: Layer) -> Self {
+    pub(crate) fn new(layer: Layer) -> Self {
         let (matrix, starts) = (layer.matrix, layer.output.starts);
         let columns = matrix.columns;
         Self {

@@ -9,7 +9,7 @@ mod adjoints;
 #[cfg(test)]
 mod emission;
 
-use autodiff::{Kernel, Pullback, Real, batch};
+use autodiff::{Kernel, Pullback, Real, data};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -198,9 +198,9 @@ impl Problem for Ba {
         } = self;
         let count = scene.weights.len();
         let keep = |i, error| reprojection[i] = error;
-        batch::values(&Reprojection, count, |i| scene.inputs(i), keep);
+        data::values(&Reprojection, count, |i| scene.inputs(i), keep);
         let keep = |i, [error]: [f64; 1]| weight_error[i] = error;
-        batch::values(&WeightError, count, |i| [scene.weights[i]], keep);
+        data::values(&WeightError, count, |i| [scene.weights[i]], keep);
     }
 
     fn derivative(&mut self) {
@@ -215,7 +215,7 @@ impl Problem for Ba {
         let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
         let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
         let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
-        batch::jacobians(
+        data::jacobians(
             &Reprojection,
             count,
             |i| scene.inputs(i),
@@ -232,7 +232,7 @@ impl Problem for Ba {
                 }
             },
         );
-        batch::jacobians(
+        data::jacobians(
             &WeightError,
             count,
             |i| [scene.weights[i]],

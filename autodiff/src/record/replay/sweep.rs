@@ -3,16 +3,17 @@
 //! Each number of the recording is a few registers wide: then the dispatch on an operation costs little
 //! beside the operation.
 
-use super::block::{Block, add_product, chain, forward_binary, has_zero, is_zero, reverse_binary};
+use super::block::{Block, add_product, chain, has_zero, is_zero};
 use super::buffers::ReplayBuffers;
+use super::functions::{forward_binary, forward_unary, reverse_binary};
 use super::plan::{Plan, Step};
 use crate::pool;
 use crate::real::Real;
-use crate::record::arithmetic::{holds, logic, unary};
+use crate::record::arithmetic::{holds, logic};
 use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
-/// Registers for each number, where there are points enough to fill them.
+/// Registers for each number, where there are enough points to fill them.
 pub(super) const WIDE: usize = 4;
 
 /// The operations of a recording with the numbers that they are replayed on.
@@ -22,18 +23,26 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     shared: &'a [R],
     /// How many operations are inputs whose cotangents nobody reads. They come first.
     inputs: usize,
+    /// Whether [`reverse`](Self::reverse) follows.
+    differentiates: bool,
     memory: Box<ReplayBuffers<R, L, W>>,
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
-    pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
+    pub(super) fn new(
+        plan: &'a Plan,
+        inputs: usize,
+        shared: &'a [R],
+        differentiates: bool,
+    ) -> Self {
         let memory = ReplayBuffers::taken(plan, shared);
         Self {
             plan,
             shared,
             inputs,
+            differentiates,
             memory,
         }
     }
@@ -89,12 +98,12 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Computes all operations and returns the result.
+    /// Computes all operations.
     #[inline(always)]
-    pub(super) fn forward(&mut self) -> Block<L, W> {
+    pub(super) fn forward(&mut self) {
         let mut y = [L::zero(); W];
-        for (place, step) in self.plan.steps.iter().enumerate().skip(self.inputs) {
-            let op = match step {
+        for place in self.inputs..self.plan.steps.len() {
+            let op = match &self.plan.steps[place] {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
                     self.memory
@@ -107,12 +116,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
                 Op::Unary(f, x) => {
                     let x = self.get(x);
-                    let partials = &mut self.memory.partials[place];
-                    for w in 0..W {
-                        (y[w], partials[w]) = unary(f, x[w]);
-                    }
+                    let memory = &mut *self.memory;
+                    let f = (f, self.differentiates);
+                    (y, memory.partials[place]) = forward_unary(f, x, &mut memory.rows);
                 }
-                Op::Binary(f, [a, b]) => y = forward_binary(f, self.get(a), self.get(b)),
+                Op::Binary(f, [a, b]) => {
+                    let (a, b) = (self.get(a), self.get(b));
+                    y = forward_binary(f, [a, b], &mut self.memory.rows);
+                }
                 Op::Fma([a, b, c]) => {
                     let (a, b, c) = (self.get(a), self.get(b), self.get(c));
                     for w in 0..W {
@@ -136,7 +147,18 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             self.memory.values[place] = y;
         }
-        self.get(self.plan.result)
+    }
+
+    /// A result of the last block.
+    #[inline(always)]
+    pub(super) fn result(&self, result: usize) -> Block<L, W> {
+        self.get(self.plan.results[result])
+    }
+
+    /// Adds to the cotangent of a result, before [`reverse`](Self::reverse).
+    #[inline(always)]
+    pub(super) fn seed(&mut self, result: usize, bar: Block<L, W>) {
+        self.add(self.plan.results[result], bar);
     }
 
     #[inline(always)]
@@ -180,11 +202,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         y
     }
 
-    /// Carries the cotangent of the result back to the shared arguments. The cotangents of operations are
-    /// zero before and after.
+    /// Carries the cotangents of the results back to the arguments. The cotangents of operations are zero
+    /// afterwards.
     #[inline(always)]
-    pub(super) fn reverse(&mut self, bar: Block<L, W>) {
-        self.add(self.plan.result, bar);
+    pub(super) fn reverse(&mut self) {
         let mut place = self.plan.steps.len();
         while place > self.inputs {
             place -= 1;
@@ -211,7 +232,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
                 Op::Binary(f, [a, b]) => {
-                    let parts = reverse_binary(f, [self.get(a), self.get(b)], bar);
+                    let x = [self.get(a), self.get(b)];
+                    let parts = reverse_binary(f, x, bar, &mut self.memory.rows);
                     self.add(a, parts[0]);
                     self.add(b, parts[1]);
                 }

@@ -4,9 +4,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::checkpoints::CheckpointSchedule;
+use super::program::Program;
 use super::progress::begin_step;
 use super::settings::{Model, RecordModel, Rollout};
-use crate::arrays::{Aligned, Program, Watch};
+use super::watch::Watch;
+use crate::arrays::Aligned;
 use crate::pool;
 use crate::real::Real;
 

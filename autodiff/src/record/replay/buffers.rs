@@ -98,26 +98,3 @@ impl<R: Real, L: Lane<R>, const W: usize> Pooled for ReplayBuffers<R, L, W> {
             + aligned.map(Pooled::bytes).iter().sum::<usize>()
     }
 }
-
-/// A block from a place on.
-#[inline(always)]
-pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
-    let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
-    for w in 0..W {
-        block[w] = L::load(&from[w * L::N..]);
-    }
-    block
-}
-
-/// Writes a block to a place.
-#[inline(always)]
-pub(super) fn store<R: Real, L: Lane<R>, const W: usize>(
-    to: &mut [R],
-    place: usize,
-    block: Block<L, W>,
-) {
-    let to = &mut to[place * (W * L::N)..][..W * L::N];
-    for w in 0..W {
-        block[w].store(&mut to[w * L::N..]);
-    }
-}

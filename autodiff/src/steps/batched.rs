@@ -12,57 +12,16 @@ use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
 impl<M: Model> Rollout<M> {
-    /// A batch: runs from several starts. Each result has the bits that [`run`](Rollout::run) gives, in less
-    /// time, because as many starts as a register has lanes run together and share each weight read.
+    /// A batch: runs from several starts. All starts share the matrices; each may have its own values of the
+    /// other parameters. Each result has the bits that [`run`](Rollout::run) gives, in less time, because as
+    /// many starts as a register has lanes run together and share each weight read.
     ///
-    /// On the tape this too is one fused entry. The cotangents of starts have the same bits as from
-    /// `run`. The cotangents of parameters, which all starts share, are summed over steps and starts in
+    /// On the tape this too is one fused entry. The cotangents of starts and of their own parameters have the
+    /// same bits as from `run`. The cotangents of shared parameters are summed over steps and starts in
     /// another order, and so differ by rounding from a sum over calls of `run`.
     ///
     /// ```
-    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
-    ///
-    /// /// Each step takes a share of `x`.
-    /// #[derive(Clone, Copy)]
-    /// struct Decay;
-    ///
-    /// impl Kernel<2, 1> for Decay {
-    ///     #[inline(always)]
-    ///     fn eval<R: Real>(&self, [x, share]: [R; 2]) -> [R; 1] {
-    ///         [x - share * x]
-    ///     }
-    /// }
-    ///
-    /// impl Model for Decay {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
-    ///         let (share, x) = (program.parameter(1), program.state(1));
-    ///         let [next] = program.map(Decay, [x, share]);
-    ///         program.advance(x, next);
-    ///     }
-    /// }
-    ///
-    /// let rollout = Rollout::new(Decay, 2);
-    /// // (a + b) (1 - share)^2, differentiated by a, b and the share.
-    /// let left = |x: &[Var<f64>]| {
-    ///     let ends = rollout.run_batch(&[&x[..1], &x[1..2]], &[&x[2..]]);
-    ///     ends[0][0] + ends[1][0]
-    /// };
-    /// assert_eq!(gradient_of(left, &[1.0, 3.0, 0.5]), [0.25, 0.25, -4.0]);
-    /// ```
-    ///
-    /// # Panics
-    /// As [`run`](Rollout::run).
-    pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
-        let shared: Vec<Given<R>> = parameters.iter().map(|p| Given::Shared(p)).collect();
-        self.run_batch_with(starts, &shared)
-    }
-
-    /// Like [`run_batch`](Rollout::run_batch) where some parameters differ from start to start: all but the
-    /// matrices may. The cotangents of a start's own parameters have the same bits as from
-    /// [`run`](Rollout::run).
-    ///
-    /// ```
-    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout};
+    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -88,14 +47,21 @@ impl<M: Model> Rollout<M> {
     ///
     /// let rollout = Rollout::new(Spring, 8);
     /// let start: &[f64] = &[1.0, 0.0];
-    /// let both = rollout.run_batch_with(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
+    /// let both = rollout.run_batch(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
     /// assert_eq!(both, [soft, stiff]);
+    /// // The sum of both positions, differentiated by a stiffness that they share.
+    /// let sum = |stiffness: &[Var<f64>]| {
+    ///     let [low, high] = [1.0, 2.0].map(|x| [Var::lit(x), Var::lit(0.0)]);
+    ///     let ends = rollout.run_batch(&[&low, &high], &[Given::Shared(stiffness)]);
+    ///     ends[0][0] + ends[1][0]
+    /// };
+    /// assert!(gradient_of(sum, &[1.0])[0] < 0.0);
     /// ```
     ///
     /// # Panics
     /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
-    pub fn run_batch_with<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
+    pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
         }

@@ -68,12 +68,11 @@ impl<R: Real> Several<R> {
     fn together(&self) -> Vec<Vec<R>> {
         let (starts, own) = (slices(&self.starts), slices(&self.own));
         let parameters = slices(&self.parameters);
-        if own.is_empty() {
-            return self.loss.rollout.run_batch(&starts, &parameters);
-        }
         let mut given: Vec<Given<R>> = parameters.into_iter().map(Given::Shared).collect();
-        given[0] = Given::Each(&own);
-        self.loss.rollout.run_batch_with(&starts, &given)
+        if !own.is_empty() {
+            given[0] = Given::Each(&own);
+        }
+        self.loss.rollout.run_batch(&starts, &given)
     }
 
     /// How many numbers belong to one start alone.
@@ -259,7 +258,7 @@ fn a_matrix_of_each_start_is_told() {
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let each: Vec<[&[f64]; 2]> = parameters.iter().map(|&p| [p; 2]).collect();
     let each: Vec<Given<f64>> = each.iter().map(|p| Given::Each(p)).collect();
-    several.loss.rollout.run_batch_with(&starts, &each);
+    several.loss.rollout.run_batch(&starts, &each);
 }
 
 #[test]
@@ -269,7 +268,7 @@ fn a_start_without_its_own_is_told() {
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
     given[0] = Given::Each(&parameters[..1]);
-    several.loss.rollout.run_batch_with(&starts, &given);
+    several.loss.rollout.run_batch(&starts, &given);
 }
 
 /// The message counts the numbers of one start, however many run together.
@@ -281,7 +280,7 @@ fn too_few_numbers_of_each_start_are_counted() {
     let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
     let own = vec![&parameters[0][1..]; starts.len()];
     given[0] = Given::Each(&own);
-    several.loss.rollout.run_batch_with(&starts, &given);
+    several.loss.rollout.run_batch(&starts, &given);
 }
 
 /// Checkpoints hold all starts, and every start's cotangent has its own bound.

@@ -3,16 +3,18 @@
 use crate::product::Strided;
 use crate::real::Real;
 use crate::record::operation::{Op, Place, Run};
+use crate::record::recording::{Recording, record};
+use crate::record::symbol::Symbol;
 
 /// The work of a replay, in the order of the recording.
-#[derive(Clone, Debug)]
-pub(super) struct Plan {
+#[derive(Debug)]
+pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
-    /// Where the result is: among the steps or among the shared arguments. Shared places count as they do in
-    /// `steps`.
-    pub(super) result: Place,
+    /// Where the results are: among the steps or among the shared arguments. Shared places count as they do
+    /// in `steps`.
+    pub(super) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments that single operations read or that are the result. Shared places are
+    /// The shared arguments that single operations read or that are results. Shared places are
     /// indices into this list. `None` if there are no layers: then they are indices into all shared
     /// arguments.
     pub(super) read: Option<Vec<usize>>,
@@ -118,7 +120,28 @@ fn layers(ops: &[Op]) -> Vec<Layer> {
 }
 
 impl Plan {
-    pub(super) fn new(ops: &[Op], mut result: Place) -> Self {
+    /// Records code that takes the inputs of a point and the numbers that all points share, so many of
+    /// each. Returns `None` if the code asks for values or calls a function with its own derivative: the
+    /// operations then do not stand for the code.
+    pub(crate) fn record(
+        [inputs, shared]: [usize; 2],
+        code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
+    ) -> Option<Self> {
+        let (results, recording) = record(Recording::default(), || {
+            let inputs: Vec<Symbol> = (0..inputs).map(Symbol::input).collect();
+            let shared: Vec<Symbol> = (0..shared).map(Symbol::shared).collect();
+            code(&inputs, &shared)
+        });
+        let results = results.iter().map(|symbol| symbol.0).collect();
+        (!recording.unfit).then(|| Self::new(&recording.ops, results))
+    }
+
+    /// How many results the recorded code has.
+    pub(crate) fn results(&self) -> usize {
+        self.results.len()
+    }
+
+    fn new(ops: &[Op], mut results: Vec<Place>) -> Self {
         let layers = layers(ops);
         let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
@@ -127,10 +150,10 @@ impl Plan {
             }
             steps[layer.first] = Step::Layer(number);
         }
-        let read = (!layers.is_empty()).then(|| count_read(&mut steps, &mut result));
+        let read = (!layers.is_empty()).then(|| count_read(&mut steps, &mut results));
         Self {
             steps,
-            result,
+            results,
             layers,
             read,
         }
@@ -138,10 +161,10 @@ impl Plan {
 }
 
 /// Renumbers shared places so that they count only the shared arguments that single operations read or that
-/// are the result. Returns these arguments.
-fn count_read(steps: &mut [Step], result: &mut Place) -> Vec<usize> {
+/// are results. Returns these arguments.
+fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     let mut read = Vec::new();
-    each_shared_run(steps, result, |run, len| {
+    each_shared_run(steps, results, |run, len| {
         // With those within the gaps of a run: it stays one.
         read.extend(run.first.at()..=run.at(len as usize - 1).at());
         run
@@ -149,16 +172,16 @@ fn count_read(steps: &mut [Step], result: &mut Place) -> Vec<usize> {
     read.sort_unstable();
     read.dedup();
     let count = |at| read.partition_point(|&read| read < at);
-    each_shared_run(steps, result, |run, _| Run {
+    each_shared_run(steps, results, |run, _| Run {
         first: Place::shared(count(run.first.at())),
         ..run
     });
     read
 }
 
-/// Applies `f` to each run of shared places that single operations read, and to the result if it is a shared
+/// Applies `f` to each run of shared places that single operations read, and to each result that is a shared
 /// place.
-fn each_shared_run(steps: &mut [Step], result: &mut Place, mut f: impl FnMut(Run, u32) -> Run) {
+fn each_shared_run(steps: &mut [Step], results: &mut [Place], mut f: impl FnMut(Run, u32) -> Run) {
     let mut replaced = |run: Run, len| {
         if run.first.is_shared() {
             f(run, len)
@@ -171,9 +194,11 @@ fn each_shared_run(steps: &mut [Step], result: &mut Place, mut f: impl FnMut(Run
             *op = op.with_operands(&mut replaced);
         }
     }
-    let alone = Run {
-        first: *result,
-        step: 1,
-    };
-    *result = replaced(alone, 1).first;
+    for result in results {
+        let alone = Run {
+            first: *result,
+            step: 1,
+        };
+        *result = replaced(alone, 1).first;
+    }
 }

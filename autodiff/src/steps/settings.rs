@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
-use crate::arrays::Program;
+use super::program::Program;
 use crate::real::{ByType, Real};
 
 /// A system that steps: its step is recorded as a program for any number type. It must own its data, or
@@ -29,7 +29,7 @@ pub(super) struct RecordModel<'a, M>(pub(super) &'a M);
 
 impl<'a, M: Model> ByType for RecordModel<'a, M> {
     type Of<R: Real> = &'a mut Program<R>;
-    type Output = ();
+    type Output<R: Real> = ();
     fn f64(self, program: &mut Program<f64>) {
         self.0.record_f64(program);
     }

@@ -1,8 +1,6 @@
 //! The recording of a step.
 
-use super::array::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
-use super::operation::Operation;
-use super::row::RowLayout;
+use crate::arrays::{Array, Matrix, Operation, Parameter, RowLayout, TOO_LONG, checked_sum};
 use crate::real::Real;
 use crate::simd::lanes;
 

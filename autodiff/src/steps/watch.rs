@@ -1,7 +1,7 @@
 //! Checks that the states of a rollout stay within a bound.
 
-use super::array::Array;
 use super::program::Program;
+use crate::arrays::Array;
 use crate::real::{Mask, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 

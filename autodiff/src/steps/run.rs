@@ -1,9 +1,7 @@
 //! Running a recorded program, forward and in reverse.
 
-use super::array::{Array, Parameter, repeated};
-use super::dense::Aligned;
 use super::program::{Control, Program};
-use super::row::{Bars, RowLayout, StepValues};
+use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repeated};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 

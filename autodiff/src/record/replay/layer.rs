@@ -1,7 +1,7 @@
 //! The layers of a network as products of matrices.
 
-use super::block::Block;
-use super::buffers::{ReplayBuffers, load, store};
+use super::block::{Block, load, store};
+use super::buffers::ReplayBuffers;
 use super::plan::Layer;
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::Real;

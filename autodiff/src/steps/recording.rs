@@ -1,15 +1,10 @@
 //! Recording what a step does with its arrays.
 
-use super::array::{Array, Matrix, Parameter, repeated};
-use super::dense::{DenseLayer, Layer};
-use super::edges::EdgeMap;
-use super::gather::Gather;
-use super::graph::Graph;
-use super::kernel::Kernel;
-use super::map::Map;
-use super::operation::Operation;
 use super::program::Program;
-use super::weighted::Weighted;
+use crate::arrays::{
+    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Operation, Parameter,
+    Weighted, repeated,
+};
 use crate::real::Real;
 
 /// The operations. Each panics if it is given an array or a matrix of another program, unless this

@@ -8,7 +8,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 /// with the values at the point `input(i)`.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, batch};
+/// use autodiff::{Kernel, Real, data};
 ///
 /// struct Area;
 /// impl Kernel<2, 1> for Area {
@@ -20,7 +20,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 ///
 /// let sheets = [[1.0, 2.0], [3.0, 4.0]];
 /// let mut areas = Vec::new();
-/// batch::values(&Area, sheets.len(), |i| sheets[i], |_, [area]| areas.push(area));
+/// data::values(&Area, sheets.len(), |i| sheets[i], |_, [area]| areas.push(area));
 /// assert_eq!(areas, [2.0, 12.0]);
 /// ```
 pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
@@ -46,7 +46,7 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// they are: column compression without a colouring.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, batch};
+/// use autodiff::{Kernel, Real, data};
 ///
 /// struct Area;
 /// impl Kernel<2, 1> for Area {
@@ -58,7 +58,7 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 ///
 /// let sheets = [[1.0, 2.0], [3.0, 4.0]];
 /// let mut rows = Vec::new();
-/// batch::jacobians(&Area, sheets.len(), |i| sheets[i], |_, area| rows.push(area.row(0)));
+/// data::jacobians(&Area, sheets.len(), |i| sheets[i], |_, area| rows.push(area.row(0)));
 /// assert_eq!(rows, [[2.0, 1.0], [4.0, 3.0]]);
 /// ```
 pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
