@@ -101,7 +101,7 @@ fn starts_with_their_own_weights_run_together() {
                         .collect()
                 };
                 let (starts, weights) = (parts(0, 3 * len), parts(3 * len, len));
-                let seen = rollout.run_batch_with(&starts, &[Given::Each(&weights)]);
+                let seen = rollout.run_batch(&starts, &[Given::Each(&weights)]);
                 seen.concat()
             });
             let values: Vec<f64> = last.iter().map(|x| x.value()).collect();

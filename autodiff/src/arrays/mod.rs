@@ -24,6 +24,6 @@ pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
 pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
-pub(crate) use weighted::Weighted;
 pub(crate) use operation::Operation;
 pub(crate) use row::{Bars, RowLayout, StepValues};
+pub(crate) use weighted::Weighted;
