@@ -322,7 +322,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
         (
             "gravity",
             "gravty",
-            ["unknown key `gravty`", "grounds.toml:14:18", "`gravity`"],
+            ["unknown key `gravty`", "grounds.toml:15:18", "`gravity`"],
         ),
         (
             "0.6",
