@@ -52,7 +52,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     for (what, count) in [
         (&*format!("```sh\n{command}\n```"), 1),
         ("\n| h, all three | 1.91 |", 1),
-        ("\n| Does ", 3),
+        ("\n| Does ", 4),
         ("\n| What does ", 3),
         ("NaN", 0),
     ] {
@@ -143,7 +143,13 @@ fn more_seeds_join_and_other_scenes_do_not() {
     of("b", "2");
     assert_eq!(bench.results("a"), bench.results("b"));
     let said = study(&bench, "findings", "a", "--seeds 2");
-    said.fails(2, &["another folder by --runs"]);
+    said.fails(
+        2,
+        &[
+            "iterations=2 in the results there",
+            "another folder by --out",
+        ],
+    );
     let refused = |base: &str, says: &str| {
         bench.write("base.toml", base);
         study(&bench, "findings", "c", "").fails(2, &[says]);
@@ -309,14 +315,14 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
             "'slipery-light'",
             [
                 "`questions[0].from[0]` is unknown",
-                "grounds.toml:17:9",
+                "grounds.toml:18:9",
                 "`slippery-light`",
             ],
         ),
         (
             "gravity",
             "gravty",
-            ["unknown key `gravty`", "grounds.toml:14:18", "`gravity`"],
+            ["unknown key `gravty`", "grounds.toml:15:18", "`gravity`"],
         ),
         (
             "0.6",
