@@ -3,9 +3,12 @@
 //! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
 //! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
 
+use std::borrow::Cow;
+
 use autodiff::{Dual, Real, Tape, Var};
 
 use crate::controller::Controller;
+use crate::geometry::{fill, flat};
 use crate::lattice::State;
 
 /// All numbers that a rollout depends on and may be differentiated by.
@@ -72,16 +75,16 @@ impl Block {
 
 impl<R: Real> Inputs<R> {
     /// The numbers of a block.
-    pub fn block(&self, block: Block) -> &[R] {
-        match block {
+    pub fn block(&self, block: Block) -> Cow<'_, [R]> {
+        Cow::Borrowed(match block {
             Block::Z => self.z.as_flattened(),
             Block::W1 => &self.controller.w1,
             Block::B1 => &self.controller.b1,
             Block::W2 => &self.controller.w2,
             Block::B2 => &self.controller.b2,
-            Block::X0 => self.start.x.as_flattened(),
-            Block::V0 => self.start.v.as_flattened(),
-        }
+            Block::X0 => return Cow::Owned(flat(&self.start.x)),
+            Block::V0 => return Cow::Owned(flat(&self.start.v)),
+        })
     }
 
     /// Replaces the numbers of some blocks by those of one slice.
@@ -89,18 +92,17 @@ impl<R: Real> Inputs<R> {
     /// # Panics
     /// If the slice does not hold just so many numbers.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
-        for block in blocks {
-            let block = match block {
-                Block::Z => self.z.as_flattened_mut(),
-                Block::W1 => &mut self.controller.w1,
-                Block::B1 => &mut self.controller.b1,
-                Block::W2 => &mut self.controller.w2,
-                Block::B2 => &mut self.controller.b2,
-                Block::X0 => self.start.x.as_flattened_mut(),
-                Block::V0 => self.start.v.as_flattened_mut(),
-            };
-            let (part, rest) = numbers.split_at(block.len());
-            block.copy_from_slice(part);
+        for &block in blocks {
+            let (part, rest) = numbers.split_at(self.block(block).len());
+            match block {
+                Block::Z => self.z.as_flattened_mut().copy_from_slice(part),
+                Block::W1 => self.controller.w1.copy_from_slice(part),
+                Block::B1 => self.controller.b1.copy_from_slice(part),
+                Block::W2 => self.controller.w2.copy_from_slice(part),
+                Block::B2 => self.controller.b2.copy_from_slice(part),
+                Block::X0 => fill(&mut self.start.x, part),
+                Block::V0 => fill(&mut self.start.v, part),
+            }
             numbers = rest;
         }
         assert!(
@@ -112,8 +114,11 @@ impl<R: Real> Inputs<R> {
 
     /// The numbers of some blocks in one vector.
     pub fn get(&self, blocks: &[Block]) -> Vec<R> {
-        let numbers = blocks.iter().flat_map(|&block| self.block(block));
-        numbers.copied().collect()
+        let mut numbers = Vec::new();
+        for &block in blocks {
+            numbers.extend_from_slice(&self.block(block));
+        }
+        numbers
     }
 
     /// Every number replaced by a function of it.
@@ -232,6 +237,7 @@ impl Inputs<f64> {
 mod tests {
     use super::{ALL, Inputs};
     use crate::case::Case;
+    use crate::geometry::flat;
     use crate::scene::Scene;
     use crate::simulator::Span;
     use autodiff::Real;
@@ -252,7 +258,7 @@ mod tests {
             let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
             let states = seen.states.iter();
             states
-                .flat_map(|s| [s.x.as_flattened(), s.v.as_flattened()].concat())
+                .flat_map(|s| [flat(&s.x), flat(&s.v)].concat())
                 .collect()
         }
         let mut tangents = inputs.clone();

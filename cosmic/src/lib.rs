@@ -4,7 +4,8 @@
 //! The order of the modules is the architecture: each uses only those above it.
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
-//! - The robot: [`ground`] and [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
+//! - Space: [`geometry`], with vectors, the ground and the frames.
+//! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`controller`].
 //! - What it does and is worth: [`simulator`], [`objective`]; [`inputs`], by which losses are
 //!   differentiated, and [`task`], which joins all of these; [`domain`] draws other robots and
@@ -17,13 +18,13 @@
 //! The crate `cosmic-lab` checks, studies and reports on what comes of it; the program is
 //! `cosmic-program`.
 
+pub mod geometry;
 pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
 mod registry;
 pub mod reading;
-pub mod ground;
 pub mod lattice;
 pub mod settings;
 pub mod laws;

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use autodiff::{CotangentBound, Memory, Real};
 
 use crate::controller::Controller;
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
@@ -212,7 +212,7 @@ impl Task {
     pub fn step_check(
         &self,
         mixture: &[[f64; 3]],
-        positions: &[[f64; 2]],
+        positions: &[Vector<f64>],
         faster: f64,
     ) -> StepCheck {
         let body = self.body(mixture);

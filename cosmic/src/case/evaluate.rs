@@ -5,9 +5,9 @@ use autodiff::Real;
 use super::{Case, CaseResults, DesignGradient, Gradient};
 use crate::controller::{Weights, observation};
 use crate::error::Result;
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
-use crate::lattice::{Body, State};
+use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::projection::{self, Holds, Projection, one_hot};
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
@@ -101,7 +101,7 @@ impl Case {
             divergence,
         } = self.rollout(&task, &mixture, &recorded);
         let ground = task.ground();
-        let l_disp = -along(&ground, trajectory.at(self.physics.steps));
+        let l_disp = -ground.along(trajectory.at(self.physics.steps).x[0]);
         let measures = measures(&mixture, self.sharpness.delta);
         let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
@@ -117,7 +117,7 @@ impl Case {
         Ok(CaseResults {
             u0: self.first_activation(&ground),
             node_mass: body.mass,
-            displacement: -along(&ground, &self.start) - l_disp,
+            displacement: -ground.along(self.start.x[0]) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
@@ -187,9 +187,4 @@ impl Case {
         let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
         self.lagrangian.terms(&measures, &self.thresholds)
     }
-}
-
-/// The payload's position along the ground.
-fn along(ground: &Ground, state: &State<f64>) -> f64 {
-    ground.vector_to_ground(state.x[0])[0]
 }

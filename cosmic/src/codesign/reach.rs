@@ -9,6 +9,7 @@ use super::reliability::Merit;
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::domain::Domain;
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection;
@@ -20,7 +21,7 @@ use crate::task::{Task, together};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
-    pub moved: [f64; 2],
+    pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground, m, or for a task
     /// other than distance minus the loss. With two goals it is the merit for the goal that the
     /// robot does worse at.
@@ -32,7 +33,7 @@ pub struct Reached {
 
 impl Reached {
     pub(super) fn along(&self) -> f64 {
-        self.moved[0]
+        self.moved.forward()
     }
 
     /// This result for the goal ahead together with the result for the goal behind. The merit
@@ -41,7 +42,7 @@ impl Reached {
     fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
-            behind: Some(behind.moved[0]),
+            behind: Some(behind.along()),
             ..self
         }
     }
@@ -219,7 +220,7 @@ impl CoDesign {
             let mixture = mixtures[k % mixtures.len()].as_ref();
             let guarded = task.guarded(mixture, controller, start, &span);
             if guarded.divergence.is_some() {
-                let (moved, merit) = ([f64::NAN; 2], f64::NAN);
+                let (moved, merit) = (Vector::NAN, f64::NAN);
                 return Reached {
                     moved,
                     merit,
@@ -241,7 +242,7 @@ impl CoDesign {
     ) -> Reached {
         let moved = self.between(start, last);
         let merit = if self.loss.is_far() {
-            moved[0]
+            moved.forward()
         } else {
             -loss()
         };
@@ -254,13 +255,12 @@ impl CoDesign {
 
     /// Displacement of the payload between two states in the ground's frame, m; NaN if the last
     /// state is absurd.
-    pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> [f64; 2] {
+    pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
         if last.is_absurd() {
-            return [f64::NAN; 2];
+            return Vector::NAN;
         }
         let ground = self.task.ground();
-        let [from, to] = [start, last].map(|s| ground.point_to_ground(s.x[0]));
-        [to[0] - from[0], to[1] - from[1]]
+        ground.point_to_ground(last.x[0]) - ground.point_to_ground(start.x[0])
     }
 }
 
@@ -317,8 +317,7 @@ mod tests {
         let all = free.watch(&progress, (0..=scene.physics.steps).collect());
         let states = all.unwrap().states;
         let speed = |state: &State<f64>| {
-            let speeds = state.v.iter().map(|[x, y]| x.hypot(*y));
-            speeds.fold(0.0, f64::max)
+            state.speeds().fold(0.0, f64::max)
         };
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
         // The node is too fast between the observed states, not at the end.

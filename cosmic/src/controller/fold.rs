@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::Controller;
 use super::sensing::{observation_length, phases};
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector, split};
 use crate::scene::ControllerSettings;
 
 impl<R: Real> Controller<R> {
@@ -36,7 +36,8 @@ impl<R: Real> Controller<R> {
             nodes,
             presence,
             total: R::sum_of(presence),
-            clocks: [cosines, sines],
+            sines,
+            cosines,
         };
         assert!(
             presence.is_empty() || presence.len() == nodes,
@@ -68,8 +69,10 @@ struct Fold<'a, R> {
     presence: &'a [R],
     /// The sum of the presence.
     total: R,
-    /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
-    clocks: [Vec<R>; 2],
+    /// Every clock's share of `cos(omega t)`.
+    sines: Vec<R>,
+    /// Every clock's share of `sin(omega t)`.
+    cosines: Vec<R>,
 }
 
 impl<R: Real> Fold<'_, R> {
@@ -79,7 +82,7 @@ impl<R: Real> Fold<'_, R> {
         let (goal, row) = row.split_at(2);
         let (offsets, velocities) = row.split_at(2 * self.nodes);
         let goal_scale = R::lit(self.settings.goal_scale);
-        let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
+        let goal = Vector::new([goal[0], goal[1]]) * goal_scale;
 
         let columns = self.turned(offsets, self.settings.offset_scale);
         for (column, goal) in columns.into_iter().zip(goal) {
@@ -88,21 +91,22 @@ impl<R: Real> Fold<'_, R> {
         for column in self.turned(velocities, self.settings.velocity_scale) {
             weights.extend(self.present(column));
         }
-        weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
-        bias + R::dot(&goal, &self.constant_goal().map(R::lit))
+        weights.extend([&self.cosines, &self.sines].map(|shares| R::dot(clocks, shares)));
+        bias + R::dot(goal.as_slice(), self.constant_goal().map(R::lit).as_slice())
     }
 
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
     /// and across it: the transposed rotation, times a scale.
-    fn turned(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
-        let pairs = row.as_chunks().0.iter();
+    fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
+        let weights = row.as_chunks().0.iter().copied().map(Vector::new);
         if self.ground.is_flat() {
             let scale = R::lit(scale);
-            return [0, 1].map(|k| pairs.clone().map(|pair: &[R; 2]| pair[k] * scale).collect());
+            return split(&weights.map(|weight| weight * scale).collect::<Vec<_>>());
         }
-        [self.ground.tangent(), self.ground.normal()].map(|axis| {
-            let axis = axis.map(|component| R::lit(component * scale));
-            pairs.clone().map(|pair| R::dot(pair, &axis)).collect()
+        Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
+            let axis: Vector<R> = Vector::lit(axis * scale);
+            let weights = weights.clone();
+            weights.map(|weight| R::dot(weight.as_slice(), axis.as_slice())).collect()
         })
     }
 
@@ -135,43 +139,31 @@ impl<R: Real> Fold<'_, R> {
 
     /// The part of the goal that does not move with the robot. The state is measured from a point
     /// of the ground and the goal from the world's origin, which is what the shift is for.
-    fn constant_goal(&self) -> [f64; 2] {
-        let goal = self.settings.goal;
+    fn constant_goal(&self) -> Vector<f64> {
+        let goal = Vector::new(self.settings.goal);
         if !self.settings.goal_relative {
             return goal;
         }
-        let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
-        [goal[0] - along, goal[1] - across]
+        goal - self.ground.vertical() * self.ground.height
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::controller::{Controller, clock, observation};
-    use crate::ground::Ground;
+    use crate::geometry::{Ground, Vector};
     use crate::lattice::{Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::ControllerSettings;
 
     /// The inputs of a folded controller for a state in the ground's frame.
     fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
-        let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
-            points.iter().map(|point| point[k]).collect()
-        };
-        let State { x, v } = state;
-        [
-            column(x, 0),
-            column(x, 1),
-            column(v, 0),
-            column(v, 1),
-            clock.into(),
-        ]
-        .concat()
+        [state.to_columns(), clock.to_vec()].concat()
     }
 
     fn random_state(nodes: usize) -> State<f64> {
         let mut stream = stream(1, Purpose::Judgement);
-        let mut point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
+        let mut point = |_| Vector::from_fn(|_| symmetric(&mut stream, 1.0));
         State {
             x: (0..nodes).map(&mut point).collect(),
             v: (0..nodes).map(&mut point).collect(),

@@ -5,7 +5,7 @@ use autodiff::fused::dense;
 use serde::{Deserialize, Serialize};
 
 use super::sensing::{observation, observation_length};
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::lattice::{Lattice, State};
 use crate::random::{self, Purpose};
 use crate::scene::ControllerSettings;
@@ -117,7 +117,7 @@ fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
 mod tests {
     use super::Controller;
     use crate::controller::observation;
-    use crate::ground::Ground;
+    use crate::geometry::Ground;
     use crate::lattice::Lattice;
     use crate::scene::Scene;
 

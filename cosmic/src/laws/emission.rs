@@ -12,6 +12,7 @@ use super::motion::{Drift, Flight};
 use super::no_ground::NoGround;
 use super::sticking::Sticking;
 use super::stiffening::Stiffening;
+use crate::geometry::Vector;
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -42,7 +43,7 @@ fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) ->
         flight: Flight {
             drift: Drift { dt: v[0] },
             decay: v[1],
-            gravity: [v[2], v[3]],
+            gravity: Vector::new([v[2], v[3]]),
         },
         contact: build(&v[4..]),
     };

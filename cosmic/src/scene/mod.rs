@@ -52,7 +52,7 @@ pub use pass::Pass;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
-    PhysicsSettings, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
 pub use terrain::{GroundSettings, ProfileKind};

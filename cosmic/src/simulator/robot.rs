@@ -7,7 +7,8 @@ use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 use super::mechanics::Mechanics;
 use super::parameters::{Drive, Network, Parameters};
 use crate::lattice::{Body, Lattice};
-use crate::scene::{ControllerSettings, PhysicsSettings};
+use crate::laws::Particle;
+use crate::scene::{ControllerSettings, PhysicsSettings, Senses};
 
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
 ///
@@ -20,8 +21,8 @@ pub(super) struct Robot {
     /// Slots that hold an edge with an output of the controller, ascending.
     actuated: Vec<usize>,
     hidden: usize,
-    /// Whether the controller sees positions and velocities.
-    senses: [bool; 2],
+    /// What the controller sees beside its clock.
+    senses: Senses,
     /// Whether constant activations replace a controller.
     held: bool,
     pub(super) mechanics: Mechanics,
@@ -71,7 +72,7 @@ impl Robot {
     /// This robot with a controller that sees the clock alone.
     pub(super) fn without_feedback(&self) -> Self {
         Self {
-            senses: [false; 2],
+            senses: Senses::default(),
             ..self.clone()
         }
     }
@@ -97,8 +98,8 @@ impl Robot {
     /// The stretches of the folded controller's sensed values that are more than constants.
     pub(super) fn sensed_columns(&self) -> Vec<Range<usize>> {
         let nodes = self.graph.nodes();
-        let [positions, velocities] = self.senses;
-        let parts = [(positions, 2 * nodes), (velocities, 2 * nodes), (true, 2)];
+        let Senses { x, v } = self.senses;
+        let parts = [(x, 2 * nodes), (v, 2 * nodes), (true, 2)];
         let mut end = 0;
         let stretch = |(seen, len): (bool, usize)| {
             end += len;
@@ -155,21 +156,15 @@ impl Robot {
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.declare(p);
-        let [x, y, vx, vy] = [(); 4].map(|()| p.state(self.graph.nodes()));
+        let state = Particle::new([(); 4].map(|()| p.state(self.graph.nodes())));
         let clock = p.input(2);
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
         // 1. The controller looks at the state; without actuators it is not asked, and any array
         //    of the right length stands for its activation.
-        let [positions, velocities] = self.senses;
-        let seen = [
-            (x, positions),
-            (y, positions),
-            (vx, velocities),
-            (vy, velocities),
-        ];
+        let seen = [(state.x, self.senses.x), (state.v, self.senses.v)];
         let seen = seen.into_iter().filter(|(_, is_seen)| *is_seen);
-        let sensed: Vec<Array> = seen.map(|(array, _)| array).chain([clock]).collect();
+        let sensed: Vec<Array> = seen.flat_map(|(array, _)| array).chain([clock]).collect();
         let activation = match &given.drive {
             Drive::Network(network) => self.activation(p, network, &sensed),
             Drive::Held(activation) => *activation,
@@ -179,10 +174,9 @@ impl Model for Robot {
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let at_nodes = vec![Some(0); self.graph.nodes()];
         let time = time.map(|time| p.gather(time, &at_nodes));
-        let state = [x, y, vx, vy];
         let mechanics = &self.mechanics;
         let next = mechanics.record(p, &self.graph, state, &given, activation, time);
-        for (state, next) in state.into_iter().zip(next) {
+        for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
         }
     }

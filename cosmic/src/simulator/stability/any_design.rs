@@ -51,13 +51,8 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
         mass: vec![physics.node_mass; lattice.nodes()],
         presence: Vec::new(),
     };
-    let pose = Pose {
-        lattice,
-        body: &body,
-        state: &lattice.state_at_rest(),
-        activation: &[],
-        time: 0.0,
-    };
+    let at_rest = lattice.state_at_rest();
+    let pose = Pose::idle(lattice, &body, &at_rest, &physics.into());
     let mut stiffness = Stiffness::none(lattice.nodes(), edges);
     forces
         .iter()
