@@ -91,7 +91,7 @@ fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ground, Lattice, Vector, LatticeKind, LatticeSettings, edges};
+    use super::{Ground, Lattice, LatticeKind, LatticeSettings, Vector, edges};
 
     impl Lattice {
         /// A lattice of the default scene's spacing on a ground of its height.

@@ -4,6 +4,7 @@ use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
 use cosmic::controller::Controller;
 use cosmic::design::{dominant, one_hot};
+use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
@@ -31,14 +32,8 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     let (hidden, inputs) = (weights.b1.len(), weights.w1.first().map_or(0, Vec::len));
     let floats = |numbers: &[f64], shape: &[usize]| array(py, numbers.to_vec(), shape);
     let states = trajectory.states.len();
-    let coordinates = |of: fn(&State<f64>) -> &[[f64; 2]]| -> Vec<f64> {
-        trajectory
-            .states
-            .iter()
-            .flat_map(of)
-            .flatten()
-            .copied()
-            .collect()
+    let coordinates = |of: fn(&State<f64>) -> &[Vector<f64>]| -> Vec<f64> {
+        trajectory.states.iter().flat_map(|state| flat(of(state))).collect()
     };
     let whole = |numbers: Vec<i64>, shape: &[usize]| array(py, numbers, shape);
     let ends = design.edges.as_flattened().iter().map(|&node| node as i64);
@@ -53,7 +48,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     read.set_item("b1", floats(&weights.b1, &[hidden])?)?;
     read.set_item("w2", floats(&weights.w2.concat(), &[edges, hidden])?)?;
     read.set_item("b2", floats(&weights.b2, &[edges])?)?;
-    read.set_item("rest", floats(rest.as_flattened(), &[nodes, 2])?)?;
+    read.set_item("rest", floats(&flat(rest), &[nodes, 2])?)?;
     read.set_item("steps", whole(steps.collect(), &[states])?)?;
     read.set_item(
         "x",
@@ -109,9 +104,9 @@ pub(crate) fn frame<'py>(
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
     let design = DesignFile::new(&lattice, &one_hot(&materials), &materials, &controller);
     let state = |x: &[f64]| {
-        let x: Vec<[f64; 2]> = x.as_chunks().0.to_vec();
+        let x = from_flat(x);
         State {
-            v: vec![[0.0; 2]; x.len()],
+            v: vec![Vector::zero(); x.len()],
             x,
         }
     };

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use cosmic::case::Case;
 use cosmic::design::Material;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
@@ -175,7 +176,7 @@ impl StabilityCase {
     ///
     /// # Panics
     /// If an edge has a node that does not exist.
-    pub fn lattice_at(&self, positions: Vec<[f64; 2]>, edges: Vec<[usize; 2]>) -> Lattice {
+    pub fn lattice_at(&self, positions: Vec<Vector<f64>>, edges: Vec<[usize; 2]>) -> Lattice {
         Lattice::between(positions, edges)
     }
 

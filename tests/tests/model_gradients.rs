@@ -5,7 +5,7 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
 use cosmic::controller::{Controller, observation};
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, flat, from_flat};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -119,8 +119,8 @@ impl VectorFunction for Losses {
         let steps = self.0.observed(OBSERVED);
         let nodes = x.len() / (2 * steps.len());
         let states = x.chunks_exact(2 * nodes).map(|x| State {
-            x: x.as_chunks().0.to_vec(),
-            v: vec![[R::zero(); 2]; nodes],
+            x: from_flat(x),
+            v: vec![Vector::zero(); nodes],
         });
         let trajectory = Trajectory {
             states: states.collect(),
@@ -216,15 +216,7 @@ impl Activations<'_> {
             controller, start, ..
         } = self.0;
         let Controller { w1, b1, w2, b2, .. } = controller;
-        [
-            w1,
-            b1,
-            w2,
-            b2,
-            start.x.as_flattened(),
-            start.v.as_flattened(),
-        ]
-        .concat()
+        [w1, b1, w2, b2, &flat(&start.x), &flat(&start.v)].concat()
     }
 
     /// The controller and the state of such a vector.
@@ -242,7 +234,7 @@ impl Activations<'_> {
             w2: take(controller.w2.len()),
             b2: take(controller.b2.len()),
         };
-        let mut points = || take(2 * start.x.len()).as_chunks().0.to_vec();
+        let mut points = || from_flat(&take(2 * start.x.len()));
         let (x, v) = (points(), points());
         (read, State { x, v })
     }

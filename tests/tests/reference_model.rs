@@ -4,7 +4,7 @@
 use cosmic::case::Case;
 use cosmic::controller::clock;
 use cosmic::generator::edges;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, from_flat};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::scene::{LossKind, LossSettings};
@@ -33,15 +33,9 @@ fn the_first_activation_of_the_folded_controller() {
         let ground = Ground::from(&case.physics);
         let folded = case.controller.folded(&case.observation, &[], &ground);
         let state = case.start.to_ground(&ground);
-        let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
-        let columns: [Vec<f64>; 5] = [
-            column(&state.x, 0),
-            column(&state.x, 1),
-            column(&state.v, 0),
-            column(&state.v, 1),
-            clock(&case.observation, 0.0).to_vec(),
-        ];
-        let hidden = layer(&folded.w1, &folded.b1, &columns.concat());
+        let clock = clock(&case.observation, 0.0);
+        let sensed = [&state.to_columns()[..], &clock].concat();
+        let hidden = layer(&folded.w1, &folded.b1, &sensed);
         let first = layer(&folded.w2, &folded.b2, &hidden);
         check(&reference, "u0", "algebraic", &first);
     }
@@ -65,7 +59,7 @@ fn listed(json: &Value) -> Trajectory<f64> {
         .map(|(step, state)| (step.parse().expect("states go by step"), state))
         .collect();
     states.sort_by_key(|&(step, _)| step);
-    let points = |value: &Value| numbers(value).as_chunks().0.to_vec();
+    let points = |value: &Value| from_flat(&numbers(value));
     Trajectory {
         steps: states.iter().map(|&(step, _)| step).collect(),
         states: states

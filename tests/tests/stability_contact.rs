@@ -2,7 +2,7 @@
 //! derivative of where a bounce ends.
 
 use autodiff::{Dual, Real, gradient_of};
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
@@ -21,10 +21,7 @@ fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
 
 /// The free node of a world and its companion, both in the same state.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
-    State {
-        x: vec![x; 2],
-        v: vec![v; 2],
-    }
+    State::new([x; 2], [v; 2])
 }
 
 /// The node's own numbers `[x, y, vx, vy]`.
@@ -126,7 +123,7 @@ impl Landing {
     fn time_of_impact(&self, step: usize) -> Option<f64> {
         let ground = Ground::from(&self.physics);
         let [before, after] = [step - 1, step].map(|s| self.seen.at(s).to_ground(&ground));
-        let [_, pull] = ground.vector_to_ground([0.0, -self.physics.gravity]);
+        let pull = -(ground.vertical::<2>() * self.physics.gravity).up();
         let decay = (-self.physics.damping * self.physics.dt).exp();
         let towards = decay * before.v[0][1] + pull * self.physics.dt;
         // Speeds are of order one and turned by the incline, which rounds them.

@@ -1,6 +1,7 @@
 //! `tanh` and the force of one edge at the extremes: values and derivatives.
 
 use autodiff::{Dual, Real, gradient_of};
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, numbers, stability_cases};
@@ -25,7 +26,7 @@ fn tanh_and_its_derivative() {
 /// The effect of an edge in one step on the node at its tail, by the vector `d` to its head.
 struct Pull {
     bare: Bare,
-    d: [f64; 2],
+    d: Vector<f64>,
     /// The factor from a velocity to the force that caused it: mass over time.
     per_kick: f64,
 }
@@ -39,7 +40,8 @@ impl Pull {
         // A push sends one of the nodes down, a pull the other: no ground may stop them. Vectors
         // of 1e-7 m are exact only beside the origin, from which heights are measured.
         (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
-        let d = case.numbers("d").try_into().expect("a vector");
+        let d: [f64; 2] = case.numbers("d").try_into().expect("a vector");
+        let d = Vector::new(d);
         Self {
             bare,
             d,
@@ -48,21 +50,21 @@ impl Pull {
     }
 
     /// The velocity that the tail is given; the head's is the opposite.
-    fn kick<R: Real>(&self, d: [R; 2]) -> [R; 2] {
-        let start = State {
-            x: vec![[R::zero(); 2], d],
-            v: vec![[R::zero(); 2]; 2],
-        };
+    fn kick<R: Real>(&self, d: Vector<R>) -> Vector<R> {
+        let start = State::new([Vector::zero(), d], [Vector::zero(); 2]);
         let v = self.bare.run_to_end(&start, 1).v;
-        [0, 1].map(|k| (v[0][k] - v[1][k]) * R::lit(0.5))
+        (v[0] - v[1]) * R::lit(0.5)
     }
 
     /// The tangent of the force by forward and by reverse mode.
     fn tangents(&self) -> [[[f64; 2]; 2]; 2] {
-        let dual = [0, 1].map(|k| Dual::<f64, 2>::variable(self.d[k], k));
-        let forward = self.kick(dual).map(|v| v.tangent);
+        let dual = Vector::from_fn(|k| Dual::<f64, 2>::variable(self.d[k], k));
+        let forward = self.kick(dual).map(|v| v.tangent).array();
         let reverse = [0, 1].map(|k| {
-            let row = gradient_of(|d| self.kick([d[0], d[1]])[k], &self.d);
+            let row = gradient_of(
+                |d| self.kick(Vector::new([d[0], d[1]]))[k],
+                self.d.as_slice(),
+            );
             [row[0], row[1]]
         });
         [forward, reverse].map(|tangent| tangent.map(|row| row.map(|t| t * self.per_kick)))
@@ -136,7 +138,7 @@ fn tangents_of_forces() {
 fn transverse_amplification() {
     for case in stability_cases("tangent_dF_dd") {
         let pull = Pull::new(&case);
-        let length = pull.d[0].hypot(pull.d[1]);
+        let length = pull.d.norm();
         let across = match length {
             0.0 => [0.0, 1.0],
             _ => [-pull.d[1] / length, pull.d[0] / length],

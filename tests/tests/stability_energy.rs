@@ -2,6 +2,7 @@
 
 use cosmic::design::Material;
 use cosmic::generator::edges;
+use cosmic::geometry::{Vector, from_flat};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
@@ -26,15 +27,12 @@ fn every_step(bare: &Bare, mut state: State<f64>, steps: usize, mut look: impl F
 /// Kinetic energy and that of the springs, J, their length softened as the force takes it (D4).
 fn energy(bare: &Bare, state: &State<f64>) -> f64 {
     let moving = bare.body.mass.iter().zip(&state.v);
-    let kinetic: f64 = moving
-        .map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1]))
-        .sum();
+    let kinetic: f64 = moving.map(|(m, v)| 0.5 * m * v.dot(*v)).sum();
     let springs = bare.lattice.edges.iter().zip(&bare.lattice.rest_length);
     let stretched = springs
         .zip(&bare.body.stiffness)
         .map(|((&[i, j], rest), k)| {
-            let [dx, dy] = [0, 1].map(|k| state.x[j][k] - state.x[i][k]);
-            let excess = (dx * dx + dy * dy + 1e-12).sqrt() - rest;
+            let excess = (state.x[j] - state.x[i]).softened_norm(1e-12) - rest;
             0.5 * k * excess * excess
         });
     kinetic + stretched.sum::<f64>()
@@ -50,10 +48,7 @@ fn one_oscillator_keeps_its_invariant() {
         bare.physics.dt = dt;
         let extension = 1e-3;
         let half = 0.5 * (1.0 + extension);
-        let start = State {
-            x: vec![[-half, 0.0], [half, 0.0]],
-            v: vec![[0.0; 2]; 2],
-        };
+        let start = State::new(vec![[-half, 0.0], [half, 0.0]], vec![[0.0; 2]; 2]);
         let (mut least, mut most) = (f64::INFINITY, 0.0f64);
         let mut furthest: f64 = 0.0;
         let at_start = (omega * extension).powi(2);
@@ -100,9 +95,9 @@ fn lattice(case: &StabilityCase) -> (Bare, State<f64>) {
     };
     let mixture = one_hot(&vec![Material::Skeleton; lattice.edges.len()]);
     let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
-    let x: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
+    let x: Vec<Vector<f64>> = from_flat(&case.numbers("x0"));
     let start = State {
-        v: vec![[0.0; 2]; x.len()],
+        v: vec![Vector::zero(); x.len()],
         x,
     };
     (

@@ -65,7 +65,7 @@ fn a_state_that_is_absurd_for_a_moment_is_found() {
         scene.materials.stiffness = [0.0; 3];
         scene.lattice.drop = 1e4;
     });
-    case.start.v[3] = [0.0, -2e6];
+    case.start.v[3] = [0.0, -2e6].into();
     let results = case.evaluate(false, &[300]).expect("300 is the last");
     assert!(!results.trajectory[&300].is_absurd());
     let found = results.divergence.expect("steps 1 and 2 are absurd");
@@ -81,9 +81,9 @@ fn a_state_that_is_absurd_for_a_moment_is_found() {
 #[test]
 fn what_is_large_and_not_absurd_is_let_be() {
     let mut case = case(|scene| scene.materials.stiffness = [0.0; 3]);
-    case.start.v[2] = [7e5, 0.0];
+    case.start.v[2] = [7e5, 0.0].into();
     assert_eq!(guarded(&case).divergence, None);
-    case.start.v[2] = [0.0; 2];
+    case.start.v[2] = [0.0; 2].into();
     // The whole world is moved: the trap is set around the ground, sanity around the origin.
     case.physics.ground_height = 7e5;
     case.start.x.iter_mut().for_each(|x| x[1] += 7e5);
@@ -101,7 +101,7 @@ fn the_last_states_are_those_of_the_rollout() {
         (scene.physics.damping, scene.physics.gravity) = (0.0, 0.0);
         (scene.physics.dt, scene.materials.stiffness) = (1.0, [0.0; 3]);
     });
-    case.start.v[2] = [1e4, 1e4];
+    case.start.v[2] = [1e4, 1e4].into();
     let found = diverges(&case);
     // From 0.1 m on by 10 km a step.
     assert_eq!(
@@ -253,7 +253,7 @@ fn a_divergence_is_replayed_from_its_file() {
 fn a_node_that_is_too_fast_is_found_and_replayed_with_its_bound() {
     let fast = |bound| {
         let mut case = case(|scene| scene.physics.speed_bound = bound);
-        case.start.v[3] = [0.0, 30.0];
+        case.start.v[3] = [0.0, 30.0].into();
         case
     };
     assert_eq!(guarded(&fast(Some(35.0))).divergence, None);
@@ -265,8 +265,7 @@ fn a_node_that_is_too_fast_is_found_and_replayed_with_its_bound() {
     let bounded = fast(Some(10.0));
     let found = diverges(&bounded);
     assert_eq!((found.step, found.node), (0, 3));
-    let [x, y] = found.velocity;
-    let (speed, bound) = (x.hypot(y), 10.0);
+    let (speed, bound) = (found.velocity.norm(), 10.0);
     assert_eq!(found.term, Cause::TooFast { speed, bound });
     let text = bounded.diverged_json(&found);
     assert!(
@@ -291,7 +290,7 @@ fn several_starts_together_are_watched_one_by_one() {
             start.x[k % 4][0] += 1e-3 * k as f64;
         }
         // Of the upper row: the ground would stop it.
-        starts[WRONG].v[3] = [2e6, 0.0];
+        starts[WRONG].v[3] = [2e6, 0.0].into();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         for span in [watched(&span), span] {
             let together = task.rollout_many(&[&mixture], &case.controller, &starts, &span);
@@ -325,7 +324,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
         };
         let layouts: Vec<_> = (0..12).map(layout).collect();
         let mut wrong = case.start.clone();
-        wrong.v[3] = [2e6, 0.0];
+        wrong.v[3] = [2e6, 0.0].into();
         for count in [2, 3, 9, 12] {
             let start = |k: usize| if k == WRONG { &wrong } else { &case.start };
             let starts: Vec<_> = (0..count).map(start).collect();

@@ -1,6 +1,6 @@
 //! Dropped lattices come to rest on the ground, or slide, over a hundred thousand steps.
 
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, from_flat};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
@@ -16,7 +16,7 @@ struct Dropped {
 impl Dropped {
     fn new(case: &StabilityCase) -> Self {
         let physics = case.world();
-        let positions: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
+        let positions = from_flat(&case.numbers("x0"));
         let lattice = case.lattice_at(positions, case.edges());
         let mut body = case.body(&lattice, &physics);
         body.strain.fill(0.0);
@@ -43,8 +43,8 @@ fn observed() -> Vec<usize> {
     (0..20_000).chain((20_000..=100_000).step_by(100)).collect()
 }
 
-fn largest_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
@@ -56,14 +56,14 @@ fn lattices_come_to_rest() {
         let rests = rests(&bare.physics);
         for step in [20_000, 100_000] {
             let expected = case.numbers(&format!("x_{step}"));
-            let expected = expected.as_chunks().0;
-            let path = largest_difference(expected, &start.x);
+            let expected = from_flat(&expected);
+            let path = largest_difference(&expected, &start.x);
             let bound = if rests {
                 case.of_file("tolerance_abs_resting")
             } else {
                 1e-6 * path
             };
-            let error = largest_difference(&seen.at(step).x, expected);
+            let error = largest_difference(&seen.at(step).x, &expected);
             assert!(
                 error <= bound,
                 "step {step}: {error:e}, allowed are {bound:e}"
@@ -85,9 +85,9 @@ fn check_speeds(state: &State<f64>, ground: &Ground) {
     let heights = state.to_ground(ground).x;
     let mut contacts = 0;
     for (x, v) in heights.iter().zip(&state.v) {
-        let speed = v[0].hypot(v[1]);
+        let speed = v.norm();
         // A node on the ground stands on the line to rounding.
-        if x[1] < 1e-12 {
+        if x.up() < 1e-12 {
             contacts += 1;
             assert_eq!(speed, 0.0);
         }
@@ -102,8 +102,8 @@ fn check_heights(seen: &Trajectory<f64>, physics: &PhysicsSettings) {
     for (state, step) in seen.states.iter().zip(&seen.steps) {
         let size = state
             .x
-            .as_flattened()
             .iter()
+            .flatten()
             .fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(&ground).x;
         let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);

@@ -1,6 +1,7 @@
 //! Vibrations: one oscillator, chains of extreme stiffness and mass, and the time steps with
 //! which they stay bounded.
 
+use cosmic::geometry::{Vector, from_flat};
 use cosmic::lattice::State;
 use cosmic::scene::PhysicsSettings;
 use cosmic::simulator::stability::{Vibration, phase_limit, step_limit};
@@ -35,12 +36,15 @@ impl Oscillator {
     /// Extensions and their speeds after so many steps.
     fn run(&self, [x, v]: [f64; 2], steps: &[usize]) -> Vec<[f64; 2]> {
         let half = 0.5 * (LENGTH + x);
-        let start = State {
-            x: vec![[-half, 0.0], [half, 0.0]],
-            v: vec![[-0.5 * v, 0.0], [0.5 * v, 0.0]],
-        };
+        let start = State::new(
+            vec![[-half, 0.0], [half, 0.0]],
+            vec![[-0.5 * v, 0.0], [0.5 * v, 0.0]],
+        );
         let seen = self.bare.run(&start, steps.to_vec());
-        let extension = |s: &State<f64>| [s.x[1][0] - s.x[0][0] - LENGTH, s.v[1][0] - s.v[0][0]];
+        let extension = |s: &State<f64>| {
+            let [x, v] = [&s.x, &s.v].map(|of| (of[1] - of[0]).forward());
+            [x - LENGTH, v]
+        };
         seen.states.iter().map(extension).collect()
     }
 
@@ -132,13 +136,10 @@ fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
 fn chains_of_extreme_stiffness_and_mass() {
     for case in stability_cases("rest") {
         let bare = chain(&case);
-        let on_axis = |xs: Vec<f64>| xs.into_iter().map(|x| [x, 0.0]).collect::<Vec<_>>();
-        let start = State {
-            x: on_axis(case.numbers("x0")),
-            v: on_axis(case.numbers("v0")),
-        };
+        let on_axis = |xs: Vec<f64>| xs.into_iter().map(|x| [x, 0.0]);
+        let start = State::new(on_axis(case.numbers("x0")), on_axis(case.numbers("v0")));
         let rest = rest_positions(&case);
-        let off_rest = |x: &[[f64; 2]]| largest(x.iter().zip(&rest).map(|(x, r)| x[0] - r));
+        let off_rest = |x: &[Vector<f64>]| largest(x.iter().zip(&rest).map(|(x, r)| x[0] - r));
         let perturbation = off_rest(&start.x);
         let steps = case.number("steps") as usize;
         if case.number("dt_over_limit") > 1.0 {
@@ -169,7 +170,7 @@ fn limits_of_chains() {
         let bare = chain(&case);
         let at_rest: Vec<_> = rest_positions(&case)
             .into_iter()
-            .map(|x| [x, 0.0])
+            .map(|x| Vector::new([x, 0.0]))
             .collect();
         let physics = PhysicsSettings::default();
         let vibration = Vibration::new(&bare.lattice, &bare.body, &physics, &at_rest);
@@ -194,7 +195,7 @@ fn stable_steps_of_lattices() {
             ..PhysicsSettings::default()
         };
         let body = case.body(&lattice, &physics);
-        let positions: Vec<[f64; 2]> = case.numbers("positions").as_chunks().0.to_vec();
+        let positions = from_flat(&case.numbers("positions"));
         let vibration = Vibration::new(&lattice, &body, &physics, &positions);
         let tolerance = case.of_file("tolerance_rel");
         let check = |key: &str, got: f64| {

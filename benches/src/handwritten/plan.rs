@@ -6,9 +6,8 @@ use autodiff::Real;
 use autodiff::simd::Lane;
 use cosmic::case::Case;
 use cosmic::controller::{Controller, clock};
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::lattice::Body;
-use cosmic::lattice::State;
 
 use super::buffer::Buffer;
 use super::sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
@@ -131,10 +130,8 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
 
 /// The state that a case starts from, in the ground's frame.
 pub(super) fn start<R: Real>(case: &Case) -> Vec<R> {
-    let State { x, v } = case.start.to_ground(&Ground::from(&case.physics));
-    let arrays = [(&x, 0), (&x, 1), (&v, 0), (&v, 1)];
-    let numbers = arrays.map(|(points, k)| points.iter().map(move |point| R::lit(point[k])));
-    numbers.into_iter().flatten().collect()
+    let state = case.start.to_ground(&Ground::from(&case.physics));
+    state.map(R::lit).to_columns()
 }
 
 /// Rows of matrices that are multiplied at once.

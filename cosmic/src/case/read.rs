@@ -297,7 +297,11 @@ impl Shapes<'_> {
     }
 
     fn vectors(&self, name: &str, rows: &[Vec<f64>]) -> Result<Vec<Vector<f64>>> {
-        Ok(self.rows(name, rows)?.into_iter().map(Vector::new).collect())
+        Ok(self
+            .rows(name, rows)?
+            .into_iter()
+            .map(Vector::new)
+            .collect())
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {

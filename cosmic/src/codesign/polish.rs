@@ -119,7 +119,11 @@ mod tests {
             };
             let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
             assert!(bounds.solid.contains(share(|m| m.is_solid())));
-            assert!(bounds.actuator.contains(share(|m| *m == Material::Actuator)));
+            assert!(
+                bounds
+                    .actuator
+                    .contains(share(|m| *m == Material::Actuator))
+            );
         }
         assert!(found > 0, "no robot became better");
     }

@@ -316,9 +316,7 @@ mod tests {
         let progress = free.begin(1).unwrap();
         let all = free.watch(&progress, (0..=scene.physics.steps).collect());
         let states = all.unwrap().states;
-        let speed = |state: &State<f64>| {
-            state.speeds().fold(0.0, f64::max)
-        };
+        let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
         // The node is too fast between the observed states, not at the end.
         assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);

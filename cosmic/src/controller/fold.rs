@@ -106,7 +106,9 @@ impl<R: Real> Fold<'_, R> {
         Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
             let axis: Vector<R> = Vector::lit(axis * scale);
             let weights = weights.clone();
-            weights.map(|weight| R::dot(weight.as_slice(), axis.as_slice())).collect()
+            weights
+                .map(|weight| R::dot(weight.as_slice(), axis.as_slice()))
+                .collect()
         })
     }
 

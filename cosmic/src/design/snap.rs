@@ -288,7 +288,7 @@ mod tests {
     fn bounds_between_two_whole_numbers_take_the_nearest() {
         for (solid, edges) in [([0.5, 0.5], 2), ([0.36, 0.36], 2), ([0.56, 0.58], 3)] {
             let bounds = VolumeBounds {
-                solid,
+                solid: solid.into(),
                 actuator: Range::new(0.0, 1.0),
             };
             let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds, &free(5));

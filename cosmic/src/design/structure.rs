@@ -268,6 +268,7 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
 mod tests {
     use super::{LayoutRules, MOST_RANKED, Structure};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::geometry::Vector;
     use crate::lattice::Lattice;
     use crate::scene::DesignSettings;
 

@@ -12,7 +12,10 @@ pub fn mean<R: Real, const D: usize>(points: &[impl Copy + Into<Vector<R, D>>]) 
 }
 
 /// The mean of points, each of which counts by its weight.
-pub fn weighted_mean<R: Real, const D: usize>(points: &[Vector<R, D>], weights: &[R]) -> Vector<R, D> {
+pub fn weighted_mean<R: Real, const D: usize>(
+    points: &[Vector<R, D>],
+    weights: &[R],
+) -> Vector<R, D> {
     let sum = R::sum_of(weights);
     Vector::from_fn(|k| R::dot(&column(points, k), weights) / sum)
 }
@@ -45,13 +48,21 @@ pub fn flat<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     points.iter().flatten().copied().collect()
 }
 
+/// The points of [`flat`].
+pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
+    numbers.as_chunks().0.iter().copied().map(Vector).collect()
+}
+
 /// Replaces the components of points by numbers, point by point.
 ///
 /// # Panics
 /// Unless there are as many numbers as components.
 pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T]) {
     let (rows, rest) = numbers.as_chunks();
-    assert!(rest.is_empty() && rows.len() == points.len(), "one number per component");
+    assert!(
+        rest.is_empty() && rows.len() == points.len(),
+        "one number per component"
+    );
     for (point, row) in points.iter_mut().zip(rows) {
         point.0 = *row;
     }
@@ -77,6 +88,15 @@ impl<const D: usize> Bounds<D> {
             low: bounds.low.min(point),
             high: bounds.high.max(point),
         })
+    }
+
+    /// The box with all sides moved outwards.
+    #[must_use]
+    pub fn widened(&self, by: f64) -> Self {
+        Self {
+            low: self.low.map(|x| x - by),
+            high: self.high.map(|x| x + by),
+        }
     }
 
     /// The lengths of the sides.

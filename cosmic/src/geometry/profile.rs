@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ground::Ground;
+use super::range::Range;
 use super::segment::Segment;
 use super::vector::Vector;
 
@@ -65,7 +67,10 @@ impl Profile {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return 0.0;
         };
-        match self.points.partition_point(|point| point.forward() <= along) {
+        match self
+            .points
+            .partition_point(|point| point.forward() <= along)
+        {
             0 => first.up(),
             ahead if ahead == self.points.len() => last.up(),
             ahead => Segment::new(self.points[ahead - 1], self.points[ahead]).height(along),
@@ -79,14 +84,32 @@ impl Profile {
     }
 
     /// The terrain from one place along the ground to another: both ends, and the corners in between.
-    pub fn between(&self, from: f64, to: f64) -> Vec<Vector<f64>> {
+    pub fn between(&self, along: Range) -> Vec<Vector<f64>> {
+        let Range { low, high } = along;
         let end = |along: f64| Vector::new([along, self.height(along)]);
         let corners = self.points.iter().copied();
-        let corners = corners.filter(|corner| from < corner.forward() && corner.forward() < to);
-        let mut line = vec![end(from)];
+        let corners = corners.filter(|corner| low < corner.forward() && corner.forward() < high);
+        let mut line = vec![end(low)];
         line.extend(corners);
-        line.push(end(to));
+        line.push(end(high));
         line
+    }
+
+    /// The height of the terrain in the world, m, where the line of its ground is at this x.
+    pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
+        let [cos, sin] = ground.tangent().array();
+        ground.height + x * sin / cos + self.height(x / cos) * cos
+    }
+
+    /// The terrain in the world where the line of its ground goes from one x to another.
+    pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
+        if self.is_flat() {
+            let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
+            return vec![end(across.low), end(across.high)];
+        }
+        let cos = ground.tangent().forward();
+        let line = self.between(across.map(|x| x / cos)).into_iter();
+        line.map(|point| ground.point_to_world(point)).collect()
     }
 
     /// How far a bar is below the terrain at its deepest, m, measured along the normal of the ground line;
@@ -101,8 +124,8 @@ impl Profile {
         // Between two corners the distance from bar to terrain changes at a constant rate.
         let ends = [from, to].map(|end| -self.above(end));
         let corners = self.points.iter();
-        let corners =
-            corners.filter(|corner| from.forward() < corner.forward() && corner.forward() < to.forward());
+        let corners = corners
+            .filter(|corner| from.forward() < corner.forward() && corner.forward() < to.forward());
         let depths = corners.map(|corner| corner.up() - bar.height(corner.forward()));
         depths.chain(ends).fold(0.0, f64::max)
     }
@@ -124,7 +147,7 @@ impl From<Profile> for Vec<Vector<f64>> {
 #[cfg(test)]
 mod tests {
     use super::{MOST_POINTS, Profile};
-    use crate::geometry::{Segment, Vector};
+    use crate::geometry::{Range, Segment, Vector};
 
     fn of(points: &[[f64; 2]]) -> Result<Profile, String> {
         Profile::new(points.iter().copied().map(Vector::new).collect())
@@ -149,7 +172,7 @@ mod tests {
             assert_eq!(kerb.height(along), height, "at {along}");
         }
         assert_eq!(Profile::default().height(3.0), 0.0);
-        let line = kerb.between(0.0, 1.75);
+        let line = kerb.between(Range::new(0.0, 1.75));
         assert_eq!(line, [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5], [1.75, 0.375]]);
     }
 
@@ -167,7 +190,10 @@ mod tests {
         ] {
             // One division and a difference of numbers below 1.
             let [from, to] = bar.map(Vector::new);
-            assert!((kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15, "{bar:?}");
+            assert!(
+                (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,
+                "{bar:?}"
+            );
         }
     }
 

@@ -75,7 +75,8 @@ impl<R: Real> Rotation<R> {
     /// The height of a point above the plane at a distance from the origin along the rotated last axis.
     #[inline(always)]
     pub(super) fn height<const D: usize>(&self, place: Vector<R, D>, offset: R) -> R {
-        self.cos.fma(place.up(), (-self.sin).fma(place.forward(), -offset))
+        self.cos
+            .fma(place.up(), (-self.sin).fma(place.forward(), -offset))
     }
 
     /// One of two rotations.

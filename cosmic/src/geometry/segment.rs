@@ -49,6 +49,32 @@ impl<const D: usize> Segment<D> {
         from.up() + (to.up() - from.up()) * share
     }
 
+    /// The part of the segment inside a box; `None` if there is none, or if an end of it is not finite.
+    pub fn within(&self, bounds: &Bounds<D>) -> Option<Self> {
+        let Self { from, to } = self;
+        // Shares of the way, by Liang and Barsky.
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for k in 0..D {
+            let way = to.0[k] - from.0[k];
+            let (low, high) = (bounds.low.0[k] - from.0[k], bounds.high.0[k] - from.0[k]);
+            if way == 0.0 && !(low..=high).contains(&0.0) {
+                return None;
+            }
+            if way != 0.0 {
+                let (one, other) = (low / way, high / way);
+                first = first.max(one.min(other));
+                last = last.min(one.max(other));
+            }
+        }
+        // Held to the bounds: from far away their share is rounded.
+        let at = |share: f64| from.towards(*to, share).max(bounds.low).min(bounds.high);
+        let part = Self {
+            from: if first > 0.0 { at(first) } else { *from },
+            to: if last < 1.0 { at(last) } else { *to },
+        };
+        (first <= last && part.from.is_finite() && part.to.is_finite()).then_some(part)
+    }
+
     /// The distance from a point to the nearest point of the segment.
     pub fn distance_to(&self, point: Vector<f64, D>) -> f64 {
         let direction = self.direction();
@@ -58,6 +84,16 @@ impl<const D: usize> Segment<D> {
 }
 
 impl Segment<2> {
+    /// The smallest distance between the points of two segments; 0 where they cross.
+    pub fn distance(&self, other: &Self) -> f64 {
+        if self.crosses(other) {
+            return 0.0;
+        }
+        let to_self = [other.from, other.to].map(|end| self.distance_to(end));
+        let to_other = [self.from, self.to].map(|end| other.distance_to(end));
+        to_self.into_iter().chain(to_other).fold(f64::MAX, f64::min)
+    }
+
     /// True if two segments cross strictly between their ends.
     pub fn crosses(&self, other: &Self) -> bool {
         self.side(other.from) * self.side(other.to) < 0.0
@@ -102,7 +138,8 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
         let later = order[k + 1..].iter();
         for &j in later.take_while(|j| extents[**j].low.0[axis] <= high.0[axis]) {
             let other = &extents[j];
-            let overlap = other.low.0[beside] <= high.0[beside] && low.0[beside] <= other.high.0[beside];
+            let overlap =
+                other.low.0[beside] <= high.0[beside] && low.0[beside] <= other.high.0[beside];
             if overlap && segments[i].crosses(&segments[j]) {
                 pairs.push([i.min(j), i.max(j)]);
             }
@@ -127,13 +164,15 @@ fn crowding(extents: &[Bounds], axis: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Segment, crossings};
-    use crate::geometry::Vector;
+    use crate::geometry::{Bounds, Vector};
     use crate::random::{Purpose, stream, symmetric};
 
     /// Gives each segment its own two nodes.
     fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
         let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
-        let ends = segments.iter().flat_map(|segment| [segment.from, segment.to]);
+        let ends = segments
+            .iter()
+            .flat_map(|segment| [segment.from, segment.to]);
         crossings(&ends.collect::<Vec<_>>(), &edges)
     }
 
@@ -173,9 +212,41 @@ mod tests {
         assert!(swept(&[]).is_empty());
     }
 
+    fn of([from, to]: [[f64; 2]; 2]) -> Segment {
+        Segment::new(from.into(), to.into())
+    }
+
+    #[test]
+    fn segments_end_where_their_bounds_do() {
+        let bounds = Bounds::of([[-64.0, -64.0], [544.0, 304.0]].map(Vector::new));
+        let within = |ends| of(ends).within(&bounds);
+        let inside = [[10.0, 10.0], [400.0, 200.0]];
+        assert_eq!(within(inside), Some(of(inside)));
+        let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
+        // Shares of 1e9, rounded at 1e-16.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        assert!(
+            near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),
+            "{across:?}"
+        );
+        let down = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
+        assert!(
+            down.from == [240.0, 120.0] && near(down.to.0[1], -64.0),
+            "{down:?}"
+        );
+        let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
+        assert!(
+            [far.from, far.to].iter().all(|end| end.0[0].abs() <= 544.0),
+            "{far:?}"
+        );
+        assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);
+        assert_eq!(within([[0.0, 1e9], [1e9, 1e9 + 1.0]]), None);
+        assert_eq!(within([[f64::NAN, 0.0], [1.0, 1.0]]), None);
+        assert_eq!(within([[0.0, 0.0], [f64::INFINITY, 1.0]]), None);
+    }
+
     #[test]
     fn a_segment_with_a_nan_crosses_nothing() {
-        let of = |[from, to]: [[f64; 2]; 2]| Segment::new(from.into(), to.into());
         let [up, down] = [[[0.0, 0.0], [1.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]].map(of);
         let lost = of([[f64::NAN, 0.0], [1.0, 1.0]]);
         let nowhere = of([[f64::NAN; 2]; 2]);

@@ -79,7 +79,11 @@ impl<T: Copy, const D: usize> Vector<T, D> {
     }
 
     /// The vector whose component `k` is a function of the components `k` of two vectors.
-    pub fn zip_with<S: Copy, U>(self, other: Vector<S, D>, mut of: impl FnMut(T, S) -> U) -> Vector<U, D> {
+    pub fn zip_with<S: Copy, U>(
+        self,
+        other: Vector<S, D>,
+        mut of: impl FnMut(T, S) -> U,
+    ) -> Vector<U, D> {
         Vector::from_fn(|k| of(self.0[k], other.0[k]))
     }
 }
@@ -215,7 +219,9 @@ impl<const D: usize> Vector<f64, D> {
     pub fn distance(self, other: Self) -> f64 {
         let apart = self - other;
         let rest = apart.0[1..].iter();
-        rest.fold(apart.0[0].abs(), |sum: f64, &component| sum.hypot(component))
+        rest.fold(apart.0[0].abs(), |sum: f64, &component| {
+            sum.hypot(component)
+        })
     }
 
     /// The unit vectors along the axes.
@@ -363,12 +369,21 @@ mod tests {
         let planar = Vector::new([0.3, -0.4]);
         let space = Vector::new([0.3, 0.0, -0.4]);
         assert_eq!(planar.norm(), space.norm());
-        assert_eq!(planar.distance(Vector::zero()), space.distance(Vector::zero()));
+        assert_eq!(
+            planar.distance(Vector::zero()),
+            space.distance(Vector::zero())
+        );
         assert_eq!(planar.softened_norm(1e-12), space.softened_norm(1e-12));
         assert_eq!(Vector::upright(0.3, -0.4), space);
-        assert_eq!([planar.up(), planar.forward()], [space.up(), space.forward()]);
+        assert_eq!(
+            [planar.up(), planar.forward()],
+            [space.up(), space.forward()]
+        );
         for by in [0.1, 0.3, 0.5] {
-            let [planar, space] = [planar.along().shortened(by).forward(), space.along().shortened(by).forward()];
+            let [planar, space] = [
+                planar.along().shortened(by).forward(),
+                space.along().shortened(by).forward(),
+            ];
             // A division and a product of numbers below 1.
             assert!((planar - space).abs() < 1e-16);
         }

@@ -382,9 +382,7 @@ mod tests {
         shuffled[1..].sort_by_key(|&k| (1e6 * (13.0 * k as f64).sin()) as i64);
         let place = |&k: &usize| Vector::new([0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64]);
         let nodes: Vec<Vector<f64>> = shuffled.iter().map(place).collect();
-        let is_near = |[i, j]: [usize; 2]| {
-            nodes[i].distance(nodes[j]) < 0.11
-        };
+        let is_near = |[i, j]: [usize; 2]| nodes[i].distance(nodes[j]) < 0.11;
         let pairs = (0..42).flat_map(|i| (i + 1..42).map(move |j| [i, j]));
         let truss = Truss {
             edges: pairs.filter(|&pair| is_near(pair)).collect(),

@@ -38,6 +38,19 @@ impl<R: Real, const D: usize> State<R, D> {
     }
 }
 
+impl<R, const D: usize> State<R, D> {
+    /// The state of nodes at these positions (m) with these velocities (m/s).
+    pub fn new<P: Into<Vector<R, D>>, V: Into<Vector<R, D>>>(
+        x: impl IntoIterator<Item = P>,
+        v: impl IntoIterator<Item = V>,
+    ) -> Self {
+        Self {
+            x: x.into_iter().map(Into::into).collect(),
+            v: v.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
 impl<R: Copy, const D: usize> State<R, D> {
     /// The state as flat numbers, as a rollout has it: the components of the positions as columns (see
     /// [`columns`]), then those of the velocities.

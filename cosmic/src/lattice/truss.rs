@@ -53,7 +53,11 @@ impl Lattice {
         let spacing = median.filter(|length| *length > 0.0).unwrap_or(1.0);
         let corner = Bounds::of(truss.nodes.iter().copied()).low;
         Self {
-            places: truss.nodes.iter().map(|&x| (x - corner) / spacing).collect(),
+            places: truss
+                .nodes
+                .iter()
+                .map(|&x| (x - corner) / spacing)
+                .collect(),
             positions,
             edges: truss.edges.clone(),
             rest_length,
@@ -91,7 +95,9 @@ impl<const D: usize> Lattice<D> {
 
     /// How far the nodes reach along and above the ground, in units of `spacing`.
     pub fn extent(&self) -> Vector<f64, D> {
-        Bounds::of(self.places.iter().copied()).high.max(Vector::zero())
+        Bounds::of(self.places.iter().copied())
+            .high
+            .max(Vector::zero())
     }
 
     /// The width with half a spacing around, in metres.

@@ -248,7 +248,11 @@ impl<L: BarForce> OnBars<L> {
             stiffness: constant(bar.stiffness),
             strain: constant(bar.strain),
         };
-        let by = if by_rate { &mut moving.rate } else { &mut moving.length };
+        let by = if by_rate {
+            &mut moving.rate
+        } else {
+            &mut moving.length
+        };
         *by = Dual::<f64, 1>::variable(by.value, 0);
         self.0.tension(moving).tangent[0]
     }

@@ -120,10 +120,7 @@ impl Bend {
 
     /// The impulses on the nodes, N s.
     #[inline(always)]
-    pub(super) fn impulses<R: Real, const D: usize>(
-        &self,
-        line: &Line<R, D>,
-    ) -> [Vector<R, D>; 3] {
+    pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
         let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
         let stiffness = self.stiffness(line) * R::lit(self.dt);
         // A torque on an arm is a force across its end; the middle node takes both reactions.
@@ -322,8 +319,7 @@ impl Force for BentBars {
         let pulls = p.map(self.bend(step.dt), line.array());
         // Without forces before it, a gather of no entry is zero.
         let none = vec![None; self.nodes];
-        let mut sums =
-            before.unwrap_or_else(|| step.nodes.x.map(|array| p.gather(array, &none)));
+        let mut sums = before.unwrap_or_else(|| step.nodes.x.map(|array| p.gather(array, &none)));
         for (role, pull) in pulls.as_chunks().0.iter().enumerate() {
             let pull = Vector::new(*pull);
             sums = sums.zip_with(pull, |sum, pull| self.add(p, sum, role, pull));

@@ -171,7 +171,9 @@ impl<C: Contact> Kernel<7, 4> for FlyingOver<C> {
         let Flying { flight, contact } = &self.flying;
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
         let node = self.flying.pushed(node, impulse, inverse_mass);
-        contact.drift_over(&self.terrain, &flight.drift, node).array()
+        contact
+            .drift_over(&self.terrain, &flight.drift, node)
+            .array()
     }
 }
 

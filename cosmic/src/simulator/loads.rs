@@ -321,6 +321,7 @@ mod tests {
     use super::{BarLoad, Largest, Loads, Magnitude};
     use crate::controller::Controller;
     use crate::design::Material;
+    use crate::geometry::{Range, Vector};
     use crate::lattice::{Body, Lattice, State};
     use crate::projection::one_hot;
     use crate::scene::Scene;
@@ -414,12 +415,14 @@ mod tests {
         }
         let bars: Vec<_> = loads.into_iter().map(Some).collect();
         let all = simulator.loads_of(&layout, &bars, &trajectory);
-        assert_eq!(all.strains, [0.0; 2]);
+        assert_eq!(all.strains, Range::default());
         assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
         // Half of the robot is moved across the other half in one of two states.
         let mut folded = trajectory.clone();
         let middle = 0.25;
-        let fold = |x: &mut [f64; 2]| x[0] = middle + 0.37 * (x[0] - middle).abs();
+        let fold = |x: &mut Vector<f64>| {
+            *x = Vector::new([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
+        };
         folded.states[1].x.iter_mut().for_each(fold);
         folded.states[1]
             .x

@@ -50,10 +50,12 @@ pub(super) fn shots<'m>(
 ) -> Vec<Shot<'m>> {
     let every = pace.every.max(motion.duration().min(seconds) / pace.most);
     let (_, moments) = motion.every(every);
-    let start = motion.ground().point_to_ground(motion.states()[0].x[0]);
+    let along = |index: usize| {
+        let payload = motion.states()[index].x[0];
+        motion.ground().point_to_ground(payload).forward()
+    };
     let shot = |index: usize| {
-        let now = motion.ground().point_to_ground(motion.states()[index].x[0]);
-        let [time, metres] = [(motion.time(index), 1), (now[0] - start[0], 2)]
+        let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
             .map(|(x, digits)| decimals(x, digits));
         let label = format!("{says}{time} s   {metres} m").replace('\u{2212}', "-");
         Shot {

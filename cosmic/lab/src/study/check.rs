@@ -3,6 +3,7 @@
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
+use cosmic::geometry::Range;
 use cosmic::projection::{Projection, one_hot};
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
@@ -97,6 +98,6 @@ pub(super) fn with_half_steps(scene: &Scene) -> Scene {
 fn is_within(scene: &Scene, [solid, actuator]: [f64; 2]) -> bool {
     let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
     // A mean of a hundred shares is rounded at 1e-16.
-    let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
+    let within = |x: f64, bound: Range| bound.widened(1e-12).contains(x);
     within(solid, bounds.solid) && within(actuator, bounds.actuator)
 }

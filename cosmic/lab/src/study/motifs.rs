@@ -3,6 +3,7 @@
 use super::rows::{RunRow, TrialRow};
 use cosmic::design::Material;
 use cosmic::error::Result;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, run};
@@ -74,7 +75,10 @@ fn is_between_braces(lattice: &Lattice, materials: &[Material], edge: usize) -> 
             .position(|&[a, b]| [a, b] == ends || [b, a] == ends);
         edge.is_some_and(|edge| materials[edge] == Material::Skeleton)
     };
-    let at = |[x, y]: [f64; 2], up: f64| lattice.places.iter().position(|&p| p == [x, y + up]);
+    let at = |place: Vector<f64>, up: f64| {
+        let above = place.with_up(place.up() + up);
+        lattice.places.iter().position(|&place| place == above)
+    };
     let braced = |up: f64| {
         let ends = [i, j].map(|node| at(lattice.places[node], up));
         matches!(ends, [Some(k), Some(l)] if is_skeleton([i, l]) && is_skeleton([j, k]))
@@ -134,6 +138,7 @@ fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
 mod tests {
     use super::{MOTIFS, is_between_braces};
     use cosmic::design::Material::{self, Actuator, Skeleton, Void};
+    use cosmic::geometry::Vector;
     use cosmic::lattice::Lattice;
     use cosmic::scene::{LatticeSettings, PhysicsSettings};
 

@@ -144,7 +144,7 @@ impl TrialRow {
             half_step: median(&RunRow::half_step),
             last: summary(&|s| s.displacement_last_p50),
             goal_behind: median(&RunRow::goal_behind),
-            world: [0, 1].map(|k| summary(&|s| Some(s.displacement[k]))),
+            world: [0, 1].map(|k| summary(&|s| Some(s.displacement.array()[k]))),
             volumes: [0, 1].map(|k| summary(&|s| Some([s.volume, s.actuator_volume][k]))),
             seconds: summary(&|s| Some(s.seconds)),
             one_hot: count(|check| check.one_hot),

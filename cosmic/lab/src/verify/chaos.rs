@@ -6,6 +6,7 @@ use super::probe::{Probe, distance, median};
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
+use cosmic::geometry::{Vector, mean};
 use cosmic::task::together;
 
 /// Perturbed starts that are compared with the unperturbed one.
@@ -92,8 +93,7 @@ impl Chaos {
         let moved = groups.map(run).collect::<Vec<_>>().concat();
         let reach = |states: &[cosmic::lattice::State<f64>]| {
             let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
-            let way = [0, 1].map(|k| last[k] - first[k]);
-            probe.task.ground().vector_to_ground(way)[0]
+            probe.task.ground().along(last - first)
         };
         let parting = moved.iter().map(|moved| {
             let pairs = moved.states.iter().zip(&unmoved.states);
@@ -153,21 +153,20 @@ fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     // Motions that agree to the last bit count as one rounding apart.
     let log = |d: &f64| d.max(f64::EPSILON).log2();
     let points = steps.iter().zip(distances).take(count);
-    let points: Vec<[f64; 2]> = points.map(|(&n, d)| [n as f64, log(d)]).collect();
+    let points: Vec<Vector<f64>> = points
+        .map(|(&n, d)| Vector::new([n as f64, log(d)]))
+        .collect();
     slope(&points)
 }
 
 /// The slope of the straight line nearest to some points; zero for fewer than two.
-fn slope(points: &[[f64; 2]]) -> f64 {
-    let count = points.len().max(1) as f64;
-    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
-    let moment = |k: usize| {
-        let product = |p: &[f64; 2]| (p[0] - mean[0]) * (p[k] - mean[k]);
-        points.iter().map(product).sum::<f64>()
-    };
+fn slope(points: &[Vector<f64>]) -> f64 {
+    let mean = mean(points);
+    let moment = |point: &Vector<f64>| (*point - mean) * (*point - mean).forward();
+    let [square, product] = points.iter().map(moment).sum::<Vector<f64>>().array();
     match points.len() {
         0 | 1 => 0.0,
-        _ => moment(1) / moment(0),
+        _ => product / square,
     }
 }
 
@@ -184,7 +183,7 @@ mod tests {
         // Logarithms near 20 rounded at 4e-15, fitted over hundreds of steps.
         assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
         assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
-        assert_eq!(slope(&[[1.0, 2.0]]), 0.0);
+        assert_eq!(slope(&[[1.0, 2.0].into()]), 0.0);
     }
 
     #[test]

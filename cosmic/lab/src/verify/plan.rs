@@ -8,7 +8,7 @@ use super::clock::least_times;
 use super::speed::Subject;
 use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;

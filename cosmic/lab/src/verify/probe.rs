@@ -4,6 +4,7 @@ use autodiff::Real;
 
 use cosmic::case::Case;
 use cosmic::domain::perturbed;
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
 #[cfg(test)]
@@ -64,7 +65,7 @@ impl<'a> Probe<'a> {
 
 /// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
 /// it, and the rate at which forces dampen a vibration at most, 1/s.
-pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
+pub(super) fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
     [
@@ -77,7 +78,7 @@ pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
 /// The largest distance between the nodes of two states, m; NaN if any is NaN.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
-    most(pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])))
+    most(pairs.map(|(a, b)| a.distance(*b)))
 }
 
 /// The largest of 0 and some numbers; NaN, which `f64::max` would drop, if any is NaN.

@@ -90,19 +90,21 @@ impl Walk {
 mod tests {
     use super::Walk;
     use crate::geometry::Vector;
-use crate::lattice::State;
+    use crate::lattice::State;
 
     #[test]
     fn a_walk_has_the_places_of_its_states_to_half_a_unit() {
         let state = |k: usize| State {
-            x: vec![[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]],
-            v: vec![[0.0; 2]; 2],
+            x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
+                .map(Vector::new)
+                .to_vec(),
+            v: vec![Vector::zero(); 2],
         };
         let states: Vec<_> = (0..4).map(state).collect();
         let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
         assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
         for (state, places) in states.iter().zip(walk.places()) {
-            let off = state.x.as_flattened().iter().zip(places.as_flattened());
+            let off = state.x.iter().flatten().zip(places.iter().flatten());
             assert!(
                 off.into_iter()
                     .all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit)

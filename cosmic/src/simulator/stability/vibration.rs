@@ -179,7 +179,11 @@ impl<'a> Vibration<'a> {
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
             let is_stretched = across.trace() > 0.0;
-            let part = if is_stretched { *along + *across } else { *along };
+            let part = if is_stretched {
+                *along + *across
+            } else {
+                *along
+            };
             sums[i] += part;
             sums[j] += part;
         }
@@ -229,6 +233,7 @@ mod tests {
 
     use super::Vibration;
     use crate::design::Material;
+    use crate::geometry::Vector;
     use crate::lattice::{Body, Lattice};
     use crate::projection::one_hot;
     use crate::scene::{MaterialSettings, PhysicsSettings};

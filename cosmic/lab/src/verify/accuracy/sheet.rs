@@ -5,6 +5,7 @@ use super::{Accuracy, Method, Precision, Run};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table, TableOf};
+use cosmic::geometry::Vector;
 use std::iter::once;
 
 /// The index of the time that the plots show: the second, before chaos dominates.
@@ -215,7 +216,9 @@ impl Accuracy {
             ),
             title: format!("Largest error of a node at {time} s, m"),
             along: format!("run time of {} s of motion, s", self.times[3]),
-            lines: self.lines(&Precision::ALL, |run| [run.time, shown(run.error)]),
+            lines: self.lines(&Precision::ALL, |run| {
+                Vector::new([run.time, shown(run.error)])
+            }),
             marked: self.marked(|run| run.time),
         }
     }
@@ -223,8 +226,12 @@ impl Accuracy {
     /// Rounding and time-step errors against the time step.
     fn over_time(&self) -> LogChart {
         let time = self.times[SHOWN];
-        let lines = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.error)]);
-        let held = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.held)]);
+        let lines = self.lines(&Precision::ALL[1..2], |run| {
+            Vector::new([run.dt, shown(run.error)])
+        });
+        let held = self.lines(&Precision::ALL[1..2], |run| {
+            Vector::new([run.dt, shown(run.held)])
+        });
         let held = held.into_iter().map(|line| Line {
             name: format!("{}, held", line.name),
             dashes: "6 4",
@@ -243,17 +250,17 @@ impl Accuracy {
     }
 
     /// The default's point, if it has one.
-    fn marked(&self, along: impl Fn(&Run) -> f64) -> Option<([f64; 2], String)> {
+    fn marked(&self, along: impl Fn(&Run) -> f64) -> Option<(Vector<f64>, String)> {
         let default = self.default_run();
         let error = default.error[SHOWN].filter(|_| default.is_sound());
-        error.map(|error| ([along(default), error], "default".to_owned()))
+        error.map(|error| (Vector::new([along(default), error]), "default".to_owned()))
     }
 
     /// A line for every method in some precisions.
     pub(super) fn lines(
         &self,
         precisions: &[Precision],
-        point: impl Fn(&Run) -> [f64; 2],
+        point: impl Fn(&Run) -> Vector<f64>,
     ) -> Vec<Line> {
         let mut methods: Vec<Method> = self.runs.iter().map(|run| run.method).collect();
         methods.dedup();

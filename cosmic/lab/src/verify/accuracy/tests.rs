@@ -112,7 +112,7 @@ fn what_went_astray_has_no_order_and_no_point() {
     assert!(sound.iter().any(|run| run.order.is_some()));
     let orders = sound.iter().filter_map(|run| run.order);
     assert!(orders.into_iter().all(|order| order.abs() < 10.0));
-    let lines = accuracy.lines(&Precision::ALL, |run| [run.dt, run.time]);
+    let lines = accuracy.lines(&Precision::ALL, |run| [run.dt, run.time].into());
     let points: usize = lines.iter().map(|line| line.points.len()).sum();
     assert_eq!(points, sound.len());
 }

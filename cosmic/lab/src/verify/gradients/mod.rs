@@ -9,7 +9,7 @@ use autodiff::{Dual, Real};
 
 use super::probe::norm;
 use cosmic::case::Case;
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
@@ -205,16 +205,15 @@ fn stands_and_touches(case: &Case) -> [bool; 2] {
 fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
     let profile = case.physics.ground.resolved();
-    let height = |x: &[f64; 2]| x[1] - profile.height(x[0]);
-    state.x.iter().map(height).collect()
+    state.x.iter().map(|&x| profile.above(x)).collect()
 }
 
 fn lifted(case: &Case) -> Case {
     let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
     let mut case = case.clone();
-    let [nx, ny] = Ground::from(&case.physics).normal();
+    let normal = Ground::from(&case.physics).normal();
     for x in &mut case.start.x {
-        *x = [x[0] + by * nx, x[1] + by * ny];
+        *x += normal * by;
     }
     case
 }
@@ -255,13 +254,13 @@ impl<'a> CaseLoss<'a> {
         let steps = self.case.physics.steps as f64;
         f64::EPSILON
             * steps
-            * norm(self.gradient.block(Block::X0))
-            * largest(self.inputs.block(Block::X0))
+            * norm(&self.gradient.block(Block::X0))
+            * largest(&self.inputs.block(Block::X0))
     }
 
     /// Checks the gradient by a block.
     fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
-        let gradient = self.gradient.block(block);
+        let gradient = &*self.gradient.block(block);
         let (report, length) = (self.check(block, gradient, options), norm(gradient));
         let magnified = rounding > WORN && is_rounding(&report, length, rounding);
         // If the norm is below the rounding, a unit change of the parameters moves the robot by less
@@ -281,7 +280,7 @@ impl<'a> CaseLoss<'a> {
     }
 
     fn check(&self, block: Block, gradient: &[f64], options: &Options) -> Report {
-        let x = self.inputs.block(block);
+        let x = &*self.inputs.block(block);
         let value = |x: &[f64]| {
             let mut inputs = self.inputs.clone();
             inputs.set(&[block], x);

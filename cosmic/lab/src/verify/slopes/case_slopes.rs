@@ -59,7 +59,7 @@ impl<'a> CaseSlopes<'a> {
         let (controller, start) = (&inputs.controller, &inputs.start);
         let span = Span::from_start(steps.to_vec());
         let seen = self.task.rollout(&mixture, controller, start, &span);
-        let along = |k: usize| self.task.ground().vector_to_ground(seen.states[k].x[0])[0];
+        let along = |k: usize| self.task.ground().along(seen.states[k].x[0]);
         (0..steps.len()).map(|k| -along(k)).collect()
     }
 
@@ -115,7 +115,7 @@ impl<'a> CaseSlopes<'a> {
             let case = self.case;
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(&body, controller, &inputs.start, &span);
-            -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
+            -self.task.ground().along(seen.states[0].x[0])
         })
     }
 

@@ -4,6 +4,7 @@ use super::{DIRECTIONS, Gradients, MOST_MEMORY, Slopes, Way, best};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
+use cosmic::geometry::Vector;
 
 impl Gradients {
     /// The section of the sheet. Rows are checked, and horizons at which there is a full tape.
@@ -135,14 +136,14 @@ impl Gradients {
             caption: "Error against the horizon.".to_owned(),
             title: "Relative error of the slopes".to_owned(),
             along: "steps of the horizon".to_owned(),
-            lines: self.lines(|row| [row.steps as f64, row.error]),
+            lines: self.lines(|row| [row.steps as f64, row.error].into()),
             marked: None,
         }
     }
 
     fn by_time(&self) -> LogChart {
         let longest = self.slopes.iter().rfind(|row| row.way == Way::Driver);
-        let point = |row: &Slopes| [row.whole, row.error];
+        let point = |row: &Slopes| Vector::new([row.whole, row.error]);
         LogChart {
             name: "gradient_time",
             caption: "Error against the time of a whole gradient; along each line the horizon \
@@ -173,7 +174,7 @@ impl Gradients {
     }
 
     /// A line for every way.
-    fn lines(&self, point: impl Fn(&Slopes) -> [f64; 2]) -> Vec<Line> {
+    fn lines(&self, point: impl Fn(&Slopes) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way {
                 Way::Truncated(_) => "1 5",

@@ -5,6 +5,7 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::verify::probe::median;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream, symmetric};
@@ -34,8 +35,8 @@ pub fn bound_ratio(lattices: usize) -> BoundRatio {
     let ratio = |seed: usize| {
         let mut stream = stream(seed as u64, Purpose::Verification);
         let (lattice, body, physics) = random(&mut stream);
-        let moved = |&x: &[f64; 2]| x.map(|c| c + symmetric(&mut stream, 0.2 * SPACING));
-        let positions: Vec<[f64; 2]> = lattice.positions.iter().map(moved).collect();
+        let moved = |&x: &Vector<f64>| x.map(|c| c + symmetric(&mut stream, 0.2 * SPACING));
+        let positions: Vec<Vector<f64>> = lattice.positions.iter().map(moved).collect();
         let vibration = Vibration::new(&lattice, &body, &physics, &positions);
         vibration.edge_bound() / vibration.largest_frequency()
     };

@@ -4,7 +4,7 @@ use super::trial::{Trial, World, silent};
 use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
 use cosmic::design::Material;
-use cosmic::lattice::length;
+use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
 use cosmic::simulator::stability::stable_step;
@@ -34,7 +34,7 @@ pub fn case_trials(case: &Case) -> Vec<Trial> {
 /// The largest strain of an edge at the start.
 fn strain(case: &Case) -> f64 {
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-    most(edges.map(|(&edge, rest)| (length(&case.start.x, edge) / rest - 1.0).abs()))
+    most(edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() / rest - 1.0).abs()))
 }
 
 /// Every extreme: stiffness, mass and the ratios of both, damping, integrators, time steps,

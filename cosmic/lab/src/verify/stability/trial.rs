@@ -3,7 +3,7 @@
 use crate::verify::probe::most;
 use cosmic::case::Case;
 use cosmic::lattice::Body;
-use cosmic::lattice::{State, length};
+use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store};
@@ -197,10 +197,11 @@ fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
     let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-    let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
+    let off_rest =
+        edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() - rest).abs());
     let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
     let states = guarded.trajectory.states.iter();
-    let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
+    let speeds = states.flat_map(State::speeds);
     match most(speeds) {
         // Nothing moves.
         0.0 => 0.0,
