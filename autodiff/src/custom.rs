@@ -17,7 +17,7 @@
 //!
 //! /// Rounds a number in [0, 1], and passes derivatives as if it did not.
 //! fn round<R: Real>(x: R) -> R {
-//!     let above = R::lit(0.5).lt(x);
+//!     let above = R::lit(0.5).less(x);
 //!     R::select(above, R::one(), R::zero()).straight_through(x)
 //! }
 //!

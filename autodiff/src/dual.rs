@@ -5,7 +5,7 @@ use crate::operators::by_primal;
 /// A value and its tangents along `N` directions at once.
 ///
 /// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
-/// [`Real::lt`](crate::Real::lt) compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity, tangents
+/// [`Real::less`](crate::Real::less) compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity, tangents
 /// included.
 ///
 /// ```

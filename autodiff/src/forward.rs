@@ -148,14 +148,14 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         if rule::is_nan(self.value) {
             return self.apply((self.value.max(bound.value), self.value));
         }
-        Self::select(self.le(bound), bound, self)
+        Self::select(self.less_equal(bound), bound, self)
     }
     #[inline(always)]
     fn min(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {
             return self.apply((self.value.min(bound.value), self.value));
         }
-        Self::select(bound.le(self), bound, self)
+        Self::select(bound.less_equal(self), bound, self)
     }
     #[inline(always)]
     fn signum(self) -> Self {

@@ -41,7 +41,7 @@
 //! - Loops, arrays, iterators and helper functions over `R: Real` are plain Rust:
 //!   `x.iter().map(|&x| x * x).sum::<R>()`. The sum of a slice is [`R::sum_of(&terms)`](Real::sum_of), a
 //!   dot product [`R::dot(&a, &b)`](Real::dot): one entry each on the tape.
-//! - A comparison, [`x.lt(y)`](Real::lt), gives a mask: write `R::select(x.lt(y), a, b)`, not
+//! - A comparison, [`x.less(y)`](Real::less), gives a mask: write `R::select(x.less(y), a, b)`, not
 //!   `if x < y`; the [pitfalls](#pitfalls) say why. (For `x < y` the compiler suggests the bound
 //!   `PartialOrd`. Do not follow it: an implementation of `eval` cannot add bounds.)
 //! - The elementary functions are methods of [`Real`], with [`sigmoid`](Real::sigmoid) and
@@ -231,7 +231,7 @@
 //!       fn eval<R: Real>(&self, x: &[R]) -> R {
 //!           let (x, one) = (x[0], R::one());
 //!           // The next term of the series, x^4 / 120, is below rounding there.
-//!           let small = x.abs().lt(R::lit(1e-4));
+//!           let small = x.abs().less(R::lit(1e-4));
 //!           let safe = R::select(small, one, x);
 //!           R::select(small, one - x * x / R::lit(6.0), safe.sin() / safe)
 //!       }

@@ -68,7 +68,7 @@ pub trait Parameters<R: Real> {
 
     /// The structure with every number replaced, in one order. An implementation by hand calls
     /// [`Walk::field`] for each part.
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
 
     /// All numbers, in order.
     fn flatten(&self) -> Vec<R> {
@@ -77,7 +77,7 @@ pub trait Parameters<R: Real> {
             numbers.push(number);
             number
         };
-        self.map::<R>(&mut Walk::new(visit));
+        self.map_numbers::<R>(&mut Walk::new(visit));
         numbers
     }
 
@@ -88,7 +88,7 @@ pub trait Parameters<R: Real> {
             names.push(name(path));
             number
         };
-        self.map::<R>(&mut Walk::new(visit));
+        self.map_numbers::<R>(&mut Walk::new(visit));
         names
     }
 
@@ -102,7 +102,7 @@ pub trait Parameters<R: Real> {
             Some(&number) => number,
             None => panic!("{} numbers end before `{}`", numbers.len(), name(path)),
         };
-        let structure = self.map(&mut Walk::new(visit));
+        let structure = self.map_numbers(&mut Walk::new(visit));
         let left = rest.len();
         assert!(
             left == 0,
@@ -175,7 +175,7 @@ impl<'a, R: Real, S: Real> Walk<'a, R, S> {
 
     fn part<P: Parameters<R>>(&mut self, step: Step<'a>, part: &P) -> P::With<S> {
         self.path.push(step);
-        let part = part.map(self);
+        let part = part.map_numbers(self);
         self.path.pop();
         part
     }
@@ -187,21 +187,21 @@ impl<'a, R: Real, S: Real> Walk<'a, R, S> {
 
 impl<R: Real> Parameters<R> for R {
     type With<S: Real> = S;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> S {
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> S {
         walk.number(*self)
     }
 }
 
 impl<R: Real, P: Parameters<R>> Parameters<R> for Option<P> {
     type With<S: Real> = Option<P::With<S>>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
-        self.as_ref().map(|part| part.map(walk))
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        self.as_ref().map(|part| part.map_numbers(walk))
     }
 }
 
 impl<R: Real, P: Parameters<R>> Parameters<R> for Vec<P> {
     type With<S: Real> = Vec<P::With<S>>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
         let elements = self.iter().enumerate();
         elements
             .map(|(index, part)| walk.element(index, part))
@@ -211,7 +211,7 @@ impl<R: Real, P: Parameters<R>> Parameters<R> for Vec<P> {
 
 impl<R: Real, P: Parameters<R>, const N: usize> Parameters<R> for [P; N] {
     type With<S: Real> = [P::With<S>; N];
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
         std::array::from_fn(|index| walk.element(index, &self[index]))
     }
 }

@@ -156,12 +156,12 @@ pub trait Real:
     // Comparison.
 
     /// `self < other`, false where either is NaN.
-    fn lt(self, other: Self) -> Self::Mask;
+    fn less(self, other: Self) -> Self::Mask;
     /// `self <= other`, false where either is NaN.
-    fn le(self, other: Self) -> Self::Mask;
+    fn less_equal(self, other: Self) -> Self::Mask;
     /// Whether the primal is neither infinite nor NaN.
     fn finite(self) -> Self::Mask {
-        self.abs().lt(Self::lit(f64::INFINITY))
+        self.abs().less(Self::lit(f64::INFINITY))
     }
     /// `if_true` where the mask holds, else `if_false`. The operand that is not chosen passes no
     /// derivative, whatever its own partials are.
@@ -251,18 +251,18 @@ pub trait Real:
     #[inline(always)]
     fn signum(self) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
-        let negative = Self::select(self.lt(zero), -one, self.detach() * zero);
-        Self::select(zero.lt(self), one, negative)
+        let negative = Self::select(self.less(zero), -one, self.detach() * zero);
+        Self::select(zero.less(self), one, negative)
     }
     /// The larger of `self` and `bound`; at a tie the bound.
     #[inline(always)]
     fn max(self, bound: Self) -> Self {
-        Self::select(self.le(bound), bound, self)
+        Self::select(self.less_equal(bound), bound, self)
     }
     /// The smaller of `self` and `bound`; at a tie the bound.
     #[inline(always)]
     fn min(self, bound: Self) -> Self {
-        Self::select(bound.le(self), bound, self)
+        Self::select(bound.less_equal(self), bound, self)
     }
     /// `self` within `[lo, hi]`; at and beyond a bound the bound. Where `lo > hi` it is `hi`.
     #[inline(always)]
@@ -278,7 +278,7 @@ pub trait Real:
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
         // At the origin and at infinity that is NaN; the sum is right there, and NaN for NaN.
-        let divides = zero.lt(scale) & scale.finite();
+        let divides = zero.less(scale) & scale.finite();
         Self::select(divides, length, x + y)
     }
 
@@ -293,7 +293,7 @@ pub trait Real:
     ///
     /// /// 1 above zero, else 0; it learns like a sigmoid.
     /// fn gate<R: Real>(x: R) -> R {
-    ///     let hard = R::select(R::zero().lt(x), R::one(), R::zero());
+    ///     let hard = R::select(R::zero().less(x), R::one(), R::zero());
     ///     let soft = (R::one() + (-x).exp()).recip();
     ///     hard.straight_through(soft)
     /// }

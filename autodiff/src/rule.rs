@@ -61,7 +61,7 @@ pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
 pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
     let partial = unsigned_zero(x).recip();
-    (value, R::select(x.lt(R::zero()), value, partial))
+    (value, R::select(x.less(R::zero()), value, partial))
 }
 
 /// Sine.
@@ -89,9 +89,9 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
     let twice = x + x;
-    let power = R::select(x.lt(R::zero()), twice, -twice).exp();
+    let power = R::select(x.less(R::zero()), twice, -twice).exp();
     let share = R::lit(2.0) / (one + power);
-    let small = x.abs().lt(R::lit(0.5));
+    let small = x.abs().less(R::lit(0.5));
     let partial = R::select(small, one - value * value, power * share * share);
     (value, partial)
 }
@@ -108,7 +108,7 @@ pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
 #[inline(always)]
 pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
-    let small = x.abs().lt(R::lit(0.5));
+    let small = x.abs().less(R::lit(0.5));
     R::select(small, one - x * x, (one - x) * (one + x))
 }
 
@@ -127,7 +127,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
         // The zeroth power of NaN is 1. Lanes skip this choice.
-        Some(0) if one_answer::<R>() => R::select(x.le(x), R::one(), x),
+        Some(0) if one_answer::<R>() => R::select(x.less_equal(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,
     };
@@ -146,15 +146,15 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let power = R::chain(x.powf(exponent - R::one()), exponent);
     let factor = exponent / x;
     let quotient = factor * value;
-    let in_range = small::<R>().lt(value) & factor.finite() & quotient.finite();
-    let near_zero = exponent.abs().lt(R::lit(0.5)) & (factor * quotient).finite();
+    let in_range = small::<R>().less(value) & factor.finite() & quotient.finite();
+    let near_zero = exponent.abs().less(R::lit(0.5)) & (factor * quotient).finite();
     let moves = R::select(in_range & near_zero, quotient, power);
     let by_x = R::select(in_range, quotient, power).straight_through(moves);
     // Also where the power vanishes, and the logarithm's slope may be infinite.
-    let at_zero = x.abs().le(zero) | value.abs().le(zero);
+    let at_zero = x.abs().less_equal(zero) | value.abs().less_equal(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
     // NaN^0 is 1, and the zeros above hide a NaN too: say it wherever the value does.
-    let number = value.le(value);
+    let number = value.less_equal(value);
     (
         value,
         [by_x, by_exponent].map(|partial| R::select(number, partial, value)),
@@ -168,7 +168,7 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
-    let divides = zero.lt(scale) & scale.finite();
+    let divides = zero.less(scale) & scale.finite();
     let (y, x) = (divided(y, scale), divided(x, scale));
     let (square, inverse) = (x * x + y * y, inverse(scale));
     let denominator = square.detach() * scale;
@@ -187,12 +187,12 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
     // A subnormal length is a rounded one.
-    let (tiny, large) = (value.lt(small()), small::<R>().recip());
+    let (tiny, large) = (value.less(small()), small::<R>().recip());
     let (a, b) = (x * large, y * large);
     let length = R::select(tiny, (a * a + b * b).sqrt(), length);
     let by_x = (R::select(tiny, a, x) / length).straight_through(cosine);
     let by_y = (R::select(tiny, b, y) / length).straight_through(sine);
-    let origin = value.le(zero);
+    let origin = value.less_equal(zero);
     let by_x = R::select(origin, zero, by_x);
     let by_y = R::select(origin, zero, by_y);
     (value, [by_x, by_y])
@@ -205,7 +205,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
     let (a, b) = (divided(x, scale), divided(y, scale));
-    let flat = y.abs().le(x.abs());
+    let flat = y.abs().less_equal(x.abs());
     let (longer, shorter) = (R::select(flat, a, b), R::select(flat, b, a));
     let ratio = shorter / longer;
     // The longer side is 1 or -1.
@@ -237,7 +237,7 @@ fn inverse<R: Real>(scale: R) -> R {
 #[inline(always)]
 fn small<R: Real>() -> R {
     let small = R::lit(2f64.powi(-1000));
-    R::select(R::zero().lt(small), small, R::lit(2f64.powi(-120)))
+    R::select(R::zero().less(small), small, R::lit(2f64.powi(-120)))
 }
 
 /// Whether comparisons of these numbers have one answer: they are neither lanes nor symbols.
@@ -249,13 +249,13 @@ pub(crate) fn one_answer<R: Real>() -> bool {
 /// Whether the primal is zero; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn vanishes<R: Real>(x: R) -> bool {
-    one_answer::<R>() && (x.le(R::zero()) & R::zero().le(x)).all()
+    one_answer::<R>() && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
 }
 
 /// Whether the primal is NaN; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn is_nan<R: Real>(x: R) -> bool {
-    one_answer::<R>() && !x.le(x).any()
+    one_answer::<R>() && !x.less_equal(x).any()
 }
 
 /// The mask's value if it is the same in all lanes.
@@ -313,12 +313,12 @@ macro_rules! by_rule {
             self.value.primal()
         }
         #[$attribute]
-        fn lt(self, other: Self) -> R::Mask {
-            self.value.lt(other.value)
+        fn less(self, other: Self) -> R::Mask {
+            self.value.less(other.value)
         }
         #[$attribute]
-        fn le(self, other: Self) -> R::Mask {
-            self.value.le(other.value)
+        fn less_equal(self, other: Self) -> R::Mask {
+            self.value.less_equal(other.value)
         }
         #[$attribute]
         fn finite(self) -> R::Mask {

@@ -14,7 +14,7 @@ impl Kernel<3, 2> for Spring {
     #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, stiffness]: [R; 3]) -> [R; 2] {
         let length = dx.fma(dx, dy * dy + R::lit(1e-3)).sqrt();
-        let pull = R::select(length.lt(R::lit(0.5)), stiffness, stiffness * length) / length;
+        let pull = R::select(length.less(R::lit(0.5)), stiffness, stiffness * length) / length;
         [pull * dx, pull * dy]
     }
 }

@@ -26,7 +26,10 @@ impl Summand for Everything {
         scratch[3] = a.hypot(y).ln() + (b + x).atan2(c) + c.powf(a) + x.powi(2) * b.powi(3);
         scratch[4] = (a * y).abs() + (b * x).max(c * y).min(R::lit(3.0)) - y.signum() * a;
         scratch[5] = a.straight_through(b * x) * b.detach() + R::chain(b, x.fma(c, a));
-        let (inside, outside) = (x.lt(y) & !c.le(x), a.le(x) | R::Mask::splat(false));
+        let (inside, outside) = (
+            x.less(y) & !c.less_equal(x),
+            a.less_equal(x) | R::Mask::splat(false),
+        );
         scratch[0] += R::select(inside, a * b, c * x) * R::select(outside, y, b);
         // Runs of places: shared and own, own and own, own and shared, none.
         let dots = R::dot(shared, &scratch[1..4]) + R::dot(&scratch[2..], &scratch[2..]);
@@ -134,7 +137,7 @@ struct Skips;
 impl Summand for Skips {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
         let (a, x) = (shared[0], datum[0]);
-        let positive = R::zero().lt(x);
+        let positive = R::zero().less(x);
         let mut term = R::lit(3.0) * a * x;
         if positive.any() {
             term = R::select(positive, a * a * x, term);
@@ -221,7 +224,7 @@ struct Softened;
 
 impl Rule for Softened {
     fn value<R: Real>(&self, x: &[R]) -> R {
-        R::select(x[0].lt(R::lit(0.5)), R::zero(), R::one())
+        R::select(x[0].less(R::lit(0.5)), R::zero(), R::one())
     }
     fn partials<R: Real>(&self, x: &[R], _value: R) -> Vec<R> {
         vec![x[0].cos()]
@@ -258,7 +261,7 @@ impl Summand for Guarded {
     #[inline(always)]
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
         let root = (shared[0] * datum[0]).sqrt();
-        let used = R::lit(0.5).lt(datum[0]);
+        let used = R::lit(0.5).less(datum[0]);
         R::select(used, R::dot(&[root], &[root * shared[0]]), R::zero())
     }
 }
@@ -376,7 +379,7 @@ impl Summand for GuardedRows {
         let own = [datum[0].recip()];
         let guarded = R::dot(&shared[..1], &own);
         let plain = R::dot(&shared[1..], &own);
-        R::select(R::lit(0.5).lt(datum[0]), guarded, R::zero()) + plain
+        R::select(R::lit(0.5).less(datum[0]), guarded, R::zero()) + plain
     }
 }
 
@@ -449,7 +452,7 @@ fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R, scratch:
         scratch[8 + row] = R::dot(&weights[row * 8..][..8], &scratch[..8]);
     }
     let sum = R::sum_of(&scratch[9..]);
-    R::select(R::lit(0.5).lt(datum), scratch[8], R::zero()) + sum
+    R::select(R::lit(0.5).less(datum), scratch[8], R::zero()) + sum
 }
 
 /// A layer with an infinite own number at some data, and rows that do not count there.

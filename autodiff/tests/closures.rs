@@ -42,7 +42,7 @@ impl Function for Generic {
         let pairs = [x, y, z, scaled];
         let sums = pairs.iter().sum::<R>() + pairs.iter().map(|&p| p * p).sum::<R>();
         let z = sums * pairs.iter().product::<R>();
-        R::select(R::zero().lt(z), z.powi(2), -z)
+        R::select(R::zero().less(z), z.powi(2), -z)
     }
 }
 

@@ -105,7 +105,7 @@ enum Choice {
 impl Function for Choice {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let (zero, one, root) = (R::zero(), R::one(), x[0].sqrt());
-        let mask = R::select(x[0].le(zero), zero, one);
+        let mask = R::select(x[0].less_equal(zero), zero, one);
         match self {
             Self::MaskTimes => mask * root,
             Self::TimesMask => root * mask,
@@ -119,7 +119,7 @@ impl Function for Choice {
             Self::Max => (root - one).max(zero),
             Self::Min => (one - root).min(zero),
             Self::Clamp => root.clamp(one, R::lit(2.0)),
-            Self::Select => R::select(x[0].le(zero), one, root.recip()),
+            Self::Select => R::select(x[0].less_equal(zero), one, root.recip()),
             Self::Branch => {
                 if x[0].primal() > 0.0 {
                     root

@@ -130,7 +130,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
             same(x / y, a / b, "quotient");
             same(x.atan2(y), a.atan2(b), "atan2");
             assert_eq!(
-                (x.lt(y), x.le(y), x.finite()),
+                (x.less(y), x.less_equal(y), x.finite()),
                 (a < b, a <= b, a.is_finite())
             );
             // Powers of negative numbers, which f64 has for integers, are NaN here.

@@ -194,7 +194,7 @@ impl Fused for Bounded {
     fn reverse<R: Real>(&self, (): &mut (), y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
         let (zero, one) = (R::zero(), R::one());
         let norm = R::dot(y_bar, y_bar).sqrt();
-        let scale = R::select(norm.le(zero), one, (R::lit(self.0) / norm).min(one));
+        let scale = R::select(norm.less_equal(zero), one, (R::lit(self.0) / norm).min(one));
         vec![y_bar.iter().map(|&y_bar| y_bar * scale).collect()]
     }
 }
@@ -270,7 +270,7 @@ fn a_rule_meets_zero_cotangents_as_functions_do() {
     struct Dropped;
     impl Function for Dropped {
         fn eval<R: Real>(&self, x: &[R]) -> R {
-            R::select(R::zero().lt(x[0]), apply(Root, &x[..1]), x[1])
+            R::select(R::zero().less(x[0]), apply(Root, &x[..1]), x[1])
         }
     }
     assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
@@ -323,7 +323,7 @@ impl Rule for Bisected {
         let (mut low, mut high) = (R::lit(-8.0), R::lit(8.0));
         for _ in 0..60 {
             let middle = R::lit(0.5) * (low + high);
-            let below = (middle * middle * middle + middle).lt(x[0]);
+            let below = (middle * middle * middle + middle).less(x[0]);
             low = R::select(below, middle, low);
             high = R::select(below, high, middle);
         }

@@ -40,7 +40,7 @@ impl Function for Kink {
             Kink::Max => x[0].max(x[1]),
             Kink::Min => x[0].min(x[1]),
             Kink::Clamp => x[0].clamp(x[1], x[2]),
-            Kink::Select => R::select(x[0].lt(one), two * x[0], x[0].sqrt().recip()),
+            Kink::Select => R::select(x[0].less(one), two * x[0], x[0].sqrt().recip()),
             Kink::Sqrt => x[0].sqrt(),
             Kink::Rsqrt => x[0].rsqrt(),
             Kink::Ln => x[0].ln(),
@@ -160,7 +160,7 @@ impl Vectorized<f64> for ChoiceOfConstants {
         let x = L::load(&[-1.0, 1.0].repeat(8));
         let mut tape = Tape::new();
         let y = tape.record(&[x], |x| {
-            Var::select(x[0].lt(Var::zero()), Var::lit(2.0), Var::lit(3.0))
+            Var::select(x[0].less(Var::zero()), Var::lit(2.0), Var::lit(3.0))
         });
         let mut bar = [0.0; 16];
         tape.pullback(&[y], &[L::one()])[0].store(&mut bar);
@@ -345,7 +345,7 @@ struct Linear(f64);
 impl Function for Linear {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let sum = x[0] * R::lit(self.0) + R::one() - x[1];
-        R::select(x[1].le(R::one()), sum, R::zero())
+        R::select(x[1].less_equal(R::one()), sum, R::zero())
     }
 }
 

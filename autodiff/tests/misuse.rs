@@ -153,7 +153,7 @@ fn constants_are_not_recorded() {
     let mut tape = Tape::new();
     let y = tape.record(&[2.0], |x| {
         let constant = Var::lit(3.0).sqrt() * Var::lit(2.0) + x[0].detach();
-        let _ = Var::select(x[0].lt(constant), x[0], constant);
+        let _ = Var::select(x[0].less(constant), x[0], constant);
         let _ = Var::dot(&[constant, constant], &[constant, constant]);
         constant
     });

@@ -125,7 +125,7 @@ fn straight_through_and_detach_hold_at_every_level() {
     struct Stepped;
     impl Function for Stepped {
         fn eval<R: Real>(&self, x: &[R]) -> R {
-            let hard = R::select(R::zero().lt(x[0]), R::one(), R::zero());
+            let hard = R::select(R::zero().less(x[0]), R::one(), R::zero());
             hard.straight_through(x[0] * x[0]) * x[0].detach()
         }
     }

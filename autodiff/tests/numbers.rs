@@ -36,7 +36,7 @@ fn elementary<R: Real>(x: R) -> Vec<(&'static str, R)> {
 /// Each operation with its name.
 fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
     let truth = |mask: R::Mask| R::select(mask, R::one(), R::zero());
-    let inside = x.lt(y) & !y.le(z) | z.finite();
+    let inside = x.less(y) & !y.less_equal(z) | z.finite();
     let methods = [
         ("+", x + y),
         ("-", x - y),
@@ -50,8 +50,8 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
         ("lit", R::lit(0.25)),
         ("zero", R::zero()),
         ("one", R::one()),
-        ("lt", truth(x.lt(y))),
-        ("le", truth(x.le(y))),
+        ("less", truth(x.less(y))),
+        ("less_equal", truth(x.less_equal(y))),
         ("finite", truth(x.finite())),
         ("splat", truth(R::Mask::splat(true))),
         ("masks", truth(inside)),

@@ -118,7 +118,7 @@ functions! {
     "x_to_minus_x": [2.0, 4.0, 8.0] => x.powf(-x);
     // Formulas in which nothing cancels.
     "softplus_by_halves": FEW => R::select(
-        x.lt(R::zero()),
+        x.less(R::zero()),
         x.exp().elementary(Elementary::Ln1p),
         x + (-x).exp().elementary(Elementary::Ln1p),
     );

@@ -9,7 +9,7 @@ struct Mixed;
 
 impl Function for Mixed {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let inside = R::select(x[0].lt(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
+        let inside = R::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
         let sums = R::dot(&x[..2], &x[1..3]) + R::sum_of(x) + x[3].sigmoid().ln_1p();
         inside.fma(x[3], sums.tanh()) + x[2].max(lit(0.5) * x[0]).powi(3) - x[1].hypot(x[3])
     }

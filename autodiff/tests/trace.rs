@@ -59,7 +59,7 @@ struct Guarded {
 
 impl Function for Guarded {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        R::select(x[0].lt(R::lit(self.from)), x[0], x[0].sqrt()) + x[0].min(R::lit(f64::INFINITY))
+        R::select(x[0].less(R::lit(self.from)), x[0], x[0].sqrt()) + x[0].min(R::lit(f64::INFINITY))
     }
 }
 
@@ -172,7 +172,7 @@ impl Rule for Magnitude {
         (x[0] * x[0]).sqrt()
     }
     fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
-        let zero = x[0].abs().le(R::zero());
+        let zero = x[0].abs().less_equal(R::zero());
         vec![R::select(zero, R::lit(self.slope_at_zero), x[0].signum())]
     }
 }
@@ -318,7 +318,7 @@ impl Vectorized<f64> for ChoicesByLanes {
     type Output = Vec<Option<&'static str>>;
     fn run<L: Lane<f64>>(self) -> Self::Output {
         let x = L::load(&[0.0, 1.0].repeat(8));
-        let (small, one) = (x.lt(L::lit(0.5)), Traced::lit(1.0));
+        let (small, one) = (x.less(L::lit(0.5)), Traced::lit(1.0));
         type Choice<L> = fn(<L as Real>::Mask, Traced<L>, Traced<L>) -> Traced<L>;
         let choose: [Choice<L>; 2] = [Traced::select, |mask, x, y| Traced::select(!mask, y, x)];
         let mut blamed = Vec::new();

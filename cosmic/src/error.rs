@@ -118,7 +118,7 @@ pub enum Error {
         step: Box<Error>,
     },
     /// A run that another process, or another thread of this process, works on.
-    #[error("{}: another process is at work on this run", .0.display())]
+    #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Results that are not all numbers although no simulated state diverged.
     #[error("not finite: {}{}", names.join(", "), because(cause.as_deref()))]
@@ -141,7 +141,7 @@ pub enum Error {
         /// Checks that ran.
         total: usize,
     },
-    /// Runs of a sweep that cannot be done, each for a reason of its own; all others are.
+    /// Runs of a sweep that failed, each for its own reason; all other runs are finished.
     #[error("{run}: {}{}", error.within(), and_others(*others))]
     PassedOver {
         /// The first of them.
@@ -289,7 +289,8 @@ fn make_room(source: &io::Error) -> &'static str {
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),
-        n => format!("\n{n} more of this sweep cannot be done, each for a reason of its own"),
+        1 => "\n1 more run of this sweep failed".to_owned(),
+        n => format!("\n{n} more runs of this sweep failed"),
     }
 }
 
@@ -324,7 +325,7 @@ fn or_go_on(run: &Path, own_loss: bool) -> String {
         ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
     } else {
         format!(
-            ", and begin anew, or go on all the same with: cosmic resume {} --allow-unstable",
+            ", and begin anew, or continue anyway with: cosmic resume {} --allow-unstable",
             in_shell(run)
         )
     }

@@ -7,16 +7,15 @@
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`controller`].
-//! - What it does and is worth: [`simulator`], [`objective`]; [`inputs`], by which losses are
-//!   differentiated, and [`task`], which joins all of these; [`domain`] draws other robots and
+//! - Its motion and score: [`simulator`], [`objective`]; [`inputs`], the numbers that losses are
+//!   differentiated by, and [`task`], which joins all of these; [`domain`] draws other robots and
 //!   surroundings; [`case`] is one rollout with all its numbers in a file.
 //! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
 //! - On disk: [`record`], the folder of a run. All of it but the text of a design, and [`parallel`], are
 //!   behind the feature `files`, which is on by default; without it the model needs no file system and no
 //!   threads, and builds for `wasm32-unknown-unknown` too.
 //!
-//! The crate `cosmic-lab` checks, studies and reports on what comes of it; the program is
-//! `cosmic-program`.
+//! The crate `cosmic-lab` has checks, studies and reports; the program is `cosmic-program`.
 
 pub mod geometry;
 pub mod error;

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// How many jobs are at work at a time, and how many threads each of them has.
+/// The number of jobs that run at a time, and the number of threads of each.
 #[derive(Clone, Copy, Debug)]
 pub struct Crew {
     at_work: usize,

@@ -41,7 +41,7 @@ fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     Ok(quote! {
         impl #parameters ::autodiff::Parameters<#number> for #name #arguments #conditions {
             type With<#other: ::autodiff::Real> = #name<#(#of_other),*>;
-            fn map<#other: ::autodiff::Real>(
+            fn map_numbers<#other: ::autodiff::Real>(
                 &self,
                 #walk: &mut ::autodiff::parameters::Walk<'_, #number, #other>,
             ) -> #name<#(#of_other),*> {

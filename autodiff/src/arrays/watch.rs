@@ -63,7 +63,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
             for i in (0..numbers.len()).step_by(L::N) {
                 // False for NaN.
                 let x = L::load_up_to(&numbers[i..]);
-                below = below & x.lt(bound) & (-bound).lt(x);
+                below = below & x.less(bound) & (-bound).less(x);
             }
         }
         let verdict = &mut self.watch.verdict;
@@ -91,6 +91,6 @@ impl<R: Real> Look<'_, R> {
                 sums[0] = x.fma(x, sums[0]);
             }
         }
-        (sums[0] + sums[1]).lt(square).all()
+        (sums[0] + sums[1]).less(square).all()
     }
 }

@@ -162,7 +162,7 @@ pub fn root_within<R: Real>(
     let largest = x.iter().fold(R::zero(), |largest, x| largest.max(x.abs()));
     let allowed = tolerance.detach() * (R::one() + largest);
     for (unknown, step) in steps.into_iter().map(Real::abs).enumerate() {
-        if !step.le(allowed).all() {
+        if !step.less_equal(allowed).all() {
             let [step, allowed] = [step, allowed].map(|number| format!("{number:?}"));
             return Err(NoRoot::Far {
                 unknown,

@@ -27,7 +27,7 @@ impl<R: Real> Lu<R> {
         // 1 for a row of zeros.
         let row_scale = |row: &Vec<R>| {
             let (size, zero) = (largest(row), R::zero());
-            R::select(zero.lt(size), size, R::one())
+            R::select(zero.less(size), size, R::one())
         };
         let mut row_scales: Vec<R> = rows.iter().map(row_scale).collect();
         let negligible = |k: usize| {
@@ -42,13 +42,13 @@ impl<R: Real> Lu<R> {
             for i in k + 1..n {
                 // Compared as quotients: products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
-                let mask = here.lt(there);
+                let mask = here.less(there);
                 exchange(&mut rows, k, i, mask);
                 swap(&mut row_scales, k, i, mask);
                 exchanges.push((k, i, mask));
             }
             // NaN is not a pivot either.
-            if !(row_scales[k] * negligible[k]).lt(rows[k][k].abs()).all() {
+            if !(row_scales[k] * negligible[k]).less(rows[k][k].abs()).all() {
                 return Err(k);
             }
             for i in k + 1..n {

@@ -261,7 +261,7 @@ impl Pattern {
                 size += term.abs();
             }
             let off = (along.detach() - sum).abs();
-            let wrong = (share * size).lt(off) & off.finite();
+            let wrong = (share * size).less(off) & off.finite();
             assert!(
                 !wrong.any(),
                 "value {i} depends on an argument that its row of the pattern leaves out: along a test \

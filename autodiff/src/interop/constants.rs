@@ -88,7 +88,7 @@ mod tests {
     fn constants_have_all_digits_that_a_number_has() {
         // Of numbers up to 7, after two operations: 1e-32 of them in double-double.
         let wide = misfits::<Element<DoubleDouble>>();
-        let off = |x: &Element<DoubleDouble>| x.0.abs().lt(DoubleDouble::lit(3e-31));
+        let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
         assert!(wide.iter().all(off), "{wide:?}");
         // Functions are within an ulp or two, of numbers up to 7.
         let floats = misfits::<Element<f64>>();

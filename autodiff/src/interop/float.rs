@@ -35,7 +35,7 @@ impl<R: Real> Element<R> {
     /// A limit of the range of doubles, or of singles where the type inside cannot hold that.
     fn widest(double: f64, single: f32) -> Self {
         let wide = R::lit(double);
-        let fits = wide.finite() & !wide.le(R::zero());
+        let fits = wide.finite() & !wide.less_equal(R::zero());
         Self(R::select(fits, wide, R::lit(single.into())))
     }
 }
@@ -111,7 +111,11 @@ impl<R: Real> Float for Element<R> {
         self * Self(rounding::pi::<R>() / R::lit(180.0))
     }
     fn abs_sub(self, other: Self) -> Self {
-        Self(R::select(self.0.le(other.0), R::zero(), self.0 - other.0))
+        Self(R::select(
+            self.0.less_equal(other.0),
+            R::zero(),
+            self.0 - other.0,
+        ))
     }
     /// # Panics
     /// Always: a primitive number has no derivative.

@@ -33,7 +33,7 @@ operators! {
     0 => Self(R::zero()),
     1 => Self(R::one()),
     // In every lane: algorithms branch on it.
-    a == 0 => (a.0.le(R::zero()) & R::zero().le(a.0)).all(),
+    a == 0 => (a.0.less_equal(R::zero()) & R::zero().less_equal(a.0)).all(),
 }
 
 literal_operators! { [R: Real] Element<R> }
@@ -46,15 +46,15 @@ operator! {
 impl<R: Real> PartialEq for Element<R> {
     #[inline]
     fn eq(&self, other: &Self) -> bool {
-        decided::<R>(self.0.le(other.0)) && decided::<R>(other.0.le(self.0))
+        decided::<R>(self.0.less_equal(other.0)) && decided::<R>(other.0.less_equal(self.0))
     }
 }
 
 impl<R: Real> PartialOrd for Element<R> {
     #[inline]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        let below = decided::<R>(self.0.le(other.0));
-        let above = decided::<R>(other.0.le(self.0));
+        let below = decided::<R>(self.0.less_equal(other.0));
+        let above = decided::<R>(other.0.less_equal(self.0));
         match (below, above) {
             (true, true) => Some(Ordering::Equal),
             (true, false) => Some(Ordering::Less),

@@ -17,8 +17,8 @@ pub(crate) fn epsilon<R: Real>() -> R {
 /// Whether the number is negative, or the negative zero.
 pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     let zero = R::zero();
-    let at_zero = x.le(zero) & zero.le(x);
-    x.lt(zero) | (at_zero & x.detach().recip().lt(zero))
+    let at_zero = x.less_equal(zero) & zero.less_equal(x);
+    x.less(zero) | (at_zero & x.detach().recip().less(zero))
 }
 
 /// The integer part, as a constant. Found bit by bit, from the highest down: exact in any type.
@@ -26,19 +26,19 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
     // Compared with the half, so that the highest bit does not exceed the number and overflow.
-    while (bit.le(half) & finite).any() {
+    while (bit.less_equal(half) & finite).any() {
         bit *= two;
     }
     let mut whole = zero;
-    while R::one().le(bit).any() {
+    while R::one().less_equal(bit).any() {
         let more = whole + bit;
-        whole = R::select(more.le(size), more, whole);
+        whole = R::select(more.less_equal(size), more, whole);
         bit /= two;
     }
     // Infinities and NaN are kept, and so is the sign of zero.
     let whole = R::select(finite, whole, size);
-    let whole = R::select(x.lt(zero), -whole, whole);
-    R::select(size.le(zero), x.detach(), whole)
+    let whole = R::select(x.less(zero), -whole, whole);
+    R::select(size.less_equal(zero), x.detach(), whole)
 }
 
 /// `a - q b` with `q` the integer part of `a / b`, exactly (`fmod`); the derivative is that for a
@@ -46,13 +46,13 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
 pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let (zero, divisor) = (R::zero(), b.detach().abs());
     let size = a.detach().abs();
-    let defined = size.finite() & zero.lt(divisor);
+    let defined = size.finite() & zero.less(divisor);
     // Long division: the divisor is scaled up by powers of `FAR` to just below the dividend, and each
     // scaled divisor is subtracted in binary multiples. Every difference is exact.
     let far = R::lit(FAR);
     let (mut left, mut unit) = (size, divisor);
     loop {
-        let grows = (unit * far).le(size) & defined;
+        let grows = (unit * far).less_equal(size) & defined;
         if !grows.any() {
             break;
         }
@@ -62,10 +62,10 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
         let mut times = FAR;
         while times >= 1.0 {
             let multiple = unit * R::lit(times);
-            left = R::select(multiple.le(left) & defined, left - multiple, left);
+            left = R::select(multiple.less_equal(left) & defined, left - multiple, left);
             times *= 0.5;
         }
-        let larger = divisor.lt(unit) & defined;
+        let larger = divisor.less(unit) & defined;
         if !larger.any() {
             break;
         }
@@ -74,10 +74,10 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let whole = round((size - left) / divisor);
     let value = R::select(sign_bit(a), -left, left);
     let value = R::select(defined, value, R::lit(f64::NAN));
-    let whole = R::select(a.lt(zero), -whole, whole);
-    let whole = R::select(b.lt(zero), -whole, whole);
+    let whole = R::select(a.less(zero), -whole, whole);
+    let whole = R::select(b.less(zero), -whole, whole);
     // Where the quotient is 0 the divisor has no part in the derivative, even if it is infinite.
-    let moves = R::select(whole.abs().le(zero), a, a - b * whole);
+    let moves = R::select(whole.abs().less_equal(zero), a, a - b * whole);
     value.straight_through(moves)
 }
 
@@ -86,13 +86,13 @@ const FAR: f64 = (1_u64 << 60) as f64;
 
 pub(crate) fn floor<R: Real>(x: R) -> R {
     let whole = truncated(x);
-    R::select(x.lt(whole), whole - R::one(), whole)
+    R::select(x.less(whole), whole - R::one(), whole)
 }
 
 /// The nearest integer, halves away from zero, as a constant.
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
-    let far = R::lit(0.5).le((x - whole).abs());
-    let away = R::select(x.lt(zero), -one, one);
+    let far = R::lit(0.5).less_equal((x - whole).abs());
+    let away = R::select(x.less(zero), -one, one);
     R::select(far, whole + away, whole)
 }

@@ -54,7 +54,7 @@ impl Elementary {
             Self::Cosh => x.elementary(Self::Sinh),
             Self::Asinh => asinh_partial(x),
             Self::Acosh => ((x - one).sqrt() * (x + one).sqrt()).recip(),
-            Self::Atanh => R::select(one.lt(x.abs()), value, rule::one_minus_square(x).recip()),
+            Self::Atanh => R::select(one.less(x.abs()), value, rule::one_minus_square(x).recip()),
             Self::ExpM1 => x.exp(),
             Self::Ln1p => rule::ln(one + x).1,
             Self::Log2 => rule::ln(x).1 / R::lit(2.0).ln(),
@@ -70,8 +70,8 @@ impl Elementary {
 /// The value at `x` of an odd function, given that at `|x|`. A zero keeps its sign.
 #[inline(always)]
 fn odd<R: Real>(x: R, of_size: R) -> R {
-    let signed = R::select(x.lt(R::zero()), -of_size, of_size);
-    R::select(x.abs().le(R::zero()), x, signed)
+    let signed = R::select(x.less(R::zero()), -of_size, of_size);
+    R::select(x.abs().less_equal(R::zero()), x, signed)
 }
 
 /// For small `x`, `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels; `x` itself where halving
@@ -81,9 +81,9 @@ fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
     let half = x * R::lit(0.5);
     let t = half.tanh();
-    let halved = (half + half).le(x) & x.le(half + half);
+    let halved = (half + half).less_equal(x) & x.less_equal(half + half);
     let small = R::select(halved, (t + t) / (one - t), x);
-    R::select(x.abs().lt(one), small, x.exp() - one)
+    R::select(x.abs().less(one), small, x.exp() - one)
 }
 
 /// By W. Kahan's formula: the factor `x / (u - 1)` makes up for the rounding of `u = 1 + x`.
@@ -92,7 +92,7 @@ fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
     let u = one + x;
     let rounded = u - one;
-    let vanishes = rounded.abs().le(R::zero());
+    let vanishes = rounded.abs().less_equal(R::zero());
     let corrected = R::select(rounded.finite(), u.ln() * (x / rounded), u.ln());
     R::select(vanishes, x, corrected)
 }
@@ -168,7 +168,7 @@ fn cbrt<R: Real>(x: R) -> R {
 /// differentiated as one of `tanh(x/2)`: the derivative of `rest * share` is a difference near 0.
 #[inline(always)]
 fn sigmoid<R: Real>(x: R) -> (R, R) {
-    let (one, negative) = (R::one(), x.lt(R::zero()));
+    let (one, negative) = (R::one(), x.less(R::zero()));
     let power = R::select(negative, x, -x).exp();
     let share = (one + power).recip();
     let rest = power * share;
@@ -179,7 +179,7 @@ fn sigmoid<R: Real>(x: R) -> (R, R) {
 
 #[inline(always)]
 fn softplus<R: Real>(x: R) -> R {
-    let negative = x.lt(R::zero());
+    let negative = x.less(R::zero());
     let above = R::select(negative, R::zero(), x);
     above + ln_1p(R::select(negative, x, -x).exp())
 }

@@ -7,7 +7,7 @@ use crate::rule;
 /// A mask from the number that stands for it.
 #[inline(always)]
 pub(crate) fn holds<L: Real>(mask: L) -> L::Mask {
-    L::lit(0.5).lt(mask)
+    L::lit(0.5).less(mask)
 }
 
 /// The number that stands for a mask.
@@ -19,8 +19,8 @@ pub(crate) fn number<L: Real>(mask: L::Mask) -> L {
 #[inline(always)]
 pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
     let mask = match f {
-        Logic::Lt => a.lt(b),
-        Logic::Le => a.le(b),
+        Logic::Less => a.less(b),
+        Logic::LessEqual => a.less_equal(b),
         Logic::And => holds(a) & holds(b),
         Logic::Or => holds(a) | holds(b),
         Logic::Not => !holds(a),

@@ -112,8 +112,8 @@ pub(crate) enum Binary {
 /// An operation whose result is a mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Logic {
-    Lt,
-    Le,
+    Less,
+    LessEqual,
     And,
     Or,
     /// The negation of the first operand.

@@ -182,11 +182,11 @@ impl Real for Symbol {
         });
         f64::NAN
     }
-    fn lt(self, other: Self) -> SymbolMask {
-        logic(Logic::Lt, self.0, other.0)
+    fn less(self, other: Self) -> SymbolMask {
+        logic(Logic::Less, self.0, other.0)
     }
-    fn le(self, other: Self) -> SymbolMask {
-        logic(Logic::Le, self.0, other.0)
+    fn less_equal(self, other: Self) -> SymbolMask {
+        logic(Logic::LessEqual, self.0, other.0)
     }
     fn select(mask: SymbolMask, if_true: Self, if_false: Self) -> Self {
         push(Op::Select(mask.0, [if_true.0, if_false.0]))

@@ -75,14 +75,14 @@ impl<R: Real> Real for Var<R> {
         if rule::is_nan(self.value) {
             return self.apply((self.value.max(bound.value), self.value));
         }
-        Self::select(self.le(bound), bound, self)
+        Self::select(self.less_equal(bound), bound, self)
     }
     #[inline]
     fn min(self, bound: Self) -> Self {
         if rule::is_nan(self.value) {
             return self.apply((self.value.min(bound.value), self.value));
         }
-        Self::select(bound.le(self), bound, self)
+        Self::select(bound.less_equal(self), bound, self)
     }
     #[inline]
     fn signum(self) -> Self {

@@ -10,7 +10,7 @@ use crate::rule::one_answer;
 /// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
 ///
 /// Constants, and results of constants alone, have no history and are never recorded. `==`, `<`
-/// and [`Real::lt`] compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity: a constant
+/// and [`Real::less`] compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity: a constant
 /// zero.
 ///
 /// # Panics

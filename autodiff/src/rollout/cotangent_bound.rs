@@ -57,7 +57,7 @@ impl CotangentBound {
             let mut of_start: Vec<R> = of_start.copied().collect();
             let (squared, unit) = measure(&mut of_start);
             let in_units = limit / unit;
-            let exceeds = (in_units * in_units).lt(squared) | !squared.finite();
+            let exceeds = (in_units * in_units).less(squared) | !squared.finite();
             // With infinite numbers among them, a factor of zero would hide the others.
             let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
@@ -74,13 +74,13 @@ impl CotangentBound {
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();
     // Squares that underflow, even in single precision, are below 1e-38: nothing beside this.
-    let fits = R::lit(1e-30).le(squared) & squared.finite();
+    let fits = R::lit(1e-30).less_equal(squared) & squared.finite();
     if fits.all() {
         return (squared, R::one());
     }
     let magnitudes = numbers.iter().map(|x| x.detach().abs());
     let largest = magnitudes.fold(R::zero(), |largest, x| x.max(largest));
-    let unit = R::select(fits | largest.le(R::zero()), R::one(), largest);
+    let unit = R::select(fits | largest.less_equal(R::zero()), R::one(), largest);
     for number in &mut *numbers {
         *number /= unit;
     }

@@ -209,7 +209,7 @@ fn gradients_are_the_sums_of_single_ones() {
             let scale = alone.iter().fold(R::zero(), |most, g| most.max(g.abs()));
             for (i, (&a, &b)) in together.iter().zip(&alone).enumerate() {
                 let off = (a - b).abs() / scale;
-                let near = crate::Mask::all(off.le(R::lit(tolerance)));
+                let near = crate::Mask::all(off.less_equal(R::lit(tolerance)));
                 assert!(near, "{i}: {a:?} {b:?} of {scale:?}");
             }
         }

@@ -47,7 +47,11 @@ macro_rules! define_lanes {
             #[inline(always)]
             fn splat(value: bool) -> Self {
                 let zero = <$name as Zero>::zero();
-                if value { zero.le(zero) } else { zero.lt(zero) }
+                if value {
+                    zero.less_equal(zero)
+                } else {
+                    zero.less(zero)
+                }
             }
             #[inline(always)]
             fn any(self) -> bool {
@@ -66,7 +70,7 @@ macro_rules! define_lanes {
             -a => Self::lit(-0.0) - a,
             0 => Self::lit(0.0),
             1 => Self::lit(1.0),
-            a == 0 => (a.le(Self::lit(0.0)) & Self::lit(0.0).le(a)).all(),
+            a == 0 => (a.less_equal(Self::lit(0.0)) & Self::lit(0.0).less_equal(a)).all(),
         }
         $crate::operators::literal_operators! { [] $name }
 
@@ -158,7 +162,7 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
-                Self::select(self.lt(bound), if_less, otherwise)
+                Self::select(self.less(bound), if_less, otherwise)
             }
             #[inline(always)]
             fn magnitude(self) -> Self {
@@ -189,11 +193,11 @@ macro_rules! define_lanes {
                 lanes[0].into()
             }
             #[inline(always)]
-            fn lt(self, other: Self) -> $mask {
+            fn less(self, other: Self) -> $mask {
                 unsafe { $lt(self.0, other.0) }
             }
             #[inline(always)]
-            fn le(self, other: Self) -> $mask {
+            fn less_equal(self, other: Self) -> $mask {
                 unsafe { $le(self.0, other.0) }
             }
             #[inline(always)]
@@ -218,7 +222,7 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn sin(self) -> Self {
-                if self.abs().le(Self::lit(math::SIN_RANGE)).all() {
+                if self.abs().less_equal(Self::lit(math::SIN_RANGE)).all() {
                     math::sin_cos(self).0
                 } else {
                     self.each(self, |x, _| Real::sin(x))
@@ -226,7 +230,7 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn cos(self) -> Self {
-                if self.abs().le(Self::lit(math::SIN_RANGE)).all() {
+                if self.abs().less_equal(Self::lit(math::SIN_RANGE)).all() {
                     math::sin_cos(self).1
                 } else {
                     self.each(self, |x, _| Real::cos(x))

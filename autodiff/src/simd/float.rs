@@ -19,11 +19,11 @@ macro_rules! impl_real_for_float {
                 self.into()
             }
             #[inline(always)]
-            fn lt(self, other: Self) -> bool {
+            fn less(self, other: Self) -> bool {
                 self < other
             }
             #[inline(always)]
-            fn le(self, other: Self) -> bool {
+            fn less_equal(self, other: Self) -> bool {
                 self <= other
             }
             #[inline(always)]

@@ -13,8 +13,8 @@ const FUNCTIONS: usize = 27;
 
 #[inline(always)]
 fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
-    let small = x.lt(R::lit(0.5)) & R::lit(-0.5).le(x);
-    let large = !(x.abs().lt(R::lit(3.0)) | R::lit(1e3).lt(x));
+    let small = x.less(R::lit(0.5)) & R::lit(-0.5).less_equal(x);
+    let large = !(x.abs().less(R::lit(3.0)) | R::lit(1e3).less(x));
     [
         x.exp(),
         x.tanh(),
@@ -92,7 +92,7 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     All(&x, &mut narrow).run::<S>();
     for k in 0..FUNCTIONS {
         for (place, (w, n)) in wide[k].iter().zip(&narrow[k]).enumerate() {
-            let nan = !(w.le(*w).any() | n.le(*n).any());
+            let nan = !(w.less_equal(*w).any() | n.less_equal(*n).any());
             let (x, same) = (x[place], nan || bits(*w) == bits(*n));
             assert!(
                 same,
@@ -186,7 +186,7 @@ impl<S: Real> Vectorized<S> for MoveLanes {
 
 #[inline(always)]
 fn is<S: Real>(number: S, expected: S) -> bool {
-    (number.le(expected) & expected.le(number)).all()
+    (number.less_equal(expected) & expected.less_equal(number)).all()
 }
 
 #[test]

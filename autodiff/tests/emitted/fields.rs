@@ -52,7 +52,7 @@ impl Kernel<2, 2> for Fielded {
         let branch = |is_true: bool| if is_true { (k * x).sin() } else { k * x };
         let first = match case {
             Use::Values => {
-                let chosen = R::select(k.lt(x), l, R::zero()).abs();
+                let chosen = R::select(k.less(x), l, R::zero()).abs();
                 k * x - R::lit(-b) * y + chosen * (k + x * x + R::lit(100.0)).sqrt()
             }
             Use::Exponent => x.powi(a as i32),

@@ -12,7 +12,7 @@ impl Kernel<2, 3> for Held {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
         let rounded = (x * y).straight_through(x * x.sin());
-        let held = R::select(x.lt(y), x, R::one()).detach();
+        let held = R::select(x.less(y), x, R::one()).detach();
         [
             x.detach() * y + rounded.sin(),
             rounded * y,
@@ -44,13 +44,13 @@ impl Kernel<2, GUARDED> for Guarded {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; GUARDED] {
         let (zero, one) = (R::zero(), R::one());
-        let (positive, above) = (zero.lt(x), R::lit(1e100).le(x));
+        let (positive, above) = (zero.less(x), R::lit(1e100).less_equal(x));
         let area = y * x;
         [
             area,
             R::select(positive, x.ln(), zero),
             R::select(positive, y * x.sqrt(), zero),
-            R::select(x.lt(R::lit(30.0)), (one + x.exp()).ln(), x),
+            R::select(x.less(R::lit(30.0)), (one + x.exp()).ln(), x),
             R::select(above, x, area * area * area),
             R::select(above, x, R::lit(f64::INFINITY) * y),
             x.exp() * y,

@@ -76,7 +76,7 @@ impl Kernel<3, RESULTS> for Every {
         assigned -= z * z;
         assigned *= x;
         assigned /= R::one() + y * y;
-        let inside = x.lt(y) & !y.le(z) | z.finite() & x.lt(z);
+        let inside = x.less(y) & !y.less_equal(z) | z.finite() & x.less(z);
         [
             x.exp() - y.sin() * z.cos(),
             y.tan() + x.tanh(),

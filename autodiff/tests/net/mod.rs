@@ -69,7 +69,7 @@ struct Move;
 impl Kernel<4, 2> for Move {
     fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * w * R::lit(0.01);
-        let v = R::select(x.lt(R::lit(-0.2)), v.max(R::zero()), v);
+        let v = R::select(x.less(R::lit(-0.2)), v.max(R::zero()), v);
         [x + R::lit(0.01) * v, v]
     }
 }

@@ -7,7 +7,7 @@ use autodiff::Real;
 #[inline(always)]
 pub(super) fn rotate<R: Real>(r: [R; 3], v: [R; 3]) -> [R; 3] {
     let squared = dot(r, r);
-    let at_zero = squared.le(R::zero());
+    let at_zero = squared.less_equal(R::zero());
     // Any other number in place of the zero: what follows is then not selected.
     let angle = R::select(at_zero, R::one(), squared).sqrt();
     let inverse = angle.recip();

@@ -64,7 +64,7 @@ impl Vectorized<f64> for Closest<'_> {
                     let gap = L::load(&columns[i][first..]) - L::splat(centroid[i]);
                     distance = gap.fma(gap, distance);
                 }
-                let closer = distance.lt(least);
+                let closer = distance.less(least);
                 least = L::select(closer, distance, least);
                 index = L::select(closer, L::lit(k as f64), index);
             }

@@ -69,7 +69,7 @@ pub fn argmin<R: Real, M: Mode>(objective: &impl Objective, given: &[R], x: &[R]
             return x;
         }
         let next_value = objective.eval(given, &next);
-        if autodiff::Mask::any(next_value.lt(value)) {
+        if autodiff::Mask::any(next_value.less(value)) {
             slope = M::gradient(objective, given, &next);
             (x, value) = (next, next_value);
             taken += 1;
@@ -87,5 +87,5 @@ fn length<R: Real>(v: &[R]) -> R {
 
 /// Whether a single number is at most this.
 fn below<R: Real>(number: R, bound: f64) -> bool {
-    autodiff::Mask::any(number.le(R::lit(bound)))
+    autodiff::Mask::any(number.less_equal(R::lit(bound)))
 }

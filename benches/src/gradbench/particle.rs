@@ -47,7 +47,7 @@ impl<M: Mode> Objective for Miss<M> {
             for i in 0..2 {
                 place[i] += dt * velocity[i];
             }
-            if place[1].le(R::zero()).any() {
+            if place[1].less_equal(R::zero()).any() {
                 break;
             }
             for i in 0..2 {

@@ -158,9 +158,9 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
     #[inline(always)]
     pub(super) fn touch(&self, height: L, velocity: L) -> (L::Mask, L, L::Mask) {
         let (zero, dt) = (L::zero(), L::splat(self.dt));
-        let touches = dt.fma(velocity, height).lt(zero) & velocity.lt(zero);
+        let touches = dt.fma(velocity, height).less(zero) & velocity.less(zero);
         let impact = -height / L::select(touches, velocity, -L::one());
-        let inside = touches & zero.lt(impact) & impact.lt(dt);
+        let inside = touches & zero.less(impact) & impact.less(dt);
         let bounded = impact.clamp(zero, dt);
         (touches, L::select(touches, bounded, dt), inside)
     }

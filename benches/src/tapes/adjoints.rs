@@ -57,8 +57,8 @@ impl Flight {
         let t19 = x3.fma(t13, t18);
         let t20 = x5.fma(x6, t19);
         let t21 = t12.fma(t20, x1);
-        let t22 = t21.lt(t11);
-        let t23 = t20.lt(t11);
+        let t22 = t21.less(t11);
+        let t23 = t20.less(t11);
         let t24 = t22 & t23;
         let t25 = -x1;
         let t26 = R::lit(-1.0);
@@ -67,9 +67,9 @@ impl Flight {
         let t30 = t25 * t29;
         let t31 = t29 * t30;
         let t32 = -t31;
-        let t33 = t30.le(t11);
+        let t33 = t30.less_equal(t11);
         let t35 = R::select(t33, t11, t30);
-        let t36 = t12.le(t35);
+        let t36 = t12.less_equal(t35);
         let t45 = R::select(t24, t11, y3);
         let t47 = R::select(t24, t11, y2);
         let t48 = y1 * t20;

@@ -31,7 +31,7 @@ impl Kernel<7, 4> for Flight {
         let (zero, dt, decay) = (R::zero(), R::lit(DT), R::lit(DECAY));
         let vx = jx.fma(inverse_mass, decay * vx);
         let vy = jy.fma(inverse_mass, decay * vy + R::lit(GRAVITY));
-        let touches = dt.fma(vy, y).lt(zero) & vy.lt(zero);
+        let touches = dt.fma(vy, y).less(zero) & vy.less(zero);
         let time = -y / R::select(touches, vy, -R::one());
         let moving = R::select(touches, time.clamp(zero, dt), dt);
         let after = |v: R| R::select(touches, zero, v);

@@ -235,7 +235,7 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
         }
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),
-        RunOutcome::Taken => "is at work in another process".to_owned(),
+        RunOutcome::Taken => "is being run by another process".to_owned(),
     }
 }
 

@@ -21,7 +21,7 @@ fn besieged(options: &str) {
             if bench.path("a/summary.json").exists() {
                 break;
             }
-            let says = "error: a: another process is at work on this run\n";
+            let says = "error: a: another process is running this run\n";
             assert_eq!((said.code, &said.error[..]), (2, says));
             refused += 1;
         }

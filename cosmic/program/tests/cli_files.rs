@@ -1,4 +1,4 @@
-//! `docs/files.md` has every key and every column of the files that users read and write.
+//! `docs/files.md` and `docs/scene.md` have every key and every column of the files that users read and write.
 
 use crate::common::Bench;
 use cosmic::case::Case;
@@ -33,15 +33,17 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
-/// A link to `docs/files.md`, so that the page is in the package too.
-fn page() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files.md")
+/// A link to a page of `docs`, so that the page is in the package too.
+fn page(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests")
+        .join(name)
 }
 
 /// Names that the page does not have as words of code.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
-    let page = fs::read_to_string(page()).unwrap();
-    let is_missing = |name: &&String| !page.contains(&format!("`{name}`"));
+    let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
+    let is_missing = |name: &&String| !pages.concat().contains(&format!("`{name}`"));
     names.iter().filter(is_missing).collect()
 }
 
@@ -154,14 +156,13 @@ fn every_key_that_a_case_may_have_is_on_the_page() {
 /// The tables of the scene's keys are those that the declarations give. `EMIT=1` writes them again.
 #[test]
 fn the_keys_of_a_scene_are_on_the_page() {
-    const BEFORE: &str = "`base` cannot be changed with `--set`.\n\n";
-    const AFTER: &str = "## A run's folder\n";
-    let page_now = fs::read_to_string(page()).unwrap();
-    let (head, rest) = page_now.split_once(BEFORE).unwrap();
-    let (_, tail) = rest.split_once(AFTER).unwrap();
-    let fresh = format!("{head}{BEFORE}{}{AFTER}{tail}", reference());
+    const BEFORE: &str = "## Keys\n\n";
+    let page = page("scene.md");
+    let page_now = fs::read_to_string(&page).unwrap();
+    let (head, _) = page_now.split_once(BEFORE).unwrap();
+    let fresh = format!("{head}{BEFORE}{}\n", reference().trim_end());
     if std::env::var_os("EMIT").is_some() {
-        fs::write(page(), fresh).unwrap();
+        fs::write(page, fresh).unwrap();
     } else {
         let differs = page_now.lines().zip(fresh.lines()).find(|(a, b)| a != b);
         assert_eq!(differs, None, "EMIT=1 writes the tables again");

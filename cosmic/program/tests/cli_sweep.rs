@@ -76,7 +76,7 @@ fn runs_that_cannot_be_done_are_passed_over() {
     for index in ["all", "auto"] {
         let says = [
             "run 0, stiff-0: after iteration ",
-            "\n1 more of this sweep cannot",
+            "\n1 more run of this sweep failed",
         ];
         sweep(&format!("run s --index {index}")).fails(2, &says);
     }
@@ -101,7 +101,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     let said = sweep("run s --index all");
     let says = "error: run 0, tiny-0: s/runs/tiny-0: the folder is not empty, and no run is in it";
     said.fails(2, &[says]);
-    assert!(!said.error.contains("more of this sweep"), "{said:?}");
+    assert!(!said.error.contains("of this sweep failed"), "{said:?}");
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
@@ -171,7 +171,10 @@ fn a_full_disk_ends_runs_and_loses_nothing() {
         .args([OsStr::new("-c"), OsStr::new(full), &program])
         .current_dir(bench.path(""))
         .output();
-    let says = ["run 0, tiny-0: cannot write", "2 more of this sweep cannot"];
+    let says = [
+        "run 0, tiny-0: cannot write",
+        "2 more runs of this sweep failed",
+    ];
     Told::of(said.unwrap()).fails(4, &says);
     assert_eq!(counts(&bench)[2..], [0, 0]);
     bench.cosmic("sweep run s").ok();
@@ -266,7 +269,7 @@ fn a_killed_process_gives_its_run_back() {
     let is_running = child.try_wait().unwrap().is_none();
     // Unless it ended meanwhile, the run is not to be had.
     if is_running {
-        taken.fails(2, &["at work in another process"]);
+        taken.fails(2, &["being run by another process"]);
     }
     child.kill().unwrap();
     child.wait().unwrap();

@@ -78,7 +78,7 @@ mod tests {
                 "physics.gravity=-4.8",
                 "gravity points up (physics.gravity = -4.8)",
             ),
-            ("physics.contact=none", "the robot falls for good"),
+            ("physics.contact=none", "the robot falls forever"),
             (
                 "ground.profile=rough",
                 "the rough ground ends within eight lengths of the robot",

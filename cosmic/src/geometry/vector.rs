@@ -162,7 +162,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
         }
         let length = self.norm();
-        let rests = length.le(R::zero());
+        let rests = length.less_equal(R::zero());
         let safe = R::select(rests, R::one(), length);
         self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
     }

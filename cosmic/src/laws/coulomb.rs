@@ -32,7 +32,7 @@ impl Contact for Coulomb {
         let braked = along.shortened(friction * impact.velocity.up().abs());
         // Without friction nothing holds a node at rest: no kink is there, and no derivative of
         // one.
-        Vector::select(R::zero().lt(friction), braked, along).along()
+        Vector::select(R::zero().less(friction), braked, along).along()
     }
 
     // Without a way out of the ground after the impact, which is none.

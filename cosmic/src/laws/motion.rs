@@ -55,7 +55,7 @@ impl Drift {
     pub fn touch<R: Real, const D: usize>(&self, node: Particle<R, D>) -> (R::Mask, R) {
         let (height, out) = (node.x.up(), node.v.up());
         let (zero, dt) = (R::zero(), R::lit(self.dt));
-        let touches = dt.fma(out, height).lt(zero) & out.lt(zero);
+        let touches = dt.fma(out, height).less(zero) & out.less(zero);
         let approach = R::select(touches, out, -R::one());
         let time_of_impact = (-height / approach).clamp(zero, dt);
         (touches, R::select(touches, time_of_impact, dt))

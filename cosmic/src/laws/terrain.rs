@@ -63,7 +63,7 @@ impl Terrain {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
         let Particle { x, v } = way.node;
         // A node that goes straight up or down stays over its segment.
-        let speed = R::select(v.forward().abs().lt(least), least, v.forward());
+        let speed = R::select(v.forward().abs().less(least), least, v.forward());
         let per_way = speed.recip();
         let mut met = Meeting::none(way.left);
         let mut enters = R::lit(f64::NEG_INFINITY) * per_way;
@@ -77,9 +77,9 @@ impl Terrain {
             let last = enters.max(leaves).min(way.left);
             enters = leaves;
             let (height, out) = (plane.height(x), plane.axes.out(v));
-            let sinks = last.fma(out, height).lt(zero) & out.lt(zero);
-            let is_other = number.lt(but) | but.lt(number);
-            let is_met = sinks & is_other & first.lt(last) & first.lt(earliest);
+            let sinks = last.fma(out, height).less(zero) & out.less(zero);
+            let is_other = number.less(but) | but.less(number);
+            let is_met = sinks & is_other & first.less(last) & first.less(earliest);
             earliest = R::select(is_met, first, earliest);
             last_met = R::select(is_met, last, last_met);
             met.touches = met.touches | is_met;

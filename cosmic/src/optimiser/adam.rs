@@ -77,7 +77,7 @@ fn bias_correction(decay: f64, updates: u64) -> f64 {
 
 /// Scales a vector down to the Euclidean norm `bound` if it is longer; returns the norm before.
 ///
-/// A vector with an entry that is not finite is left alone: the norm returned is then not finite. It
+/// A vector with an entry that is not finite stays unchanged, and the returned norm is not finite. It
 /// is infinite too where it is larger than any number.
 pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
     // Scaled by the largest entry: squares of exploding gradients would overflow.

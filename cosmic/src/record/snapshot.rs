@@ -42,7 +42,7 @@ pub enum Search {
     /// All starts are carried out.
     #[default]
     Full,
-    /// Successive halving: weak starts are dropped on the way, as the scene's `[search]` says.
+    /// Successive halving: weak starts are dropped early, by the scene's `[search]`.
     Halving,
 }
 

@@ -13,7 +13,7 @@ use crate::settings::{
 };
 
 settings! {
-    /// What the robot is to do; what is reported is the displacement, whatever the task.
+    /// The task of the robot. Displacement is reported for every task.
     struct ObjectiveSettings {
         /// To get far, to be near a point, to climb, to go back, or to save energy.
         task: TaskKind = TaskKind::Far, since 1,
@@ -30,7 +30,7 @@ settings! {
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
-        /// For "economy": metres that a joule per kilogram lost to damping is worth.
+        /// For "economy": the price, in metres, of a joule per kilogram lost to damping.
         energy_price: f64 = 0.1, allowed within(0.0, 1e6), unit "m kg/J", since 1,
             read "with the task `economy`" if |s: &Scene| s.objective.task == TaskKind::Economy && s.has_task(),
             source "beyond the paper";

@@ -43,7 +43,7 @@ const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
         in_force: |s| s.gradient.precision == GradientPrecision::F32,
         option: "gradient.precision",
-        says: "rollouts on the way are in f32, which has seven digits",
+        says: "rollouts during the optimisation are in f32, which has seven digits",
     },
     KnownDeparture {
         in_force: |s| s.schedule.snap_trials > 0 && s.designs(),

@@ -105,7 +105,7 @@ settings! {
 }
 
 settings! {
-    /// Bounds on the volume fractions, and how far they widen on the way.
+    /// Bounds on the volume fractions, and how far they widen during a run.
     struct VolumeSettings {
         /// Least and most share of solid edges, skeleton and actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE, source "paper, table 2";

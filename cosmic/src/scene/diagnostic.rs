@@ -6,7 +6,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Faults shown in full; a file that is no scene at all can have thousands.
+/// Faults shown in full; a file that is not a scene can have thousands.
 const SHOWN: usize = 10;
 
 /// The option in front of a setting on the command line.

@@ -92,7 +92,7 @@ const DOUBTS: [Doubt; 16] = [
     Doubt {
         holds: |s| !s.physics.contact.has_ground() && s.physics.gravity > 0.0,
         keys: &["physics.contact", "physics.gravity"],
-        says: "the robot falls for good: there is no ground",
+        says: "the robot falls forever: there is no ground",
     },
     Doubt {
         holds: |s| s.physics.contact.name() == "coulomb" && s.physics.friction == 0.0,
@@ -129,7 +129,7 @@ const DOUBTS: [Doubt; 16] = [
                 && s.controller.gain == Scene::paper().controller.gain
         },
         keys: &["controller.gain", "lattice.columns", "lattice.rows"],
-        says: "the first controller hardly moves so many nodes, that of the scene \"large\" does",
+        says: "the first controller barely moves so many nodes; the controller settings of the scene \"large\" suit them",
     },
     Doubt {
         holds: |s| s.controller.omega == 0.0,
@@ -144,7 +144,7 @@ const DOUBTS: [Doubt; 16] = [
     Doubt {
         holds: |s| s.selection.perturbation == 0.0,
         keys: &["selection.perturbation"],
-        says: "perturbed starts are all the same start, and medians over them say nothing",
+        says: "all perturbed starts are equal, so medians over them are meaningless",
     },
 ];
 

@@ -1,4 +1,4 @@
-//! The hand-made layouts: two with three legs (the paper's baseline, of which it lists no edges),
+//! The hand-made layouts: two with three legs (the paper's baseline; the paper lists no edges),
 //! and the filled one of its ablation.
 
 use super::design::Layout;

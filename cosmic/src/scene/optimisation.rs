@@ -28,13 +28,13 @@ settings! {
         /// Iteration of the hard snap; 0 with a "layout" start, which has none.
         snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
         /// Changes of one edge's material, of those of the least confidence, that are tried in full
-        /// rollouts at the snap, of which the best is kept.
+        /// rollouts at the snap; the best layout is kept.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
         /// Changes of one edge's material that are tried every so often after the snap, those from
         /// which a gradient promises most: each in a short rollout, the best quarter of them in full
-        /// ones, of which the best is kept.
+        /// ones; the best layout is kept.
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";

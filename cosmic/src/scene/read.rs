@@ -82,7 +82,7 @@ impl Scene {
         Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// The scene with single settings in place of its own, each a key and a TOML value such as
+    /// The scene with some settings replaced, each given as a key and a TOML value such as
     /// `physics.gravity=9.81`; of several for one key the last counts. Words need no quotes:
     /// `physics.contact=coulomb`. Whether settings fit one another is checked after all of them.
     ///
@@ -414,7 +414,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     Some((start..end, number))
 }
 
-/// The keys that choose laws, each of which may have a section of its name.
+/// The keys that choose laws. A law may have a section of its name.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
 /// The strings in a value, or in the entries of an array.

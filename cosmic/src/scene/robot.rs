@@ -156,7 +156,7 @@ settings! {
 }
 
 settings! {
-    /// What becomes of the void edges of a layout, whose stiffness is next to nothing.
+    /// Whether the void edges of a layout, which have almost no stiffness, are kept.
     #[derive(Default)]
     enum VoidEdges {
         /// They pull with the stiffness of void.
@@ -169,7 +169,7 @@ settings! {
 }
 
 settings! {
-    /// What becomes of a run whose time step is beyond the stable one.
+    /// What happens to a run with an unstable time step.
     enum UnstableStep {
         /// It is refused.
         Error = "error",

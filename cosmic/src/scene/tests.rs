@@ -76,7 +76,7 @@ fn with(path: &str, value: &str) -> Option<Scene> {
     Some(scene)
 }
 
-/// Minus the loss of another task is no task.
+/// The negated loss of another task does not make a task.
 #[test]
 fn two_goals_are_there_for_getting_far_alone() {
     let of = |task: &str| {

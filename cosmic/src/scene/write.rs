@@ -1,4 +1,4 @@
-//! A scene as TOML: complete, one key a line, each with what it means and what it may be.
+//! Writes a scene as complete TOML: one key per line, each with its meaning and the allowed values.
 
 use super::Scene;
 use super::version::{FORMAT, VERSION};

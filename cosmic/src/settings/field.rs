@@ -1,4 +1,4 @@
-//! A setting in place, with what its declaration says of it.
+//! A setting: its value in place, and its declaration.
 
 use std::any::Any;
 
@@ -61,7 +61,7 @@ pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> boo
 pub trait Settings {
     /// The subject of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// Its settings, in the order in which they are written; none unless it says so.
+    /// Its settings, in the order in which they are written; by default there are none.
     fn fields(&mut self) -> Vec<Field<'_>> {
         Vec::new()
     }

@@ -248,7 +248,7 @@ impl<T: Named> SettingValue for T {
 /// The word that a text is.
 ///
 /// # Errors
-/// [`Misfit`] for a value that is no text.
+/// [`Misfit`] for a value that is not a string.
 pub fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
     value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }

@@ -127,7 +127,7 @@ impl StepCheck {
     pub fn accept(&self, physics: &PhysicsSettings) -> Result<()> {
         match (self.grade(), physics.unstable_step) {
             (Grade::Unstable, UnstableStep::Error) => {
-                let or_leave = "; to go on all the same set physics.unstable_step = \"warn\"";
+                let or_leave = "; to continue anyway set physics.unstable_step = \"warn\"";
                 Err(self.error(self.remedy() + or_leave))
             }
             _ => Ok(()),

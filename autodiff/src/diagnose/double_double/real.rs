@@ -92,11 +92,11 @@ impl Real for DoubleDouble {
         self.high
     }
     #[inline]
-    fn lt(self, other: Self) -> bool {
+    fn less(self, other: Self) -> bool {
         self < other
     }
     #[inline]
-    fn le(self, other: Self) -> bool {
+    fn less_equal(self, other: Self) -> bool {
         self <= other
     }
     #[inline]

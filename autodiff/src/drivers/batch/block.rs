@@ -47,7 +47,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     let zero = L::zero();
     let mut found = L::Mask::splat(false);
     for w in 0..W {
-        found = found | (block[w].le(zero) & zero.le(block[w]));
+        found = found | (block[w].less_equal(zero) & zero.less_equal(block[w]));
     }
     found.any()
 }

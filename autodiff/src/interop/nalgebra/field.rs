@@ -85,7 +85,7 @@ impl<R: Real> AbsDiffEq for Element<R> {
         Self(rounding::epsilon())
     }
     fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
-        decided::<R>((self.0 - other.0).abs().le(epsilon.0)) || self == other
+        decided::<R>((self.0 - other.0).abs().less_equal(epsilon.0)) || self == other
     }
 }
 
@@ -219,8 +219,8 @@ impl<R: Real> RealField for Element<R> {
 /// terms cancel: there they are taken from the series.
 fn cardinal<R: Real>(value: R, x: R, series: R) -> R {
     let (size, quotient) = (x.abs(), value / x);
-    let near = R::select(size.lt(R::one()), series, quotient);
-    R::select(size.le(R::zero()), R::one(), quotient).straight_through(near)
+    let near = R::select(size.less(R::one()), series, quotient);
+    R::select(size.less_equal(R::zero()), R::one(), quotient).straight_through(near)
 }
 
 /// `1 + r/3! + r^2/5! + ...` for `|r| < 1`, inside out. `1 / 31!` is 1e-34: enough for every type.

@@ -8,8 +8,8 @@ use crate::real::Real;
 
 impl<R: Real> Parameters<R> for Element<R> {
     type With<S: Real> = Element<S>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Element<S> {
-        Element(self.0.map(walk))
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Element<S> {
+        Element(self.0.map_numbers(walk))
     }
 }
 
@@ -20,26 +20,26 @@ fn entries<R: Real, S: Real, M: Dim, N: Dim>(
 ) -> Vec<Element<S>> {
     let rows = matrix.row_iter().map(|row| row.iter().copied().collect());
     let rows: Vec<Vec<Element<R>>> = rows.collect();
-    rows.map(walk).concat()
+    rows.map_numbers(walk).concat()
 }
 
 impl<R: Real> Parameters<R> for DMatrix<Element<R>> {
     type With<S: Real> = DMatrix<Element<S>>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
         DMatrix::from_row_slice(self.nrows(), self.ncols(), &entries(self, walk))
     }
 }
 
 impl<R: Real> Parameters<R> for DVector<Element<R>> {
     type With<S: Real> = DVector<Element<S>>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
-        DVector::from_vec(self.as_slice().to_vec().map(walk))
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        DVector::from_vec(self.as_slice().to_vec().map_numbers(walk))
     }
 }
 
 impl<R: Real, const M: usize, const N: usize> Parameters<R> for SMatrix<Element<R>, M, N> {
     type With<S: Real> = SMatrix<Element<S>, M, N>;
-    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
         SMatrix::from_row_slice(&entries(self, walk))
     }
 }

@@ -29,7 +29,7 @@ pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
     let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
     // Half angles below 1/4 rad: the terms that the series leaves out are less than 1e-38.
-    let small = square.lt(R::lit(0.0625));
+    let small = square.less(R::lit(0.0625));
     let angle = R::select(small, R::one(), square).sqrt();
     let cos = R::select(small, series(square, 0), angle.cos());
     let sinc = R::select(small, series(square, 1), angle.sin() / angle);

@@ -166,7 +166,10 @@ impl<'a> Printer<'a> {
             Op::Logic(Logic::And, [a, b]) => format!("{} & {}", name(a), name(b)),
             Op::Logic(Logic::Or, [a, b]) => format!("{} | {}", name(a), name(b)),
             Op::Logic(Logic::Not, [x, _]) => format!("!{}", name(x)),
-            Op::Logic(f, [a, b]) => format!("{}.{}({})", name(a), method(f), name(b)),
+            Op::Logic(Logic::Less, [a, b]) => format!("{}.less({})", name(a), name(b)),
+            Op::Logic(Logic::LessEqual, [a, b]) => {
+                format!("{}.less_equal({})", name(a), name(b))
+            }
             Op::Fma([a, b, c]) => format!("{}.fma({}, {})", name(a), name(b), name(c)),
             Op::Select(m, [a, b]) => format!("R::select({}, {}, {})", name(m), name(a), name(b)),
         }

@@ -20,7 +20,7 @@ impl Reprojection {
         let t25 = x1.fma(x1, t21);
         let t27 = x2 + x2;
         let t28 = x2.fma(x2, t25);
-        let t29 = t28.le(t15);
+        let t29 = t28.less_equal(t15);
         let t31 = R::select(t29, t17, t28);
         let t32 = t31.sqrt();
         let t33 = R::lit(0.5);

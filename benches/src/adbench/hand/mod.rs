@@ -219,7 +219,7 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
     let r = [theta[0], theta[1], theta[2]];
     let small = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
         .sqrt()
-        .lt(R::lit(NO_ROTATION));
+        .less(R::lit(NO_ROTATION));
     let mut matrix = [[R::zero(); 4]; 3];
     for column in 0..3 {
         let mut unit = [R::zero(); 3];

@@ -17,7 +17,7 @@ impl Gate {
         let t7 = R::lit(1.0);
         let t8 = t5 * t6;
         let t10 = t8 + t8;
-        let t11 = t8.lt(t4);
+        let t11 = t8.less(t4);
         let t12 = -t10;
         let t13 = R::select(t11, t10, t12);
         let t14 = t13.exp();
@@ -26,7 +26,7 @@ impl Gate {
         let t17 = t16.recip();
         let t18 = t15 * t17;
         let t19 = t8.abs();
-        let t20 = t19.lt(t5);
+        let t20 = t19.less(t5);
         let t22 = (-r0).fma(r0, t7);
         let t23 = t14 * t18;
         let t24 = t18 * t23;
@@ -49,7 +49,7 @@ impl Change {
         let t5 = x0.fma(x1, x2);
         let t6 = R::lit(1.0);
         let t8 = t5 + t5;
-        let t9 = t5.lt(t4);
+        let t9 = t5.less(t4);
         let t10 = -t8;
         let t11 = R::select(t9, t8, t10);
         let t12 = t11.exp();
@@ -59,7 +59,7 @@ impl Change {
         let t16 = t13 * t15;
         let t17 = t5.abs();
         let t18 = R::lit(0.5);
-        let t19 = t17.lt(t18);
+        let t19 = t17.less(t18);
         let t21 = (-r0).fma(r0, t6);
         let t22 = t12 * t16;
         let t23 = t16 * t22;
@@ -83,7 +83,7 @@ impl Cell {
         let t9 = R::lit(1.0);
         let t10 = t7.fma(x2, t7);
         let t14 = r0 + r0;
-        let t15 = r0.lt(t6);
+        let t15 = r0.less(t6);
         let t16 = -t14;
         let t17 = R::select(t15, t14, t16);
         let t18 = t17.exp();
@@ -92,7 +92,7 @@ impl Cell {
         let t21 = t20.recip();
         let t22 = t19 * t21;
         let t23 = r0.abs();
-        let t24 = t23.lt(t7);
+        let t24 = t23.less(t7);
         let t26 = (-r1).fma(r1, t9);
         let t27 = t18 * t22;
         let t28 = t22 * t27;
@@ -162,7 +162,7 @@ impl Add {
         let t8 = x2.ln();
         let t9 = x2 + t5;
         let t10 = t9.recip();
-        let t11 = x2.lt(t5);
+        let t11 = x2.less(t5);
         let t12 = R::select(t11, t8, t10);
         let t16 = -y0;
         let t17 = R::chain(t8, t16);

@@ -165,7 +165,7 @@ impl<'a> Ascent<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// Whether no violation is left beyond rounding. NaN ends the search too.
+    /// True if all violations are within rounding. NaN also ends the search.
     fn converged(&self) -> bool {
         !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
     }

@@ -25,7 +25,7 @@ pub(super) struct Elastic {
 }
 
 impl Elastic {
-    /// The `y` of least cost when a unit of it is worth `multiplier`.
+    /// The `y` of least cost at the price `multiplier` per unit.
     pub(super) fn extension(self, multiplier: f64) -> f64 {
         ((multiplier - self.linear) / self.quadratic).max(0.0)
     }

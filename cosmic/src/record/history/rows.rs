@@ -15,7 +15,7 @@ pub const TABLE: &str = "history.csv";
 
 /// The format of every line of `designs.jsonl`.
 pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
-/// The design vectors on the way, as JSON lines.
+/// The design vectors of some iterations, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 
 /// Iterations from one line of `designs.jsonl` to the next; the first iteration has one too.

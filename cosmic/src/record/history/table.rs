@@ -20,8 +20,8 @@ pub(super) const HEADER: &str = "\
     mma_stability_elastic_V_act_most,mma_stability_elastic_V_act_least,\
     skipped,dt_over_bound,dt_over_limit,seconds\n";
 
-/// A row of the table, in the header's order; what an iteration does not have is left empty,
-/// and a number that is not finite says so.
+/// A row of the table, in the header's order. Missing values are empty cells; numbers that are not finite are
+/// `NaN`, `inf` or `-inf`.
 pub(super) fn line(row: &HistoryRow) -> String {
     let r = &row.record;
     let pass = r.pass.map_or("", |pass| match pass {

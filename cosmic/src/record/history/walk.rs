@@ -1,4 +1,4 @@
-//! How a design on the way walks, coarsely: enough for a picture that moves.
+//! The walk of an intermediate design, coarsely sampled: enough for an animation.
 
 use crate::geometry::Vector;
 use crate::lattice::State;

@@ -1,4 +1,4 @@
-//! Successive halving: weak starts are dropped on the way.
+//! Successive halving: weak starts are dropped early.
 //!
 //! All starts run up to an iteration, a rung; the best share of them goes on to the next rung. A
 //! dropped start keeps its folder and its snapshot, and can be resumed by hand. The numbers that
@@ -187,7 +187,7 @@ mod tests {
         }
     }
 
-    /// A snap has no rollout over a horizon, and is no fall.
+    /// A snap has no rollout over a horizon and must not count as a bad result.
     #[test]
     fn the_snap_counts_neither_for_nor_against() {
         let mut scene = tiny();

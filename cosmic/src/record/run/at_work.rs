@@ -1,4 +1,4 @@
-//! A run in its folder: iterations recorded, snapshots on the way, the result at the end.
+//! A run in its folder: it records iterations, saves snapshots, and writes the result at the end.
 
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
