@@ -343,8 +343,11 @@ fn speed_text(speed: &Speed) -> String {
             .map(|(what, time)| row(&format!("{name}{}", what.replace('_', " ")), time))
             .concat()
     });
-    let own = ["one-hot", "one-hot f32"].map(|name| format!("{name}, by its own materials"));
-    let own = [0, 1].map(|k| row(&own[k], speed.own_materials[k]));
+    let own = ["one-hot", "one-hot f32"]
+        .into_iter()
+        .zip(speed.own_materials);
+    let own = own.map(|(name, time)| row(&format!("{name}, by its own materials"), time));
+    let own: Vec<String> = own.collect();
     let errors = speed.single_errors.map(|error| {
         let (steps, design, controller) = (error.steps, error.design, error.controller);
         if !(design.is_finite() && controller.is_finite()) {

@@ -159,7 +159,7 @@ mod tests {
     use crate::scene::ControllerSettings;
 
     /// The inputs of a folded controller for a state in the ground's frame.
-    fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
+    fn sensed(state: &State<f64>, clock: &[f64]) -> Vec<f64> {
         [state.to_columns(), clock.to_vec()].concat()
     }
 
@@ -181,7 +181,7 @@ mod tests {
         controller.b2.fill(-0.1);
         let time = 4096.0 * 0.002;
         let plain = controller.activation(&observation(settings, time, &state, presence, ground));
-        let sensed = sensed(&state.to_ground(ground), clock(settings, time));
+        let sensed = sensed(&state.to_ground(ground), &clock(settings, time));
         let got = controller
             .folded(settings, presence, ground)
             .activation(&sensed);

@@ -11,4 +11,4 @@ mod snap;
 pub use material::{Material, attract, clamp, dominant, one_hot, vectors_of_mixture};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap};
 pub use start::{filled, layout_materials, start_vectors};
-pub use structure::{LayoutRules, MOST_RANKED, Structure};
+pub use structure::{LayoutRules, MOST_RANKED, Structure, joined_to_payload};

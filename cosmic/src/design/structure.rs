@@ -62,6 +62,11 @@ impl Structure {
     }
 }
 
+/// Whether bars join each node to the first payload.
+pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
+    Frame::new(lattice).held(layout)
+}
+
 /// Nodes and edges of a lattice.
 #[derive(Clone, Debug)]
 struct Frame {

@@ -196,7 +196,7 @@ impl Truss {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::Vector;
+    use crate::geometry::{Segment, Vector};
     use crate::lattice::{EdgeRules, Payload, Truss};
     use proptest::prelude::*;
     use std::collections::{BTreeSet, HashSet};
@@ -398,10 +398,10 @@ mod tests {
         // Rungs and rails; node 0 is at an end and stays first.
         assert_eq!(differences(&numbered), 2);
         assert_eq!(numbered.nodes[0], truss.nodes[0]);
-        let ends = |truss: &Truss| -> Vec<[Vector<f64>; 2]> {
+        let ends = |truss: &Truss| -> Vec<Segment> {
             let edges = truss.edges.iter();
             edges
-                .map(|edge| edge.map(|node| truss.nodes[node]))
+                .map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j]))
                 .collect()
         };
         assert_eq!(ends(&numbered), ends(&truss));
@@ -431,9 +431,9 @@ mod tests {
                 given_numbers: Vec::new(),
             };
             let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
-            let ends = |truss: &Truss| -> Vec<[Vector<f64>; 2]> {
+            let ends = |truss: &Truss| -> Vec<Segment> {
                 let edges = truss.edges.iter();
-                edges.map(|edge| edge.map(|node| truss.nodes[node])).collect()
+                edges.map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j])).collect()
             };
             prop_assert_eq!(ends(&numbered), ends(&truss));
             prop_assert_eq!(numbered.payload[0].node, 0);

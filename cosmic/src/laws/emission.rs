@@ -32,7 +32,7 @@ use super::sticking::Sticking;
 ";
 
 /// The adjoints of a step and of a drift under a contact law with these fields.
-fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> [String; 2] {
+fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> Vec<String> {
     let of_flight = [
         "self.flight.drift.dt",
         "self.flight.decay",
@@ -51,7 +51,7 @@ fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) ->
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
     };
-    [
+    vec![
         adjoint(
             &format!("Flying<{name}>"),
             &[&of_flight, fields].concat(),

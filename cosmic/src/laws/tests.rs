@@ -123,7 +123,7 @@ fn stops_at_both_ends_of_the_stroke() {
         let law = law.clone();
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = Tension { law, dt: DT };
-        let length = f64::hypot(dx, dy);
+        let length = Vector::new([dx, dy]).norm();
         if (length - 0.1_f64).abs() > 0.035 {
             is_right(&tension, given);
         } else {

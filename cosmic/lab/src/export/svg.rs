@@ -38,13 +38,13 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
         *svg += "</g>\n";
     }
     let _ = writeln!(svg, "<g class=\"labels\" fill=\"{LABELS}\">");
-    let [x, y] = down(pattern, layer.label);
+    let [x, y] = down(pattern, layer.label).array();
     let _ = writeln!(
         svg,
         "<text x=\"{x:.6}\" y=\"{y:.6}\" font-size=\"{LABEL}\">layer {number}</text>"
     );
     for part in &layer.parts {
-        let [x, y] = down(pattern, part.middle());
+        let [x, y] = down(pattern, part.middle()).array();
         let _ = writeln!(
             svg,
             "<text transform=\"translate({x:.6} {y:.6}) rotate({:.6})\" font-size=\"{:.6}\" \
@@ -58,14 +58,14 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
 }
 
 /// The place of a point in the drawing, whose second coordinate points down.
-fn down(pattern: &Pattern, point: Vector<f64>) -> [f64; 2] {
-    point.with_up(pattern.size.up() - point.up()).array()
+fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
+    point.with_up(pattern.size.up() - point.up())
 }
 
 /// An outline and its two holes.
 fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
     let [a, b, c, d] = part.corners.map(|corner| {
-        let [x, y] = down(pattern, corner);
+        let [x, y] = down(pattern, corner).array();
         format!("{x:.6} {y:.6}")
     });
     let (half, hole) = (0.5 * pattern.sizes.width, 0.5 * pattern.sizes.hole);
@@ -77,7 +77,7 @@ fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
         arc(&c),
         arc(&a)
     );
-    for [x, y] in part.ends().map(|end| down(pattern, end)) {
+    for [x, y] in part.ends().map(|end| down(pattern, end).array()) {
         let _ = write!(svg, "<circle cx=\"{x:.6}\" cy=\"{y:.6}\" r=\"{hole:.6}\"/>");
     }
     *svg += "</g>\n";

@@ -21,6 +21,13 @@ pub(super) struct Shot<'m> {
     pub(super) label: String,
 }
 
+/// The size of a picture, pixels.
+#[derive(Clone, Copy)]
+pub(super) struct Size {
+    pub(super) width: u16,
+    pub(super) height: u16,
+}
+
 /// A picture under construction, of a width and a height in pixels.
 struct Canvas<'m> {
     motion: &'m Motion<'m>,
@@ -31,7 +38,7 @@ struct Canvas<'m> {
 
 impl Shot<'_> {
     /// The picture, of a width and a height in pixels; `None` if there is no memory for it.
-    pub(super) fn draw(&self, [width, height]: [u16; 2]) -> Option<Pixmap> {
+    pub(super) fn draw(&self, Size { width, height }: Size) -> Option<Pixmap> {
         let mut pixels = Pixmap::new(width.into(), height.into())?;
         pixels.fill(Color::WHITE);
         let (motion, size) = (self.motion, Vector::new([width, height]).map(f64::from));

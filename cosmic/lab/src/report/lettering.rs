@@ -93,7 +93,7 @@ mod tests {
         assert!(
             bounds.low.forward() > 100.0 && bounds.low.up() >= 34.0 && bounds.high.up() <= 50.0
         );
-        let [one, nought] = [0, 1].map(|k: usize| Bounds::of(lines[k].iter().copied()));
+        let [one, nought] = [&lines[0], &lines[1]].map(|line| Bounds::of(line.iter().copied()));
         assert!(one.high.forward() < nought.low.forward());
     }
 }

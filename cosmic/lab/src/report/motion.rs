@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::files::RobotFiles;
-use cosmic::design::Material;
+use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
@@ -75,10 +75,13 @@ pub(super) struct Motion<'r> {
 impl<'r> Motion<'r> {
     pub(super) fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
         let largest = robot.scene.materials.max_strain[Material::Actuator as usize];
+        let joined = joined_to_payload(&robot.lattice, &robot.design.materials);
         Self {
             robot,
             trajectory,
-            body: body(robot),
+            body: (0..robot.lattice.nodes())
+                .filter(|&node| joined[node])
+                .collect(),
             seen: seen(robot),
             presence: (robot.mixtures(&robot.design.z).iter())
                 .map(|mixture| 1.0 - mixture[0])
@@ -252,18 +255,6 @@ fn mixed(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
 fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
     let edges = run.design.edges.iter().zip(&run.design.materials);
     edges.filter(|(_, m)| m.is_solid()).map(|(e, _)| *e)
-}
-
-/// The nodes that solid edges join to node 0, ascending.
-fn body(run: &RobotFiles) -> Vec<usize> {
-    let mut joined = vec![false; run.lattice.nodes()];
-    joined[0] = true;
-    let solid: Vec<[usize; 2]> = solid_edges(run).collect();
-    // A lattice is small: sweep until nothing joins any more.
-    while let Some([i, j]) = solid.iter().find(|[i, j]| joined[*i] != joined[*j]) {
-        (joined[*i], joined[*j]) = (true, true);
-    }
-    (0..joined.len()).filter(|&node| joined[node]).collect()
 }
 
 /// The payload's node and the ends of solid edges, ascending.

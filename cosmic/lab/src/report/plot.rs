@@ -83,13 +83,13 @@ impl Line {
         name: String,
         k: usize,
         dashes: &'static str,
-        points: impl Iterator<Item = Vector<f64>>,
+        points: impl Iterator<Item = impl Into<Vector<f64>>>,
     ) -> Self {
         Self {
             name,
             colour: COLOURS[k % COLOURS.len()],
             dashes,
-            points: points.collect(),
+            points: points.map(Into::into).collect(),
         }
     }
 

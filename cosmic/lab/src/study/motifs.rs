@@ -22,14 +22,14 @@ const MOTIFS: [(&str, OfLayout); 4] = [
         "the lowest row is broken: one of its edges is void",
         |lattice, materials| {
             let mut heights = lattice.midpoints().zip(materials);
-            f64::from(heights.any(|([_, height], m)| height == 0.0 && !m.is_solid()))
+            f64::from(heights.any(|(middle, m)| middle.up() == 0.0 && !m.is_solid()))
         },
     ),
     (
         "share of the solid edges in the lower half",
         |lattice, materials| {
-            let [_, top] = lattice.extent();
-            let heights: Vec<f64> = lattice.midpoints().map(|[_, height]| height).collect();
+            let top = lattice.extent().up();
+            let heights: Vec<f64> = lattice.midpoints().map(Vector::up).collect();
             share(materials, |e, m| {
                 m.is_solid().then(|| heights[e] < 0.5 * top)
             })
@@ -38,8 +38,8 @@ const MOTIFS: [(&str, OfLayout); 4] = [
     (
         "share of the actuators in the payload's half",
         |lattice, materials| {
-            let [width, _] = lattice.extent();
-            let along: Vec<f64> = lattice.midpoints().map(|[along, _]| along).collect();
+            let width = lattice.extent().forward();
+            let along: Vec<f64> = lattice.midpoints().map(Vector::forward).collect();
             share(materials, |e, m| {
                 (m == Material::Actuator).then(|| along[e] < 0.5 * width)
             })

@@ -69,8 +69,7 @@ impl<'a> Vibration<'a> {
     /// add at most the largest `nu_i`, where `nu_i` comes of `c |g_i| (|g_i| + |g_j| + |g_k|)`
     /// across each bar at node `i`.
     pub fn edge_bound(&self) -> f64 {
-        let of_edges = self.over_edges(&self.node_frequencies());
-        of_edges.hypot(self.of_bars().0)
+        self.with_bars(self.over_edges(&self.node_frequencies()))
     }
 
     /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
@@ -99,8 +98,7 @@ impl<'a> Vibration<'a> {
     /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
-        let of_edges = (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt();
-        of_edges.hypot(self.of_bars().0)
+        self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
     }
 
     /// The largest angular frequency, 1/s.
@@ -155,6 +153,11 @@ impl<'a> Vibration<'a> {
             add(i, *of_node * at(i));
         }
         product
+    }
+
+    /// A bound from the edges with the part of the bars, 1/s.
+    fn with_bars(&self, of_edges: f64) -> f64 {
+        of_edges.hypot(self.of_bars().0)
     }
 
     /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.

@@ -2,6 +2,7 @@
 
 use crate::verify::probe::most;
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
@@ -155,7 +156,7 @@ impl Trial {
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
         let mut stream = stream(0, Purpose::Verification);
-        for x in case.start.x.as_flattened_mut() {
+        for x in case.start.x.iter_mut().flat_map(Vector::iter_mut) {
             *x += symmetric(&mut stream, limit);
         }
         case
