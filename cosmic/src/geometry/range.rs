@@ -46,20 +46,10 @@ impl Range {
         self.high - self.low
     }
 
-    /// The number half-way.
-    pub fn middle(&self) -> f64 {
-        0.5 * (self.low + self.high)
-    }
-
     /// Both ends, each replaced by a function of it.
     #[must_use]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         Self::new(of(self.low), of(self.high))
-    }
-
-    /// The numbers in the range at so many equal distances, both ends included.
-    pub fn steps(self, count: usize) -> impl Iterator<Item = f64> {
-        (0..=count).map(move |k| self.low + self.size() * k as f64 / count as f64)
     }
 }
 

@@ -50,11 +50,6 @@ impl<T, const D: usize> Vector<T, D> {
     pub fn map<S>(self, of: impl FnMut(T) -> S) -> Vector<S, D> {
         Vector(self.0.map(of))
     }
-
-    /// A vector of references.
-    pub fn each_ref(&self) -> Vector<&T, D> {
-        Vector(self.0.each_ref())
-    }
 }
 
 impl<T: Copy, const D: usize> Vector<T, D> {
