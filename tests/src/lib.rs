@@ -169,7 +169,10 @@ impl StabilityCase {
         let [columns, rows] = self.sizes();
         let spacing = self.number("spacing");
         let place = |node: usize| [node % columns, node / columns].map(|n| n as f64 * spacing);
-        self.lattice_at((0..columns * rows).map(place).collect(), edges)
+        self.lattice_at(
+            (0..columns * rows).map(place).map(Vector::new).collect(),
+            edges,
+        )
     }
 
     /// The case's lattice with these edges, which are at rest between these positions.
