@@ -216,7 +216,7 @@ impl Activations<'_> {
             controller, start, ..
         } = self.0;
         let Controller { w1, b1, w2, b2, .. } = controller;
-        [w1, b1, w2, b2, &flat(&start.x), &flat(&start.v)].concat()
+        [&w1[..], b1, w2, b2, &flat(&start.x), &flat(&start.v)].concat()
     }
 
     /// The controller and the state of such a vector.
