@@ -138,7 +138,6 @@ fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
 mod tests {
     use super::{MOTIFS, is_between_braces};
     use cosmic::design::Material::{self, Actuator, Skeleton, Void};
-    use cosmic::geometry::Vector;
     use cosmic::lattice::Lattice;
     use cosmic::scene::{LatticeSettings, PhysicsSettings};
 

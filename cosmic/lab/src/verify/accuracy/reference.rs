@@ -97,8 +97,8 @@ mod tests {
     /// One node so far along at each of the times.
     fn along(x: [f64; 4]) -> Trajectory<f64> {
         let state = |x: f64| State {
-            x: vec![[x, 0.0]],
-            v: vec![[0.0; 2]],
+            x: vec![[x, 0.0].into()],
+            v: vec![[0.0; 2].into()],
         };
         Trajectory {
             steps: vec![1, 2, 3, 4],

@@ -12,7 +12,7 @@ fn falling() -> Case {
         scene.controller.gain = [0.0; 2];
     });
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = [0.1 * i as f64, 0.2 - 0.1 * i as f64];
+        *v = [0.1 * i as f64, 0.2 - 0.1 * i as f64].into();
     }
     case
 }
