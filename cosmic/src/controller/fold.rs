@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::Controller;
 use super::sensing::{observation_length, phases};
-use crate::geometry::{Ground, Vector, split};
+use crate::geometry::{Ground, Vector};
 use crate::scene::ControllerSettings;
 
 impl<R: Real> Controller<R> {
@@ -101,7 +101,8 @@ impl<R: Real> Fold<'_, R> {
         let weights = row.as_chunks().0.iter().copied().map(Vector::new);
         if self.ground.is_flat() {
             let scale = R::lit(scale);
-            return split(&weights.map(|weight| weight * scale).collect::<Vec<_>>());
+            let column = |k: usize| weights.clone().map(|weight| weight[k] * scale).collect();
+            return Vector::from_fn(column);
         }
         Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
             let axis: Vector<R> = Vector::lit(axis * scale);

@@ -34,9 +34,7 @@ mod segment;
 pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;
-pub use points::{
-    Bounds, columns, fill, flat, from_columns, from_flat, mean, split, weighted_mean,
-};
+pub use points::{Bounds, columns, fill, flat, from_columns, from_flat, mean, weighted_mean};
 pub use profile::{MOST_POINTS, Profile};
 pub use range::Range;
 pub use rotation::Rotation;

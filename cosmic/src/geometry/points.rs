@@ -31,11 +31,6 @@ pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     (0..D).flat_map(|k| column(points, k)).collect()
 }
 
-/// The components of points, each in a column.
-pub fn split<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vector<Vec<T>, D> {
-    Vector::from_fn(|k| column(points, k))
-}
-
 /// The points of [`columns`].
 pub fn from_columns<T: Copy, const D: usize>(columns: &[T]) -> Vec<Vector<T, D>> {
     let count = columns.len() / D;
