@@ -98,7 +98,7 @@ impl<R: Real> Fold<'_, R> {
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
     /// and across it: the transposed rotation, times a scale.
     fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
-        let weights = row.as_chunks().0.iter().copied().map(Vector::new);
+        let weights = row.as_chunks::<2>().0.iter().copied().map(Vector::new);
         if self.ground.is_flat() {
             let scale = R::lit(scale);
             let column = |k: usize| weights.clone().map(|weight| weight[k] * scale).collect();

@@ -67,7 +67,10 @@ impl<const D: usize> Segment<D> {
             }
         }
         // Held to the bounds: from far away their share is rounded.
-        let at = |share: f64| from.towards(*to, share).max(bounds.low).min(bounds.high);
+        let at = |share: f64| {
+            let end = from.towards(*to, share);
+            Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
+        };
         let part = Self {
             from: if first > 0.0 { at(first) } else { *from },
             to: if last < 1.0 { at(last) } else { *to },
