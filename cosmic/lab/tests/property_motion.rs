@@ -29,7 +29,7 @@ fn robots() -> impl Strategy<Value = Case> {
         let v = prop::collection::vec(prop::array::uniform2(-1.0..1.0), nodes);
         (z, v).prop_map(move |(z, v)| {
             let mut case = case.clone();
-            (case.z, case.start.v) = (z, v);
+            (case.z, case.start.v) = (z, v.into_iter().map(Vector::new).collect());
             case
         })
     })
