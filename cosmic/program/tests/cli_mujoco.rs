@@ -4,7 +4,7 @@
 use crate::common::Bench;
 use crate::common::python::python;
 use crate::program::Told;
-use cosmic::geometry::{Ground, Vector};
+use cosmic::geometry::{Ground, Vector, from_flat};
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
