@@ -38,9 +38,8 @@ impl Walk {
         let rows = bench.read("path.csv");
         let row = |row: &str| {
             let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
-            let (pairs, rest) = numbers.as_chunks();
-            assert!(rest.is_empty());
-            pairs.to_vec()
+            assert!(numbers.len().is_multiple_of(2));
+            from_flat(&numbers)
         };
         Self {
             first: row(rows.lines().next().unwrap()),
