@@ -17,7 +17,7 @@ impl Loss for Level {
     }
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let states = trajectory.states.iter();
-        let slopes = states.map(|s| s.x[self.0[0]][1] - s.x[self.0[1]][1]);
+        let slopes = states.map(|s| (s.x[self.0[0]] - s.x[self.0[1]]).up());
         let squares: Vec<R> = slopes.map(|s| s * s).collect();
         R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
     }

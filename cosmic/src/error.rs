@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::geometry::Vector;
+
 /// An error of the library or the program.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -80,9 +82,9 @@ pub enum Error {
         /// The first node that is not finite, absurd or too fast.
         node: usize,
         /// Its position, m.
-        position: [f64; 2],
+        position: Vector<f64>,
         /// Its velocity, m/s.
-        velocity: [f64; 2],
+        velocity: Vector<f64>,
         /// What caused the divergence, or the bound that is exceeded.
         cause: String,
     },

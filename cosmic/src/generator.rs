@@ -1,7 +1,7 @@
 //! The generator of lattices: nodes on a grid of squares or triangles with the edges between neighbours,
 //! or the nodes and edges of a truss of one's own. Nothing else knows columns and rows.
 
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::scene::{LatticeKind, LatticeSettings};
 
@@ -19,13 +19,10 @@ impl Lattice {
         }
         // The numbers of D1 themselves: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
-        let place = |[along, above]: &[f64; 2]| {
-            ground.point_to_world([
-                settings.origin_x + along * settings.spacing,
-                settings.drop + above * settings.spacing,
-            ])
-        };
-        let positions: Vec<[f64; 2]> = places.iter().map(place).collect();
+        let origin = Vector::new([settings.origin_x, settings.drop]);
+        let position =
+            |&place: &Vector<f64>| ground.point_to_world(origin + place * settings.spacing);
+        let positions: Vec<Vector<f64>> = places.iter().map(position).collect();
         let edges = edges_of(settings.kind, settings.columns, settings.rows);
         Self {
             places,
@@ -40,14 +37,14 @@ const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
 /// Places of the nodes in units of the spacing, row by row from the lowest, each from left to right.
 /// Of a triangular lattice every second row, the first not, is half a spacing further along.
-pub(crate) fn places(settings: &LatticeSettings) -> Vec<[f64; 2]> {
+pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     let LatticeSettings { columns, rows, .. } = *settings;
     let place = |node: usize| {
         let (row, column) = (node / columns, (node % columns) as f64);
-        match settings.kind {
+        Vector::new(match settings.kind {
             LatticeKind::Rectangular => [column, row as f64],
             LatticeKind::Triangular => [column + 0.5 * (row % 2) as f64, row as f64 * TRIANGLE],
-        }
+        })
     };
     (0..columns * rows).map(place).collect()
 }
@@ -94,7 +91,7 @@ fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ground, Lattice, LatticeKind, LatticeSettings, edges};
+    use super::{Ground, Lattice, LatticeKind, LatticeSettings, Vector, edges};
 
     impl Lattice {
         /// A lattice of the default scene's spacing on a ground of its height.
@@ -127,15 +124,15 @@ mod tests {
             // Coordinates below 1 carry roundings of 1e-16.
             assert!((a - b).abs() < 1e-15);
         }
-        let [x, y] = turned.positions[0];
         let (sin, cos) = (-20f64).to_radians().sin_cos();
-        assert!((x - 0.1 * cos).abs() < 1e-15 && (y - (0.1 + 0.1 * sin)).abs() < 1e-15);
+        let first = Vector::new([0.1 * cos, 0.1 + 0.1 * sin]);
+        assert!(turned.positions[0].distance(first) < 1e-15);
     }
 
     #[test]
     fn midpoints_run_from_the_lowest_row_to_the_topmost() {
         let lattice = Lattice::sample(3, 4, 0.0);
-        let heights: Vec<f64> = lattice.midpoints().map(|[_, y]| y).collect();
+        let heights: Vec<f64> = lattice.midpoints().map(Vector::up).collect();
         assert_eq!(heights.first(), Some(&0.0));
         assert_eq!(heights.last(), Some(&3.0));
         assert_eq!(lattice.extent(), [2.0, 3.0]);
@@ -191,10 +188,10 @@ mod tests {
                 [3, 7]
             ]
         );
-        let heights = [0, 3, 6].map(|node| lattice.places[node][1]);
+        let heights = [0, 3, 6].map(|node| lattice.places[node].up());
         assert_eq!(heights, [0.0, 0.75f64.sqrt(), 2.0 * 0.75f64.sqrt()]);
         assert_eq!(
-            [0, 3, 6].map(|node| lattice.places[node][0]),
+            [0, 3, 6].map(|node| lattice.places[node].forward()),
             [0.0, 0.5, 0.0]
         );
     }

@@ -3,12 +3,12 @@
 //! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
 //! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
 
-use std::ops::Range;
-
-use autodiff::{Dual, Real, Tape, Var};
-
+use crate::geometry::{fill, flat};
 use crate::lattice::State;
 use crate::policy::Controller;
+use autodiff::{Dual, Real, Tape, Var};
+use std::borrow::Cow;
+use std::ops::Range;
 
 /// All numbers that a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,13 +56,13 @@ pub struct Part {
 
 impl<R: Real> Inputs<R> {
     /// The numbers of a block.
-    pub fn block(&self, block: Block) -> &[R] {
-        match block {
+    pub fn block(&self, block: Block) -> Cow<'_, [R]> {
+        Cow::Borrowed(match block {
             Block::Z => self.z.as_flattened(),
             Block::Controller => self.controller.numbers(),
-            Block::X0 => self.start.x.as_flattened(),
-            Block::V0 => self.start.v.as_flattened(),
-        }
+            Block::X0 => return Cow::Owned(flat(&self.start.x)),
+            Block::V0 => return Cow::Owned(flat(&self.start.v)),
+        })
     }
 
     /// Replaces the numbers of some blocks by those of one slice.
@@ -70,15 +70,14 @@ impl<R: Real> Inputs<R> {
     /// # Panics
     /// If the slice does not hold just so many numbers.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
-        for block in blocks {
-            let block = match block {
-                Block::Z => self.z.as_flattened_mut(),
-                Block::Controller => self.controller.numbers_mut(),
-                Block::X0 => self.start.x.as_flattened_mut(),
-                Block::V0 => self.start.v.as_flattened_mut(),
-            };
-            let (part, rest) = numbers.split_at(block.len());
-            block.copy_from_slice(part);
+        for &block in blocks {
+            let (part, rest) = numbers.split_at(self.block(block).len());
+            match block {
+                Block::Z => self.z.as_flattened_mut().copy_from_slice(part),
+                Block::Controller => self.controller.numbers_mut().copy_from_slice(part),
+                Block::X0 => fill(&mut self.start.x, part),
+                Block::V0 => fill(&mut self.start.v, part),
+            }
             numbers = rest;
         }
         assert!(
@@ -105,8 +104,8 @@ impl<R: Real> Inputs<R> {
     }
 
     /// The numbers of a part.
-    pub fn part(&self, part: &Part) -> &[R] {
-        &self.block(part.block)[part.range.clone()]
+    pub fn part(&self, part: &Part) -> Vec<R> {
+        self.block(part.block)[part.range.clone()].to_vec()
     }
 
     /// Replaces the numbers of a part.
@@ -121,8 +120,11 @@ impl<R: Real> Inputs<R> {
 
     /// The numbers of some blocks in one vector.
     pub fn get(&self, blocks: &[Block]) -> Vec<R> {
-        let numbers = blocks.iter().flat_map(|&block| self.block(block));
-        numbers.copied().collect()
+        let mut numbers = Vec::new();
+        for &block in blocks {
+            numbers.extend_from_slice(&self.block(block));
+        }
+        numbers
     }
 
     /// Every number replaced by a function of it.
@@ -241,6 +243,7 @@ impl Inputs<f64> {
 mod tests {
     use super::{ALL, Inputs};
     use crate::case::Case;
+    use crate::geometry::flat;
     use crate::scene::Scene;
     use crate::simulator::Span;
     use autodiff::Real;
@@ -261,7 +264,7 @@ mod tests {
             let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
             let states = seen.states.iter();
             states
-                .flat_map(|s| [s.x.as_flattened(), s.v.as_flattened()].concat())
+                .flat_map(|s| [flat(&s.x), flat(&s.v)].concat())
                 .collect()
         }
         let mut tangents = inputs.clone();

@@ -4,7 +4,8 @@
 //! The order of the modules is the architecture: each uses only those above it.
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
-//! - The robot: [`ground`] and [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
+//! - Space: [`geometry`], with vectors, the ground and the frames.
+//! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`policy`].
 //! - Its motion and score: [`simulator`], [`objective`]; [`inputs`], the numbers that losses are
 //!   differentiated by, and [`task`], which joins all of these; [`domain`] draws other robots and
@@ -16,13 +17,13 @@
 //!
 //! The crate `cosmic-lab` has checks, studies and reports; the program is `cosmic-program`.
 
+pub mod geometry;
 pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
 mod registry;
 pub mod reading;
-pub mod ground;
 pub mod lattice;
 pub mod settings;
 pub mod laws;

@@ -6,7 +6,8 @@ use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
 use crate::design::{Design, Material, Mixture, filled};
-use crate::lattice::{Body, Lattice, mean};
+use crate::geometry::{Vector, mean};
+use crate::lattice::{Body, Lattice};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
 /// The two projections of the paper.
@@ -57,7 +58,7 @@ pub fn mixtures<R: Real>(
         Projection::Stability => {
             let mean = mean(z);
             let project = |(edge, z): (usize, &[R; 3])| {
-                let centred = [z[0] - mean[0], z[1] - mean[1], z[2] - mean[2]];
+                let centred = (Vector::new(*z) - mean).array();
                 let centred = lower(edge, centred);
                 let sharp = softmax(centred.map(R::detach), settings.beta_stability);
                 let soft = softmax(centred, settings.beta_straight_through);
@@ -122,7 +123,7 @@ impl Holds {
         let mut z = Cow::Borrowed(z);
         for tie in &self.ties {
             let own: Vec<[R; 3]> = tie.iter().map(|&edge| z[edge]).collect();
-            let shared = mean(&own);
+            let shared = mean(&own).array();
             let z = z.to_mut();
             tie.iter().for_each(|&edge| z[edge] = shared);
         }

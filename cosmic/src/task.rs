@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use autodiff::{CotangentBound, Memory, Real};
 
 use crate::design::{Design, Mixture};
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
@@ -225,7 +225,7 @@ impl Task {
     pub fn step_check(
         &self,
         design: &Design<Mixture<f64>>,
-        positions: &[[f64; 2]],
+        positions: &[Vector<f64>],
         faster: f64,
     ) -> StepCheck {
         let body = self.body(design);

@@ -3,7 +3,7 @@
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
-use cosmic::ground::Profile;
+use cosmic::geometry::{Profile, Vector};
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
 use cosmic::record::{DesignFile, RunPlan};
@@ -73,10 +73,13 @@ proptest! {
         let physics = &mut case.physics;
         [physics.dt, physics.gravity, physics.damping, physics.friction] =
             [world[0], world[1], world[2], world[3]];
-        (case.start.x[1], case.start.v[3]) = ([world[4], world[5]], [world[6], world[7]]);
+        (case.start.x[1], case.start.v[3]) = (
+            Vector::new([world[4], world[5]]),
+            Vector::new([world[6], world[7]]),
+        );
         case.lattice.positions.clone_from(&case.start.x);
         physics.substeps = substeps;
-        let points = heights.iter().enumerate().map(|(k, height)| [k as f64 / 3.0, *height]);
+        let points = heights.iter().enumerate().map(|(k, height)| Vector::new([k as f64 / 3.0, *height]));
         physics.ground = Profile::new(points.collect()).unwrap().into();
         if leapfrog {
             (physics.integrator, physics.contact) = (Integrator::Leapfrog, ContactLaw::coulomb());

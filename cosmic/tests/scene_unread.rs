@@ -17,7 +17,7 @@ impl Loss for Height {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        -trajectory.states[0].x[0][1]
+        -trajectory.states[0].x[0].up()
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::errors::refused;
 use crate::memory::has_room;
 use autodiff::Real;
+use cosmic::geometry::from_flat;
 use cosmic::policy::{Block, Controller, NETWORK, blocks_of, observation_length};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Lattice, State};
@@ -203,7 +204,7 @@ impl<R: Number> Batch<R> {
             &data[k][if counts[k] == 1 { 0 } else { robot * length }..][..length]
         };
         let many = |blocks: &[usize]| blocks.iter().map(|&k| counts[k]).max().unwrap_or(1);
-        let pairs = |k: usize, robot: usize| part(k, robot).as_chunks().0.to_vec();
+        let pairs = |k: usize, robot: usize| from_flat(part(k, robot));
         let own: Vec<usize> = (1..=CONTROLLER).collect();
         let controller = |robot: usize| {
             let numbers = own.iter().flat_map(|&k| part(k, robot));
@@ -271,14 +272,17 @@ pub(crate) fn behind(batch: Option<usize>, shape: &[usize]) -> Vec<usize> {
     batch.into_iter().chain(shape.iter().copied()).collect()
 }
 
-/// Positions and velocities of trajectories, one after the other.
-pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> [Vec<R>; 2] {
+/// Positions and velocities of trajectories, each as flat numbers, one after the other.
+pub(crate) struct Flat<R> {
+    pub(crate) x: Vec<R>,
+    pub(crate) v: Vec<R>,
+}
+
+/// The numbers of trajectories.
+pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> Flat<R> {
     let states = || trajectories.iter().flat_map(|seen| &seen.states);
-    let numbers = states().map(|state| 2 * state.x.len()).sum();
-    let mut flat = [Vec::with_capacity(numbers), Vec::with_capacity(numbers)];
-    for state in states() {
-        flat[0].extend_from_slice(state.x.as_flattened());
-        flat[1].extend_from_slice(state.v.as_flattened());
+    Flat {
+        x: states().flat_map(|state| &state.x).flatten().copied().collect(),
+        v: states().flat_map(|state| &state.v).flatten().copied().collect(),
     }
-    flat
 }

@@ -6,6 +6,7 @@ use crate::pool;
 use autodiff::Real;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
+use cosmic::geometry::{flat, from_flat};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
 use cosmic::projection::Projection;
@@ -174,8 +175,8 @@ fn copy<R: Number>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
     let nodes = seen.states.first().map_or(1, |state| 2 * state.x.len());
     let places = x.chunks_exact_mut(nodes).zip(v.chunks_exact_mut(nodes));
     for (state, (x, v)) in seen.states.iter().zip(places) {
-        x.copy_from_slice(state.x.as_flattened());
-        v.copy_from_slice(state.v.as_flattened());
+        x.copy_from_slice(&flat(&state.x));
+        v.copy_from_slice(&flat(&state.v));
     }
     if is_absurd(seen) {
         let first = seen.states.iter().position(is_absurd_state);
@@ -196,7 +197,7 @@ fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
 
 /// Whether the last state of [`seen`] is absurd.
 pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
-    let last = |half: &[R]| half[half.len() - 2 * nodes..].as_chunks().0.to_vec();
+    let last = |half: &[R]| from_flat(&half[half.len() - 2 * nodes..]);
     let (x, v) = seen.split_at(seen.len() / 2);
     is_absurd_state(&State {
         x: last(x),
@@ -213,7 +214,8 @@ pub(crate) fn seen<R: Real>(
 ) -> Vec<R> {
     let design = mixing.design(task, &inputs.z);
     let seen = task.rollout(&design, &inputs.controller, &inputs.start, span);
-    flattened(&[seen]).concat()
+    let seen = flattened(&[seen]);
+    [seen.x, seen.v].concat()
 }
 
 /// Set when the work must stop. Robots that have not begun are then skipped.

@@ -6,9 +6,9 @@ use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
+use cosmic::geometry::{Ground, flat, from_flat};
 use cosmic::design::Design;
 use cosmic::policy::observation;
-use cosmic::ground::Ground;
 use cosmic::lattice::{Body, State};
 use cosmic::projection::Projection;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
@@ -48,8 +48,8 @@ impl Driven {
             .chunks_exact(length)
             .zip(v.finite()?.chunks_exact(length));
         let state = |(x, v): (&[f64], &[f64])| State {
-            x: x.as_chunks().0.to_vec(),
-            v: v.as_chunks().0.to_vec(),
+            x: from_flat(x),
+            v: from_flat(v),
         };
         Ok(pairs.map(state).collect())
     }
@@ -113,7 +113,7 @@ impl Driven {
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(
             py,
-            self.rest.x.as_flattened().to_vec(),
+            flat(&self.rest.x),
             &[self.sizes.nodes, 2],
         )
     }
@@ -123,7 +123,7 @@ impl Driven {
         let states = self.states(x, x)?;
         let along = states
             .iter()
-            .map(|state| self.ground.vector_to_ground(state.x[0])[0]);
+            .map(|state| self.ground.along(state.x[0]));
         array(py, along.collect(), &[states.len()])
     }
 
@@ -169,9 +169,9 @@ impl Driven {
         let seen = caught(|| whole(in_pool(py, robots, work)?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
-        let [x, v] = flattened(&seen);
+        let seen = flattened(&seen);
         let shape = [robots, self.sizes.nodes, 2];
-        Ok((array(py, x, &shape)?, array(py, v, &shape)?, diverged))
+        Ok((array(py, seen.x, &shape)?, array(py, seen.v, &shape)?, diverged))
     }
 
     /// The observation of each robot as the paper's controller has it, after so many steps of each.

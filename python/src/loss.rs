@@ -1,5 +1,6 @@
 //! Losses written in Python.
 
+use crate::arrays::flattened;
 use crate::errors::refused;
 use autodiff::Real;
 use autodiff::custom::{Rule, apply};
@@ -60,11 +61,8 @@ impl Loss for PythonLoss {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let of = |states: fn(&cosmic::lattice::State<R>) -> &[[R; 2]]| {
-            let states = trajectory.states.iter().flat_map(states);
-            states.flatten().copied().collect::<Vec<R>>()
-        };
-        let numbers = [of(|state| &state.x), of(|state| &state.v)].concat();
+        let seen = flattened(std::slice::from_ref(trajectory));
+        let numbers = [seen.x, seen.v].concat();
         let call = Call {
             object: Arc::clone(&self.object),
             failure: Arc::clone(&self.failure),

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
+use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::design::{Design, Material};
 use cosmic::policy::Controller;
 use cosmic::lattice::{Lattice, State};
@@ -30,14 +31,8 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
     let floats = |numbers: &[f64], shape: &[usize]| array(py, numbers.to_vec(), shape);
     let states = trajectory.states.len();
-    let coordinates = |of: fn(&State<f64>) -> &[[f64; 2]]| -> Vec<f64> {
-        trajectory
-            .states
-            .iter()
-            .flat_map(of)
-            .flatten()
-            .copied()
-            .collect()
+    let coordinates = |of: fn(&State<f64>) -> &[Vector<f64>]| -> Vec<f64> {
+        trajectory.states.iter().flat_map(|state| flat(of(state))).collect()
     };
     let whole = |numbers: Vec<i64>, shape: &[usize]| array(py, numbers, shape);
     let ends = design.edges.as_flattened().iter().map(|&node| node as i64);
@@ -51,7 +46,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     for (name, axes, numbers) in weights.blocks() {
         read.set_item(name, floats(&numbers, &axes)?)?;
     }
-    read.set_item("rest", floats(rest.as_flattened(), &[nodes, 2])?)?;
+    read.set_item("rest", floats(&flat(rest), &[nodes, 2])?)?;
     read.set_item("steps", whole(steps.collect(), &[states])?)?;
     read.set_item(
         "x",
@@ -108,9 +103,9 @@ pub(crate) fn frame<'py>(
     let layout = Design::Layout(materials.clone());
     let design = DesignFile::new(&lattice, &layout, &materials, &controller);
     let state = |x: &[f64]| {
-        let x: Vec<[f64; 2]> = x.as_chunks().0.to_vec();
+        let x = from_flat(x);
         State {
-            v: vec![[0.0; 2]; x.len()],
+            v: vec![Vector::zero(); x.len()],
             x,
         }
     };

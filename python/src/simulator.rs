@@ -63,7 +63,8 @@ impl Simulator {
         &self,
         asked: &Asked<R>,
         copies: usize,
-        [each, thread]: [f64; 2],
+        each: f64,
+        thread: f64,
     ) -> PyResult<()> {
         let (robots, states) = (asked.batch.robots(), asked.span.observed.len());
         let numbers = 4 * copies * states * self.sizes.nodes;
@@ -108,7 +109,7 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Seen<'py>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
-        self.results_fit(&asked, 1, [0.0; 2])?;
+        self.results_fit(&asked, 1, 0.0, 0.0)?;
         let shape = self.shape(asked.batch.size, &asked.span);
         // NumPy asks for large arrays in large pages, which cost a tenth of the others.
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
@@ -139,7 +140,7 @@ impl Simulator {
         let gradient = 2.0 * self.sizes.numbers() * size_of::<R>() as f64;
         let steps = asked.span.observed.last().copied().unwrap_or(0);
         let record = kept(&self.scene, &self.sizes, steps, size_of::<R>() as f64);
-        self.results_fit(&asked, 1, [gradient, record])?;
+        self.results_fit(&asked, 1, gradient, record)?;
         let shape = self.shape(asked.batch.size, &asked.span);
         let [x_bar, v_bar] = [
             cotangent::<R>("x_bar", cotangents[0], &shape)?,
@@ -190,7 +191,7 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
-        self.results_fit(&asked, 4, [0.0; 2])?;
+        self.results_fit(&asked, 4, 0.0, 0.0)?;
         let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
         if along
             .batch
@@ -328,7 +329,7 @@ impl Simulator {
     /// The unit vector along the ground, in which distances are measured.
     #[getter]
     fn along(&self) -> [f64; 2] {
-        self.task.ground().tangent()
+        self.task.ground().tangent().array()
     }
 
     /// The seven arrays that a seed starts from.
@@ -442,7 +443,7 @@ impl Simulator {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         caught(|| {
             let span = self.span(observed, first)?;
-            let is_single = [is_single(&arrays)?, is_single(&tangents)?] == [true; 2];
+            let is_single = [is_single(&arrays)?, is_single(&tangents)?] == [true, true];
             if is_single {
                 self.jvp_in::<f32>(py, &arrays, &tangents, span, projection, check)
             } else {

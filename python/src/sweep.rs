@@ -121,6 +121,6 @@ pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<(PathBuf, usize)> {
     let merge = || sweep::merge(&folder, &PlanOutline::read(&folder)?);
     let merged = caught(|| py.detach(merge).map_err(raised))?;
-    let [_, table] = merged.written;
+    let table = merged.table;
     Ok((table, merged.missing))
 }

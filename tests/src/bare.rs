@@ -1,6 +1,7 @@
 //! Robots without a design: stiffness and masses given directly, the controller silent.
 
 use autodiff::Real;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
@@ -25,7 +26,7 @@ impl Bare {
         let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
             rest_length: springs.iter().map(|spring| spring.1).collect(),
-            ..Lattice::between(vec![[0.0; 2]; masses.len()], edges)
+            ..Lattice::between(vec![Vector::zero(); masses.len()], edges)
         };
         let body = Body {
             stiffness: springs.iter().map(|spring| spring.2).collect(),

@@ -4,6 +4,7 @@
 use autodiff::check::Options;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
+use cosmic::geometry::Vector;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
 use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
@@ -82,7 +83,7 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         *z += rng.random_range(0.0..0.05);
     }
     let moves = one_of(rng, &[0.0, 0.0, 0.3]);
-    for v in case.start.v.as_flattened_mut() {
+    for v in case.start.v.iter_mut().flat_map(Vector::iter_mut) {
         *v = moves * rng.random_range(-1.0..1.0);
     }
     if rng.random_range(0..3) == 0 {

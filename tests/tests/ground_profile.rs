@@ -2,7 +2,7 @@
 
 use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
-use cosmic::ground::{Ground, Profile};
+use cosmic::geometry::{Ground, Profile, Vector};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{GroundSettings, Integrator, PhysicsSettings, ProfileKind, Scene};
@@ -13,7 +13,9 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 fn profile(points: &[[f64; 2]]) -> GroundSettings {
-    Profile::new(points.to_vec()).unwrap().into()
+    Profile::new(points.iter().copied().map(Vector::new).collect())
+        .unwrap()
+        .into()
 }
 
 /// A mixture of the default lattice that falls, with a velocity along the ground.
@@ -24,7 +26,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     change(&mut scene);
     let mut case = Case::of_scene(&scene, 1).unwrap();
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = [0.4 + 0.01 * i as f64, -0.1];
+        *v = Vector::new([0.4 + 0.01 * i as f64, -0.1]);
     }
     case
 }
@@ -41,7 +43,8 @@ fn states(case: &Case) -> Vec<State<f64>> {
 fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let profile = physics.ground.resolved();
     let nodes = states.iter().flat_map(|state| &state.x);
-    let heights = nodes.map(|[x, y]| y - physics.ground_height - profile.height(*x));
+    let ground = Ground::from(physics);
+    let heights = nodes.map(|&x| profile.above(ground.point_to_ground(x)));
     heights.fold(f64::INFINITY, f64::min)
 }
 
@@ -64,7 +67,7 @@ fn a_profile_of_one_slope_is_the_incline() {
         let [on_incline, on_slope] = [&incline, &slope].map(states);
         let pairs = on_incline.iter().zip(&on_slope);
         let off = pairs.flat_map(|(a, b)| {
-            let numbers = |s: &State<f64>| [s.x.concat(), s.v.concat()].concat();
+            let numbers = |s: &State<f64>| s.to_columns();
             let pairs = numbers(a).into_iter().zip(numbers(b));
             pairs.map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
         });
@@ -75,7 +78,7 @@ fn a_profile_of_one_slope_is_the_incline() {
         assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
         // They do meet the ground.
         let last = on_slope.last().unwrap();
-        assert!(last.v.contains(&[0.0; 2]) || contact != ContactLaw::infinite());
+        assert!(last.v.contains(&Vector::zero()) || contact != ContactLaw::infinite());
         assert!(least_height(&slope.physics, &on_slope).abs() < 1e-12);
     }
 }
@@ -110,18 +113,18 @@ fn no_node_is_below_the_ground() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let physics = world(&mut rng);
         let ground = physics.ground.resolved();
-        let end = ground.points().last().unwrap()[0];
+        let end = ground.points().last().unwrap().forward();
         let mut node = || {
             let x = rng.random_range(-0.1..end + 0.1);
             let above = 10f64.powf(rng.random_range(-4.0..-0.5));
             [x, ground.height(x) + above]
         };
-        let start = State {
-            x: vec![node(), node()],
-            v: [(); 2]
+        let start = State::new(
+            vec![node(), node()],
+            [(); 2]
                 .map(|()| [(); 2].map(|()| rng.random_range(-3.0..3.0)))
                 .to_vec(),
-        };
+        );
         let bare = Bare::free_node(physics);
         let seen = bare.run(&start, (0..=STEPS).collect());
         let least = least_height(&bare.physics, &seen.states);
@@ -159,26 +162,26 @@ fn on_stairs(contact: ContactLaw) -> Case {
 fn a_body_at_rest_on_a_step_stays() {
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         let mut case = on_stairs(contact.clone());
-        case.start.v.fill([0.0; 2]);
+        case.start.v.fill(Vector::zero());
         let first = states(&case);
         let last = first.last().unwrap();
-        let speed = |v: &[f64; 2]| v[0].hypot(v[1]);
-        let fastest = last.v.iter().map(speed).fold(0.0, f64::max);
+        let fastest = last.speeds().fold(0.0, f64::max);
         // It stands, on two levels at least, and all vibration is damped.
         assert!(fastest < 1e-6, "{contact:?}: {fastest:e}");
         let profile = case.physics.ground.resolved();
-        let stands = last.x.iter().filter(|[x, y]| {
-            let height = y - case.physics.ground_height - profile.height(*x);
-            height.abs() < 1e-9
-        });
-        let mut levels: Vec<i64> = stands.map(|[_, y]| (y * 1e3).round() as i64).collect();
+        let ground = Ground::from(&case.physics);
+        let stands = last
+            .x
+            .iter()
+            .filter(|x| profile.above(ground.point_to_ground(**x)).abs() < 1e-9);
+        let mut levels: Vec<i64> = stands.map(|x| (x.up() * 1e3).round() as i64).collect();
         levels.dedup();
         assert!(levels.len() > 1, "{contact:?}: {levels:?}");
         case.start = last.clone();
-        case.start.v.fill([0.0; 2]);
+        case.start.v.fill(Vector::zero());
         let second = states(&case);
         let moved = last.x.iter().zip(&second.last().unwrap().x);
-        let moved = moved.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+        let moved = moved.map(|(a, b)| a.distance(*b));
         let moved = moved.fold(0.0, f64::max);
         // What is left of the vibration: below 1e-6 m/s, damped with 20 1/s.
         assert!(moved < 1e-7, "{contact:?}: {moved:e}");
@@ -264,8 +267,8 @@ fn a_profile_turns_with_the_ground_line() {
     let pairs = straight.iter().zip(&turned);
     let off = pairs.flat_map(|(a, b)| {
         let [a, b] = [a.to_ground(&level), b.to_ground(&ground)];
-        let pairs = a.x.concat().into_iter().zip(b.x.concat());
-        pairs.map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
+        let pairs = a.x.into_iter().zip(b.x);
+        pairs.map(|(a, b)| a.distance(b)).collect::<Vec<_>>()
     });
     // Roundings of 1e-16 in each of 300 steps, magnified by the motion.
     assert!(off.fold(0.0, f64::max) < 1e-9);

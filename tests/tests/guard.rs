@@ -80,7 +80,7 @@ static WATCHED: [Watched; 18] = [
         |case| case.physics.integrator = Integrator::Leapfrog,
     ),
     // Farther than the trap, and not yet absurd: found to be sane by the second look.
-    sane(loose, |case| case.start.v[2] = [7e5, 0.0]),
+    sane(loose, |case| case.start.v[2] = [7e5, 0.0].into()),
     sane(loose, |case| raise(case, 7e5)),
     sane(loose, |case| raise(case, 2e6)).finds(0, 0, "mostly by gravity"),
     // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as quiet as the
@@ -90,7 +90,7 @@ static WATCHED: [Watched; 18] = [
             loose(s);
             s.lattice.drop = 1e4;
         },
-        |case| case.start.v[3] = [0.0, -2e6],
+        |case| case.start.v[3] = [0.0, -2e6].into(),
     )
     .finds(0, 3, "mostly by the node's own velocity"),
     // From 0.1 m on by 10 km a step. It takes the second block of the search to see it too far off.
@@ -100,7 +100,7 @@ static WATCHED: [Watched; 18] = [
             (s.physics.damping, s.physics.gravity) = (0.0, 0.0);
             (s.physics.dt, s.physics.incline_deg) = (1.0, 15.0);
         },
-        |case| case.start.v[2] = [1e4, 1e4],
+        |case| case.start.v[2] = [1e4, 1e4].into(),
     )
     .finds(99, 2, "mostly by the node's own velocity"),
     sane(|_| (), |case| case.controller.block_mut("b2")[4] = f64::NAN).finds(
@@ -136,14 +136,14 @@ static WATCHED: [Watched; 18] = [
         "mostly by the bending of the bar over nodes [0, 1, 2]",
     ),
     // A node starts upwards at 30 m/s.
-    sane(|_| (), |case| case.start.v[3] = [0.0, 30.0]),
+    sane(|_| (), |case| case.start.v[3] = [0.0, 30.0].into()),
     sane(
         |s| s.physics.speed_bound = Some(35.0),
-        |case| case.start.v[3] = [0.0, 30.0],
+        |case| case.start.v[3] = [0.0, 30.0].into(),
     ),
     sane(
         |s| s.physics.speed_bound = Some(10.0),
-        |case| case.start.v[3] = [0.0, 30.0],
+        |case| case.start.v[3] = [0.0, 30.0].into(),
     )
     .finds(0, 3, "m/s; `physics.speed_bound` allows 10 m/s"),
 ];
@@ -307,7 +307,7 @@ fn hold_together(
 /// A state that goes wrong in the upper row: the ground would stop it in the lower one.
 fn thrown(start: &State<f64>) -> State<f64> {
     let mut thrown = start.clone();
-    thrown.v[3] = [2e6, 0.0];
+    thrown.v[3] = [2e6, 0.0].into();
     thrown
 }
 

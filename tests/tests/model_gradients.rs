@@ -5,7 +5,7 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, flat, from_flat};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -123,8 +123,8 @@ impl VectorFunction for Losses {
         let steps = self.0.observed(OBSERVED);
         let nodes = x.len() / (2 * steps.len());
         let states = x.chunks_exact(2 * nodes).map(|x| State {
-            x: x.as_chunks().0.to_vec(),
-            v: vec![[R::zero(); 2]; nodes],
+            x: from_flat(x),
+            v: vec![Vector::zero(); nodes],
         });
         let trajectory = Trajectory {
             states: states.collect(),
@@ -213,12 +213,7 @@ impl Activations<'_> {
         let Case {
             controller, start, ..
         } = self.0;
-        [
-            controller.numbers(),
-            start.x.as_flattened(),
-            start.v.as_flattened(),
-        ]
-        .concat()
+        [controller.numbers(), &flat(&start.x), &flat(&start.v)].concat()
     }
 
     /// The controller and the state of such a vector.
@@ -231,7 +226,7 @@ impl Activations<'_> {
         let mut read = controller.map(|_| R::zero());
         read.numbers_mut()
             .copy_from_slice(&take(controller.weights()));
-        let mut points = || take(2 * start.x.len()).as_chunks().0.to_vec();
+        let mut points = || from_flat(&take(2 * start.x.len()));
         let (x, v) = (points(), points());
         (read, State { x, v })
     }

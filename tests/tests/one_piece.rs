@@ -4,6 +4,7 @@ use autodiff::check::{Options, Verdict};
 use autodiff::{Real, Var, gradient_of};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
@@ -27,7 +28,7 @@ fn robot() -> Case {
     ) = (3.0, 1.0);
     let mut case = Case::of_scene(&scene, 3).unwrap();
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = [(i as f64).sin(), (2.0 * i as f64).cos()];
+        *v = [(i as f64).sin(), (2.0 * i as f64).cos()].into();
     }
     let z = case.design.undecided_mut().expect("a start of mixtures");
     for (e, z) in z.iter_mut().enumerate() {
@@ -52,9 +53,7 @@ fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<
 fn farthest(a: &State<f64>, b: &State<f64>, nodes: impl Fn(usize) -> bool) -> f64 {
     let pairs = a.x.iter().zip(&b.x).enumerate();
     let pairs = pairs.filter(|(node, _)| nodes(*node));
-    pairs.fold(0.0, |most, (_, (a, b))| {
-        most.max((a[0] - b[0]).hypot(a[1] - b[1]))
-    })
+    pairs.fold(0.0, |most, (_, (a, b))| most.max(a.distance(*b)))
 }
 
 #[test]
@@ -131,9 +130,12 @@ fn nodes_without_a_bar_are_no_part_of_the_robot() {
     let seen = end(&case, &layout, &case.start);
     let mut moved = case.start.clone();
     for node in [2, 5, 6, 7, 8] {
-        assert_eq!((seen.x[node], seen.v[node]), (case.start.x[node], [0.0; 2]));
-        moved.x[node] = [7.0, 0.3 * node as f64];
-        moved.v[node] = [-50.0, 8.0];
+        assert_eq!(
+            (seen.x[node], seen.v[node]),
+            (case.start.x[node], Vector::zero())
+        );
+        moved.x[node] = [7.0, 0.3 * node as f64].into();
+        moved.v[node] = [-50.0, 8.0].into();
     }
     let other = end(&case, &layout, &moved);
     for node in [0, 1, 3, 4] {
@@ -141,11 +143,11 @@ fn nodes_without_a_bar_are_no_part_of_the_robot() {
         assert_ne!(seen.x[node], case.start.x[node]);
     }
     let task = case.task();
-    let start: Vec<f64> = case.start.x.as_flattened().to_vec();
+    let start: Vec<f64> = flat(&case.start.x);
     let gradient = gradient_of(
         |x: &[Var<f64>]| {
             let mut start = case.start.map(Var::constant);
-            start.x = x.as_chunks().0.to_vec();
+            start.x = from_flat(x);
             let controller = case.controller.map(Var::constant);
             let layout = Design::Layout(cell(&case));
             let span = Span::from_start(vec![STEPS]);
@@ -174,7 +176,7 @@ fn bodies_of_different_nodes_run_together() {
             let same = |a: &R, b: &R| (*a - *b).is_zero();
             let pairs = alone[0].states.iter().zip(&seen.states);
             assert!(pairs.into_iter().all(|(a, b)| {
-                let numbers = a.x.as_flattened().iter().zip(b.x.as_flattened());
+                let numbers = a.x.iter().flatten().zip(b.x.iter().flatten());
                 numbers.into_iter().all(|(a, b)| same(a, b))
             }));
         }

@@ -7,7 +7,7 @@ use autodiff::Real;
 use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
     self, Bar, BarForce, Contact, ContactLaw, ForceLaws, Impact, Law, Node, NodeForce, contact,
@@ -31,8 +31,8 @@ impl Law for Glue {
 
 impl Contact for Glue {
     #[inline(always)]
-    fn respond<R: Real>(&self, _: Impact<R>) -> [R; 2] {
-        [R::zero(); 2]
+    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+        Vector::zero()
     }
 }
 
@@ -50,9 +50,9 @@ impl Law for Bounce {
 
 impl Contact for Bounce {
     #[inline(always)]
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
-        let [along, out] = impact.velocity;
-        [along, -R::lit(self.restitution) * out]
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+        let velocity = impact.velocity;
+        velocity.with_up(-R::lit(self.restitution) * velocity.up())
     }
 }
 
@@ -73,7 +73,7 @@ impl BarForce for Again {
 }
 
 cosmic::settings! {
-    /// A spring and a damper between every node and the world's origin, and a pull that comes and goes.
+    /// A spring and a damper between every node and the ground's origin, and a pull that comes and goes.
     struct Tether {
         /// Stiffness.
         stiffness: f64 = 2.0, allowed within(0.0, 1e6), unit "N/m", source "a test";
@@ -98,19 +98,16 @@ impl NodeForce for Tether {
     }
 
     #[inline(always)]
-    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
+    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
         let (k, c) = (R::lit(self.stiffness), R::lit(self.damping));
         let pull = R::lit(self.pull) * node.weight * (R::lit(30.0) * node.time).sin();
-        let fall = R::lit(self.gravity) * node.mass;
-        [
-            pull - k * node.x[0] - c * node.v[0],
-            -(k * node.x[1]) - c * node.v[1] - fall,
-        ]
+        let fall = node.vertical * (R::lit(self.gravity) * node.mass);
+        Vector::upright(pull, R::zero()) - node.x * k - node.v * c - fall
     }
 
-    fn energy(&self, node: Node<f64>) -> Option<f64> {
-        let [x, y] = node.x;
-        Some(0.5 * self.stiffness * (x * x + y * y) + self.gravity * node.mass * y)
+    fn energy<const D: usize>(&self, node: Node<f64, D>) -> Option<f64> {
+        let height = node.x.dot(node.vertical);
+        Some(0.5 * self.stiffness * node.x.dot(node.x) + self.gravity * node.mass * height)
     }
 }
 
@@ -143,7 +140,8 @@ fn robot(settings: &str) -> Case {
     (scene.physics.steps, scene.controller.velocity_scale) = (90, 0.5);
     let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
     let ground = Ground::from(&scene.physics);
-    let velocity = |i: usize| ground.vector_to_world([0.5 + 0.02 * i as f64, -0.01 * i as f64]);
+    let velocity =
+        |i: usize| ground.vector_to_world(Vector::new([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
     case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
     let z = case.design.undecided_mut().expect("a start of mixtures");
     for (e, z) in z.iter_mut().enumerate() {
@@ -162,9 +160,9 @@ fn last(case: &Case) -> State<f64> {
 
 /// The largest difference of two states' numbers.
 fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
-    let pairs = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
-        let pairs = a.as_flattened().iter().zip(b.as_flattened());
-        pairs.fold(0.0, |most, (a, b)| (a - b).abs().max(most))
+    let pairs = |a: &[Vector<f64>], b: &[Vector<f64>]| -> f64 {
+        let pairs = a.iter().zip(b);
+        pairs.fold(0.0, |most, (a, b)| a.distance(*b).max(most))
     };
     pairs(&a.x, &b.x).max(pairs(&a.v, &b.v))
 }
@@ -190,9 +188,9 @@ fn bars_pull_by_all_laws_together() {
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// The law's gravity is the scene's, on inclines too, and a force that nothing asks of changes nothing.
+/// A law's gravity along the vertical is the scene's, on inclines too.
 #[test]
-fn a_force_on_nodes_is_in_the_world_s_frame() {
+fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
         "",
         "incline_deg = 15.0",
@@ -216,10 +214,7 @@ fn a_force_knows_the_time_and_the_node() {
          [tether]\nstiffness = 0.0\npull = 3.0",
     );
     let (dt, bare) = (physics.dt, Bare::free_node(physics));
-    let start = State {
-        x: vec![[0.0; 2]; 2],
-        v: vec![[0.0; 2]; 2],
-    };
+    let start = State::new(vec![[0.0; 2]; 2], vec![[0.0; 2]; 2]);
     let end = bare.run_to_end(&start, 2);
     let expected = 3.0 * (30.0 * dt).sin() * dt / 0.01;
     // The first step is at time 0, where the sine is 0, and node 0 has the weight 0. Products round.
@@ -235,10 +230,7 @@ fn a_bouncing_node_rises_again() {
     let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\nground_height = 0.0\n\
                     contact = \"bounce\"\ndt = 1e-5";
     let bare = Bare::free_node(physics(settings));
-    let start = State {
-        x: vec![[0.0, 1.0]; 2],
-        v: vec![[0.0; 2]; 2],
-    };
+    let start = State::new(vec![[0.0, 1.0]; 2], vec![[0.0; 2]; 2]);
     // It falls for 0.4515 s and rises for half of that.
     let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;
     let height = bare.run_to_end(&start, apex).x[0][1];
@@ -304,7 +296,7 @@ fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
         );
         let mut bare = Bare::free_node(physics(&settings));
         bare.physics.integrator = integrator;
-        let place = vec![[0.3, 0.2]; 2];
+        let place = vec![Vector::new([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.largest_frequency(), vibration.damping());
         // sqrt(40 / 0.01) and 0.3 / 0.01, exact but for roundings of a power iteration.
@@ -315,10 +307,7 @@ fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
         assert!((eta - own / 0.01).abs() < 1e-9 * (1.0 + eta), "{eta}");
         assert!(vibration.edge_bound() >= frequency * (1.0 - 1e-12));
         let limit = stable_step(&bare.physics, frequency, eta);
-        let start = State {
-            x: place,
-            v: vec![[0.0; 2]; 2],
-        };
+        let start = State::new(place, vec![[0.0; 2]; 2]);
         let size = |share: f64| {
             let mut bare = bare.clone();
             bare.physics.dt = share * limit;
@@ -348,7 +337,9 @@ fn the_energy_counts_forces_that_have_one() {
     };
     let plain = energy(&with(&[]), &case.start).expect("springs have one");
     let tethered = energy(&with(&["tether"]), &case.start).expect("the tether has one");
-    let of_tether: f64 = case.start.x.iter().map(|[x, y]| x * x + y * y).sum();
+    let ground = Ground::from(&case.physics);
+    let of_tether = case.start.to_ground(&ground).x;
+    let of_tether: f64 = of_tether.iter().map(|x| x.dot(*x)).sum();
     // Sums of a dozen terms.
     assert!(
         (tethered - plain - of_tether).abs() < 1e-12,

@@ -48,8 +48,8 @@ fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
 }
 
 fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
-    let apart = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
-    a.x.iter().zip(&b.x).map(apart).fold(0.0, f64::max)
+    let pairs = a.x.iter().zip(&b.x);
+    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
 /// The rows of a product are sums of their own: what is left has the same bits.

@@ -3,7 +3,7 @@
 
 use cosmic::case::Case;
 use cosmic::generator::edges;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, from_flat};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::policy::{Layer, Network, clock};
@@ -34,15 +34,9 @@ fn the_first_activation_of_the_folded_controller() {
         let network = Network::of(&case.controller).expect("a network");
         let folded = network.folded(&case.observation, case.lattice.nodes(), &[], &ground);
         let state = case.start.to_ground(&ground);
-        let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
-        let columns: [Vec<f64>; 5] = [
-            column(&state.x, 0),
-            column(&state.x, 1),
-            column(&state.v, 0),
-            column(&state.v, 1),
-            clock(&case.observation, 0.0).to_vec(),
-        ];
-        let hidden = layer(&folded.first, &columns.concat());
+        let clock = clock(&case.observation, 0.0);
+        let sensed = [&state.to_columns()[..], &clock].concat();
+        let hidden = layer(&folded.first, &sensed);
         let first = layer(&folded.second, &hidden);
         check(&reference, "u0", "algebraic", &first);
     }
@@ -66,7 +60,7 @@ fn listed(json: &Value) -> Trajectory<f64> {
         .map(|(step, state)| (step.parse().expect("states go by step"), state))
         .collect();
     states.sort_by_key(|&(step, _)| step);
-    let points = |value: &Value| numbers(value).as_chunks().0.to_vec();
+    let points = |value: &Value| from_flat(&numbers(value));
     Trajectory {
         steps: states.iter().map(|&(step, _)| step).collect(),
         states: states

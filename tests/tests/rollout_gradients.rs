@@ -4,7 +4,7 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 use cosmic::case::Case;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::inputs::DESIGN;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::Displacement;
@@ -33,7 +33,8 @@ fn robot(contact: ContactLaw, incline_deg: f64, projection: Projection) -> Case 
     let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
     case.projection = projection;
     let ground = Ground::from(&scene.physics);
-    let velocity = |i: usize| ground.vector_to_world([0.5 + 0.02 * i as f64, -0.01 * i as f64]);
+    let velocity =
+        |i: usize| ground.vector_to_world(Vector::new([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
     case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
     // Away from the mixture in which all edges are alike.
     let z = case.design.undecided_mut().expect("a start of mixtures");

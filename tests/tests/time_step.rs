@@ -3,6 +3,7 @@
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
@@ -106,9 +107,9 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
 }
 
 /// Points moved by up to 0.02 m.
-fn shaken(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
-    let moved = |(i, x): (usize, &[f64; 2])| [x[0] + off(2 * i), x[1] + off(2 * i + 1)];
+    let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
     points.iter().enumerate().map(moved).collect()
 }
 
@@ -135,7 +136,7 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             for k in 0..12 {
                 let design = Design::of_shares(&design(k, lattice.edges.len()));
                 let body = Body::new(&design, lattice, &case.materials, physics);
-                let vibration = |x: &[[f64; 2]]| {
+                let vibration = |x: &[Vector<f64>]| {
                     let vibration = Vibration::new(lattice, &body, physics, x);
                     [vibration.edge_bound(), vibration.largest_frequency()]
                 };

@@ -76,10 +76,6 @@ fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
     states_of(case, &body)
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
 #[test]
 fn void_edges_are_kept_unless_a_scene_says_otherwise() {
     assert_eq!(Scene::paper().physics.void_edges, VoidEdges::Keep);
@@ -101,7 +97,7 @@ fn dropping_void_edges_changes_less_than_is_said() {
         let materials = kept.design.layout().unwrap();
         let stretch = |state: &State<f64>, edge: usize| {
             let [i, j] = kept.lattice.edges[edge];
-            (distance(state.x[i], state.x[j]) - kept.lattice.rest_length[edge]).abs()
+            (state.x[i].distance(state.x[j]) - kept.lattice.rest_length[edge]).abs()
         };
         let void: Vec<usize> = (0..materials.len())
             .filter(|&edge| materials[edge] == Void)
@@ -119,7 +115,7 @@ fn dropping_void_edges_changes_less_than_is_said() {
             };
             let bound = pull.unwrap().displacement * longest;
             for (a, b) in before.iter().zip(&after) {
-                let apart = distance(a.x[node], b.x[node]);
+                let apart = a.x[node].distance(b.x[node]);
                 assert!(apart <= bound, "node {node}: {apart} m, bound {bound} m");
                 most = [most[0].max(apart), most[1].max(apart / bound)];
             }
@@ -131,7 +127,7 @@ fn dropping_void_edges_changes_less_than_is_said() {
         );
         // There is something to bound, and the robot has moved.
         assert!(apart > 0.0 && longest > 0.01);
-        let way = |node: usize| distance(before[STEPS].x[node], before[0].x[node]);
+        let way = |node: usize| before[STEPS].x[node].distance(before[0].x[node]);
         assert!((0..kept.lattice.nodes()).map(way).fold(0.0, f64::max) > 0.01);
     }
 }

@@ -199,7 +199,7 @@ impl Work {
                 let drawn = view::drawn_steps(&self.codesign).len();
                 numbers.extend(view::positions(&trajectory.states[..drawn]));
                 let ends = [&trajectory.states[0], trajectory.at(trajectory.last_step())];
-                let [from, to] = ends.map(|state| task.ground().vector_to_ground(state.x[0])[0]);
+                let [from, to] = ends.map(|state| task.ground().along(state.x[0]));
                 Some(to - from)
             }
             Err(_) => {

@@ -1,7 +1,7 @@
 //! What the page draws of a scene and of a rollout.
 
 use cosmic::codesign::CoDesign;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Range, Vector, flat};
 use cosmic::lattice::State;
 use serde_json::{Value, json};
 
@@ -34,7 +34,7 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
         "payloads": lattice.payload.iter().map(|payload| payload.node).collect::<Vec<_>>(),
         "width": 3.4 * lattice.side(),
         "spacing": lattice.spacing,
-        "cos": ground.tangent()[0],
+        "cos": ground.tangent().forward(),
         "ground": terrain(codesign, &ground),
         "limit": if limit > 0.0 { limit } else { 1.0 },
         "every": every(codesign) as f64 * scene.physics.dt,
@@ -44,15 +44,15 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
 }
 
 /// The terrain as points of the world, farther to both sides than any robot gets.
-fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<[f64; 2]> {
+fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     let side = codesign.task().lattice.side();
     let profile = codesign.scene().physics.ground.resolved();
-    let points = profile.between([-100.0 * side, 100.0 * side]).into_iter();
+    let points = profile.between(Range::default().widened(100.0 * side)).into_iter();
     points.map(|point| ground.point_to_world(point)).collect()
 }
 
 /// Positions `x0, y0, x1, y1, …` of all nodes, state after state, in metres.
 pub(crate) fn positions(states: &[State<f64>]) -> impl Iterator<Item = f32> {
-    let coordinates = states.iter().flat_map(|state| state.x.as_flattened());
-    coordinates.map(|&metres| metres as f32)
+    let coordinates = states.iter().flat_map(|state| flat(&state.x));
+    coordinates.map(|metres| metres as f32)
 }

@@ -2,6 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::design::Design;
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Controller, NETWORK, observation_length};
@@ -29,6 +30,7 @@ fn robots() -> impl Strategy<Value = Case> {
         let v = prop::collection::vec(prop::array::uniform2(-1.0..1.0), nodes);
         (z, v).prop_map(move |(z, v)| {
             let mut case = case.clone();
+            let v = v.into_iter().map(Vector::new).collect();
             (case.design, case.start.v) = (Design::Undecided(z), v);
             case
         })
@@ -47,14 +49,12 @@ fn masses(case: &Case) -> Vec<f64> {
 }
 
 /// `sum m p`, and `sum m |p|` for scale.
-fn moment(masses: &[f64], points: &[[f64; 2]]) -> ([f64; 2], f64) {
-    let mut total = [0.0; 2];
+fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
+    let mut total = Vector::zero();
     let mut scale = 0.0;
     for (m, p) in masses.iter().zip(points) {
-        for k in 0..2 {
-            total[k] += m * p[k];
-            scale += m * p[k].abs();
-        }
+        total += *p * *m;
+        scale += m * p.iter().map(|x| x.abs()).sum::<f64>();
     }
     (total, scale)
 }
@@ -73,7 +73,7 @@ fn mirrored(case: &Case) -> Controller<f64> {
 }
 
 fn mirror(state: &State<f64>) -> State<f64> {
-    let turn = |points: &[[f64; 2]]| points.iter().map(|[x, y]| [-x, *y]).collect();
+    let turn = |points: &[Vector<f64>]| points.iter().map(|x| (-*x).with_up(x.up())).collect();
     State {
         x: turn(&state.x),
         v: turn(&state.v),
@@ -122,15 +122,15 @@ proptest! {
         let here = run(&case);
         case.physics.ground_height += moved[1];
         for x in &mut case.start.x {
-            *x = [x[0] + moved[0], x[1] + moved[1]];
+            *x += Vector::new(moved);
         }
         let there = run(&case);
         for (a, b) in here.states.iter().zip(&there.states) {
             for (a, b) in a.x.iter().zip(&b.x) {
                 // Positions near 4 are rounded at 4e-16, and neighbouring motions part by less
                 // than a factor of 1e3 in so few steps.
-                let off: [f64; 2] = [0, 1].map(|k: usize| f64::abs(b[k] - a[k] - moved[k]));
-                prop_assert!(off[0].max(off[1]) < 1e-11, "{off:?}");
+                let off = (*b - *a).distance(Vector::new(moved));
+                prop_assert!(off < 1e-11, "{off:?}");
             }
         }
     }
@@ -158,7 +158,7 @@ proptest! {
         damping in prop_oneof![Just(0.0), 0.0..100.0],
     ) {
         let mut case = case;
-        case.start.v.fill([0.0; 2]);
+        case.start.v.fill(Vector::zero());
         (case.physics.steps, case.physics.damping) = (256, damping);
         let trial = Trial::new("any", "any", case, World::Free);
         if trial.limit.is_infinite() {

@@ -23,7 +23,7 @@ impl Loss for Lift {
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
-        let height = |&step: &usize| trajectory.at(step).x[0][1];
+        let height = |&step: &usize| trajectory.at(step).x[0].up();
         let heights: Vec<R> = observed.iter().map(height).collect();
         R::sum_of(&heights) * R::lit(-1.0 / heights.len() as f64)
     }

@@ -5,15 +5,16 @@
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::geometry::Vector;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::settings::within;
 use cosmic_program::Program;
 
 cosmic::settings! {
-    /// A magnet at a place of the world. Nodes of the top row are of iron.
+    /// A magnet. Nodes of the top row are of iron.
     struct Magnet {
-        /// Where it is.
+        /// Where it is: along the ground and above it.
         place: [f64; 2] = [3.0, 1.0], allowed within(-1e3, 1e3), unit "m", source "an example";
         /// Its pull at a distance of a metre.
         pull: f64 = 0.02, allowed within(0.0, 1e3), unit "N", source "an example";
@@ -28,17 +29,17 @@ impl Law for Magnet {
 
 impl NodeForce for Magnet {
     fn weight(&self, node: usize, lattice: &Lattice) -> f64 {
-        let height = |node: usize| lattice.positions[node][1];
+        let height = |node: usize| lattice.places[node].up();
         let top = (0..lattice.nodes()).map(height).fold(f64::MIN, f64::max);
         f64::from(u8::from(top - height(node) < 1e-9))
     }
 
     #[inline(always)]
-    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
-        let d = [0, 1].map(|k| R::lit(self.place[k]) - node.x[k]);
-        let square = R::dot(&d, &d) + R::lit(self.size * self.size);
-        let pull = node.weight * R::lit(self.pull) * square.rsqrt() / square;
-        [pull * d[0], pull * d[1]]
+    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
+        let [along, above] = self.place.map(R::lit);
+        let d = Vector::upright(along, above) - node.x;
+        let square = d.dot(d) + R::lit(self.size * self.size);
+        d * (node.weight * R::lit(self.pull) * square.rsqrt() / square)
     }
 }
 

@@ -5,6 +5,7 @@
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::geometry::Vector;
 use cosmic::laws::{Contact, Impact, Law, contact};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -23,10 +24,9 @@ impl Law for Mud {
 
 impl Contact for Mud {
     #[inline(always)]
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
-        let [along, _] = impact.velocity;
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
         let left = (-R::lit(self.rate) * impact.rest).exp();
-        [along * left, R::zero()]
+        impact.velocity.along() * left
     }
 }
 

@@ -5,13 +5,16 @@
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
+use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeRules, Payload, Truss};
 use cosmic_program::Program;
 
 /// Nodes on the outer circle, and on the inner one.
 const NODES: usize = 12;
-/// Radius of the outer circle and of the inner one, m.
-const RADII: [f64; 2] = [0.3, 0.2];
+/// Radius of the outer circle, m.
+const OUTER: f64 = 0.3;
+/// Radius of the inner circle, m.
+const INNER: f64 = 0.2;
 
 /// Two circles of nodes, each node joined to its neighbours on both. The payload is at the bottom, and
 /// the outer circle is always there.
@@ -19,8 +22,8 @@ fn ring() -> Truss {
     let node = |k: usize| {
         // The inner nodes are half a place further on; the first outer one is the lowest.
         let angle = TAU * ((k % NODES) as f64 + 0.5 * (k / NODES) as f64) / NODES as f64;
-        let radius = RADII[k / NODES];
-        [0.4 + radius * angle.sin(), RADII[0] - radius * angle.cos()]
+        let radius = if k < NODES { OUTER } else { INNER };
+        Vector::new([0.4 + radius * angle.sin(), OUTER - radius * angle.cos()])
     };
     let edges = (0..NODES).flat_map(|k| {
         let next = (k + 1) % NODES;

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::geometry::Vector;
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -32,12 +33,12 @@ impl NodeForce for Wind {
     const NEEDS_TIME: bool = true;
 
     #[inline(always)]
-    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
-        let ([x, y], [vx, vy]) = (node.x, node.v);
-        let phase = node.time * R::lit(TAU / self.period) - x * R::lit(TAU / self.wavelength);
+    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
+        let along = node.x.forward() * R::lit(TAU / self.wavelength);
+        let phase = node.time * R::lit(TAU / self.period) - along;
         let gust = R::lit(0.5) + R::lit(0.5) * phase.sin();
-        let (air, drag) = (R::lit(self.speed) * y * gust, R::lit(self.drag));
-        [drag * (air - vx), -drag * vy]
+        let air = Vector::upright(R::lit(self.speed) * node.x.up() * gust, R::zero());
+        (air - node.v) * R::lit(self.drag)
     }
 }
 

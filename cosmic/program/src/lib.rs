@@ -84,6 +84,7 @@ impl Command {
 ///
 /// ```no_run
 /// use autodiff::Real;
+/// use cosmic::geometry::Vector;
 /// use cosmic::laws::{Contact, Impact, Law, contact};
 ///
 /// cosmic::settings! {
@@ -97,9 +98,9 @@ impl Command {
 ///
 /// impl Contact for Trampoline {
 ///     #[inline(always)]
-///     fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
-///         let [along, out] = impact.velocity;
-///         [along, -out]
+///     fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+///         let velocity = impact.velocity;
+///         velocity.with_up(-velocity.up())
 ///     }
 /// }
 ///

@@ -6,6 +6,7 @@ use crate::output::{counted, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::geometry::Range;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
@@ -100,7 +101,7 @@ fn robot(summary: &Summary) -> String {
         );
     }
     if let Some(loads) = &summary.loads {
-        let [low, high] = loads.strains;
+        let Range { low, high } = loads.strains;
         text += &format!(
             "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
              most; bars through one another {:.0} % of the time\n",

@@ -4,7 +4,7 @@
 use crate::common::Bench;
 use crate::common::python::python;
 use crate::program::Told;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, from_flat};
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -17,8 +17,8 @@ const STEPS: usize = 512;
 
 /// A walk of an exported robot: coordinates along and across the ground, node by node.
 struct Walk {
-    first: Vec<[f64; 2]>,
-    last: Vec<[f64; 2]>,
+    first: Vec<Vector<f64>>,
+    last: Vec<Vector<f64>>,
     said: String,
 }
 
@@ -38,9 +38,8 @@ impl Walk {
         let rows = bench.read("path.csv");
         let row = |row: &str| {
             let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
-            let (pairs, rest) = numbers.as_chunks();
-            assert!(rest.is_empty());
-            pairs.to_vec()
+            assert!(numbers.len().is_multiple_of(2));
+            from_flat(&numbers)
         };
         Self {
             first: row(rows.lines().next().unwrap()),
@@ -77,10 +76,10 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     let there = Walk::of(python, bench, "flight", &format!("--steps {STEPS}"));
     let ours = bench.cosmic(&format!("evaluate {source} --record {STEPS}{set}"));
     let ours = ours.json()["results"]["trajectory"][STEPS.to_string()]["x"].take();
-    let ours: Vec<[f64; 2]> = serde_json::from_value(ours).unwrap();
+    let ours: Vec<Vector<f64>> = serde_json::from_value(ours).unwrap();
     let nodes = bench.json("flight/controller.json")["nodes"].take();
     let nodes: Vec<usize> = serde_json::from_value(nodes).unwrap();
-    let ours: Vec<[f64; 2]> = nodes.iter().map(|&node| ours[node]).collect();
+    let ours: Vec<Vector<f64>> = nodes.iter().map(|&node| ours[node]).collect();
     let ground = Ground::from(&Scene::paper().set(&all).unwrap().physics);
     assert_eq!(
         (there.first.len(), there.last.len()),
@@ -88,10 +87,11 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     );
     // A robot that does not move at all would agree as well.
     assert!(there.first != there.last);
-    let errors = there.last.iter().zip(ours).flat_map(|(&point, ours)| {
-        let there = ground.point_to_world(point);
-        [0, 1].map(|k: usize| (there[k] - ours[k]).abs())
-    });
+    let errors = there
+        .last
+        .iter()
+        .zip(ours)
+        .flat_map(|(&point, ours)| (ground.point_to_world(point) - ours).map(f64::abs));
     errors.fold(0.0, f64::max)
 }
 

@@ -150,7 +150,7 @@ impl Loss for Lift {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        -trajectory.states[0].x[0][1]
+        -trajectory.states[0].x[0].up()
     }
 }
 

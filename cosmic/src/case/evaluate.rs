@@ -5,9 +5,8 @@ use autodiff::Real;
 use super::{Case, CaseResults, DesignGradient, Gradient};
 use crate::design::{Design, Mixture};
 use crate::error::Result;
-use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
-use crate::lattice::{Body, State};
+use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::policy::{Network, Weights, observation};
 use crate::projection::{self, Holds, Projection};
@@ -104,7 +103,7 @@ impl Case {
             divergence,
         } = self.rollout(&task, &design, &recorded);
         let ground = task.ground();
-        let l_disp = -along(&ground, trajectory.at(self.physics.steps));
+        let l_disp = -ground.along(trajectory.at(self.physics.steps).x[0]);
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.sharpness.delta);
         let own_terms = self.augmentation(self.projection, gradient);
@@ -121,7 +120,7 @@ impl Case {
         Ok(CaseResults {
             u0: self.first_activation(&task, &body),
             node_mass: body.mass,
-            displacement: -along(&ground, &self.start) - l_disp,
+            displacement: -ground.along(self.start.x[0]) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
@@ -202,9 +201,4 @@ impl Case {
         let measures = measures(&design.mixtures(), self.sharpness.delta);
         self.lagrangian.terms(&measures, &self.thresholds)
     }
-}
-
-/// The payload's position along the ground.
-fn along(ground: &Ground, state: &State<f64>) -> f64 {
-    ground.vector_to_ground(state.x[0])[0]
 }

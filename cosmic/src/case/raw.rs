@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::design::Material;
 use crate::error::{self, fits};
-use crate::ground::Profile;
+use crate::geometry::Profile;
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws};
 use crate::policy::Weights;

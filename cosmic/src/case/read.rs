@@ -8,7 +8,7 @@ use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
 use crate::generator::places;
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::{Lattice, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::{Controller, blocks_of};
@@ -141,7 +141,7 @@ impl Shapes<'_> {
             observation: scene.controller,
             start: State {
                 x: lattice.positions.clone(),
-                v: self.rows("v0", &raw.v0)?,
+                v: self.vectors("v0", &raw.v0)?,
             },
             design: match &raw.materials {
                 None => Design::Undecided(z),
@@ -237,13 +237,13 @@ impl Shapes<'_> {
         let edges = self.rows("edges", &raw.edges)?;
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
-        let positions: Vec<[f64; 2]> = self.rows("x0", &raw.x0)?;
+        let positions = self.vectors("x0", &raw.x0)?;
         let ground = Ground {
             height: raw.scene.ground_height,
             incline_deg: raw.scene.alpha_deg,
         };
         if let Some(truss) = &raw.truss {
-            let to_ground = |x: &[f64; 2]| ground.point_to_ground(*x);
+            let to_ground = |&x: &Vector<f64>| ground.point_to_ground(x);
             let truss = Truss {
                 nodes: positions.iter().map(to_ground).collect(),
                 edges,
@@ -296,6 +296,14 @@ impl Shapes<'_> {
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
         let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()
+    }
+
+    fn vectors(&self, name: &str, rows: &[Vec<f64>]) -> Result<Vec<Vector<f64>>> {
+        Ok(self
+            .rows(name, rows)?
+            .into_iter()
+            .map(Vector::new)
+            .collect())
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Weights;
 use crate::simulator::Divergence;
@@ -63,9 +64,9 @@ pub struct Gradient {
     #[serde(flatten)]
     pub weights: Weights,
     /// By the initial positions, rest lengths and masses held.
-    pub x0: Vec<[f64; 2]>,
+    pub x0: Vec<Vector<f64>>,
     /// By the initial velocities.
-    pub v0: Vec<[f64; 2]>,
+    pub v0: Vec<Vector<f64>>,
 }
 
 /// A derivative by the design vectors.
@@ -114,6 +115,7 @@ mod tests {
     use serde_json::Value;
 
     use crate::case::{Case, CaseResults, DesignGradient};
+    use crate::geometry::Vector;
     use crate::scene::Scene;
 
     fn results() -> CaseResults {
@@ -139,7 +141,7 @@ mod tests {
     fn what_is_not_finite_is_null_and_named_once() {
         let mut results = results();
         let state = results.trajectory.get_mut(&2).unwrap();
-        state.x[0] = [f64::NAN, f64::INFINITY];
+        state.x[0] = Vector::new([f64::NAN, f64::INFINITY]);
         results.l_disp = f64::NEG_INFINITY;
         results.grad_augmented = Some(DesignGradient {
             z: vec![[f64::NAN; 3]],

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Case;
 use super::raw::{FORMAT, RawLagrangian, RawMarks, RawScene, VERSION};
 use crate::design::Material;
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Weights;
 use crate::projection::Projection;
@@ -26,8 +27,8 @@ struct File<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     truss: Option<RawMarks>,
     l0: &'a [f64],
-    x0: &'a [[f64; 2]],
-    v0: &'a [[f64; 2]],
+    x0: &'a [Vector<f64>],
+    v0: &'a [Vector<f64>],
     z: Cow<'a, [[f64; 3]]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     materials: Option<&'a [Material]>,

@@ -11,6 +11,7 @@ use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
 use crate::design::{Design, Material, Mixture, Structure, volumes};
 use crate::domain::{Domain, draw, perturbed};
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Controller;
 use crate::random::{Purpose, stream};
@@ -33,7 +34,7 @@ pub struct Delivery {
     /// The iteration that produced the controller.
     pub iteration: usize,
     /// Displacement of the payload in one unperturbed rollout, x and y of the world, m.
-    pub displacement: [f64; 2],
+    pub displacement: Vector<f64>,
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
     /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
@@ -58,8 +59,10 @@ pub struct Delivery {
     pub last: Quantiles,
     /// For a task other than distance: minus the losses from the starts of `spread`.
     pub merit: Option<Quantiles>,
-    /// Share of solid material and share of actuators.
-    pub volumes: [f64; 2],
+    /// Share of solid material.
+    pub volume: f64,
+    /// Share of actuators.
+    pub actuator_volume: f64,
     /// How the bars of `materials` are connected; `None` for an undecided design, which has no bars.
     pub structure: Option<Structure>,
     /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
@@ -112,14 +115,15 @@ impl CoDesign {
         go_on()?;
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
-            Some(_) => [f64::NAN; 2],
+            Some(_) => Vector::NAN,
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
-        let merit = self.unperturbed(&design, controller, moved[0]);
+        let merit = self.unperturbed(&design, controller, moved.forward());
         let body = self.task.body(&design);
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
         let layout = design.layout();
+        let [volume, actuator_volume] = volumes(&design.mixtures());
         let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
         go_on()?;
         let simulator = &self.task.simulator;
@@ -135,7 +139,7 @@ impl CoDesign {
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
-            along: moved[0],
+            along: moved.forward(),
             selection: selections[best],
             selection_score: self.merit().score(&selections[best], merit),
             reliability: self.merit().reliability(&spreads[0].merit, merit),
@@ -149,7 +153,8 @@ impl CoDesign {
             bars,
             structure,
             materials: design.materials(),
-            volumes: volumes(&design.mixtures()),
+            volume,
+            actuator_volume,
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
         })

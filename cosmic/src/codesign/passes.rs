@@ -254,11 +254,9 @@ impl CoDesign {
         let bounds = now.volume_bounds();
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
         let mut rows = Constraints::default();
-        for ((value, gradient), [least, most]) in
-            volumes.iter().zip([bounds.solid, bounds.actuator])
-        {
+        for ((value, gradient), bound) in volumes.iter().zip([bounds.solid, bounds.actuator]) {
             rows.values
-                .extend([scale * (value - most), scale * (least - value)]);
+                .extend([scale * (value - bound.high), scale * (bound.low - value)]);
             rows.jacobian
                 .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }

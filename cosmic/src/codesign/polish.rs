@@ -119,9 +119,12 @@ mod tests {
                 materials.iter().filter(|m| of(m)).count() as f64 / materials.len() as f64
             };
             let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-            let within = |x: f64, [least, most]: [f64; 2]| least <= x && x <= most;
-            assert!(within(share(|m| m.is_solid()), bounds.solid));
-            assert!(within(share(|m| *m == Material::Actuator), bounds.actuator));
+            assert!(bounds.solid.contains(share(|m| m.is_solid())));
+            assert!(
+                bounds
+                    .actuator
+                    .contains(share(|m| *m == Material::Actuator))
+            );
         }
         assert!(found > 0, "no robot became better");
     }

@@ -10,6 +10,7 @@ use super::progress::Progress;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::policy::Controller;
@@ -21,7 +22,7 @@ use crate::task::{Task, together};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
-    pub moved: [f64; 2],
+    pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground, m, or for a task
     /// other than distance minus the loss. With two goals it is the merit for the goal that the
     /// robot does worse at.
@@ -33,7 +34,7 @@ pub struct Reached {
 
 impl Reached {
     pub(super) fn along(&self) -> f64 {
-        self.moved[0]
+        self.moved.forward()
     }
 
     /// This result for the goal ahead together with the result for the goal behind. The merit
@@ -42,7 +43,7 @@ impl Reached {
     fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
-            behind: Some(behind.moved[0]),
+            behind: Some(behind.along()),
             ..self
         }
     }
@@ -177,13 +178,13 @@ impl CoDesign {
 
     /// The result of a rollout towards one goal; that of a diverged rollout is NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
-        let moved = seen.map_or([f64::NAN; 2], |seen| {
+        let moved = seen.map_or(Vector::NAN, |seen| {
             self.between(start, seen.at(seen.last_step()))
         });
         let loss = |seen: &Trajectory<f64>| LossOf::<f64>::loss_of(&*self.loss, seen);
         let merit = match seen {
             Some(seen) if !self.loss.is_far() => -loss(seen),
-            _ => moved[0],
+            _ => moved.forward(),
         };
         Reached {
             moved,
@@ -194,13 +195,12 @@ impl CoDesign {
 
     /// Displacement of the payload between two states in the ground's frame, m; NaN if the last
     /// state is absurd.
-    pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> [f64; 2] {
+    pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
         if last.is_absurd() {
-            return [f64::NAN; 2];
+            return Vector::NAN;
         }
         let ground = self.task.ground();
-        let [from, to] = [start, last].map(|s| ground.point_to_ground(s.x[0]));
-        [to[0] - from[0], to[1] - from[1]]
+        ground.point_to_ground(last.x[0]) - ground.point_to_ground(start.x[0])
     }
 }
 
@@ -308,10 +308,7 @@ mod tests {
         let progress = free.begin(1).unwrap();
         let all = free.watch(&progress, (0..=scene.physics.steps).collect());
         let states = all.unwrap().states;
-        let speed = |state: &State<f64>| {
-            let speeds = state.v.iter().map(|[x, y]| x.hypot(*y));
-            speeds.fold(0.0, f64::max)
-        };
+        let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
         // The node is too fast between the observed states, not at the end.
         assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);

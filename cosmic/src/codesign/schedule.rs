@@ -161,7 +161,7 @@ mod tests {
             [1, 80, 115, 150, 300].map(|i| at(i).horizon()),
             [2048, 2048, 3072, 4096, 4096]
         );
-        let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator[1]);
+        let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator.high);
         // Sums of decimal fractions, rounded at 1e-17.
         assert!(
             widened

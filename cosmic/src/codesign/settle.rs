@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn what_settles_ends_with_its_best() {
-        let [mut fell, mut taken_back] = [0; 2];
+        let (mut fell, mut taken_back) = (0, 0);
         for seed in 0..4 {
             let (.., plain) = optimised(&wild(0.0), seed);
             fell += usize::from(plain.last.p50 < 0.8 * plain.spread.p50);

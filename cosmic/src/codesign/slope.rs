@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_mean_remembers_by_its_share() {
         let mut mean = Vec::new();
-        let mut averaged = |gradient: [f64; 2], memory| {
+        let mut averaged = |gradient: &[f64], memory| {
             let mut slope = Slope {
                 loss: 0.0,
                 gradient: gradient.to_vec(),
@@ -113,11 +113,11 @@ mod tests {
             assert!(memory > 0.0 || mean.is_empty());
             slope.gradient
         };
-        assert_eq!(averaged([1.0, 2.0], 0.0), [1.0, 2.0]);
-        assert_eq!(averaged([4.0, -8.0], 0.75), [4.0, -8.0]);
-        assert_eq!(averaged([0.0, 8.0], 0.75), [3.0, -4.0]);
+        assert_eq!(averaged(&[1.0, 2.0], 0.0), [1.0, 2.0]);
+        assert_eq!(averaged(&[4.0, -8.0], 0.75), [4.0, -8.0]);
+        assert_eq!(averaged(&[0.0, 8.0], 0.75), [3.0, -4.0]);
         // One that is not finite is to be seen and skipped, and forgotten.
-        assert_eq!(averaged([f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
-        assert_eq!(averaged([3.0, -4.0], 0.75), [3.0, -4.0]);
+        assert_eq!(averaged(&[f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
+        assert_eq!(averaged(&[3.0, -4.0], 0.75), [3.0, -4.0]);
     }
 }

@@ -64,6 +64,14 @@ struct Seen<R> {
     trajectory: Trajectory<R>,
 }
 
+/// What a robot reached within a horizon.
+#[derive(Clone, Copy, Default)]
+struct Within {
+    /// Displacement along the ground, m.
+    displacement: f64,
+    merit: f64,
+}
+
 impl CoDesign {
     /// The point of an iteration's gradients.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
@@ -151,14 +159,13 @@ impl CoDesign {
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
-        let mut displacements = [0.0; N];
-        let mut merits = [0.0; N];
+        let mut within = [Within::default(); N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let designs: [_; N] = std::array::from_fn(|k| sought[k].design(task, &copies[k].z));
             let losses = self.losses_of(task, &designs, &copies[0], horizon);
             std::array::from_fn(|k| {
-                [displacements[k], merits[k]] = self.reached_within(&losses[k], &inputs.start);
+                within[k] = self.reached_within(&losses[k], &inputs.start);
                 losses[k].loss
             })
         });
@@ -168,30 +175,32 @@ impl CoDesign {
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
                 loss,
-                displacement: displacements[k],
-                merit: merits[k],
+                displacement: within[k].displacement,
+                merit: within[k].merit,
             }
         })
     }
 
-    /// The displacement ahead after a horizon, and the merit.
+    /// The displacement ahead after a horizon, and the merit: the worse one of two goals.
     fn reached_within<R: Real + Into<f64>>(
         &self,
         sloped: &Sloped<Var<R>>,
         start: &State<f64>,
-    ) -> [f64; 2] {
+    ) -> Within {
         let reached = |seen: &Seen<Var<R>>| {
             let last = seen.trajectory.at(seen.trajectory.last_step());
-            let [along, _] = self.between(start, &last.map(|x| x.value().into()));
-            let loss: f64 = seen.loss.value().into();
-            [along, if self.loss.is_far() { along } else { -loss }]
+            let moved = self.between(start, &last.map(|x| x.value().into()));
+            let (along, loss) = (moved.forward(), seen.loss.value().into());
+            Within {
+                displacement: along,
+                merit: if self.loss.is_far() { along } else { -loss },
+            }
         };
-        let [along, merit] = reached(&sloped.ahead);
-        let merit = sloped.behind.iter().fold(merit, |merit, behind| {
-            let [_, behind] = reached(behind);
-            worse(merit, -behind)
-        });
-        [along, merit]
+        let mut within = reached(&sloped.ahead);
+        if let Some(behind) = &sloped.behind {
+            within.merit = worse(within.merit, -reached(behind).merit);
+        }
+        within
     }
 
     /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal

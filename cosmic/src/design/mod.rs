@@ -20,5 +20,5 @@ pub use material::Material;
 pub use mixture::{Mixture, volumes};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap};
 pub use start::{filled, layout_materials, start};
-pub use structure::{LayoutRules, MOST_RANKED, Structure};
+pub use structure::{LayoutRules, MOST_RANKED, Structure, joined_to_payload};
 pub use vectors::{attract, clamp};

@@ -1,25 +1,25 @@
 //! The hard snap: one material per edge, within the volume bounds.
 
 use super::{LayoutRules, Material, Mixture};
+use crate::geometry::Range;
 use crate::lattice::EdgeRules;
 use crate::scene::VolumeSettings;
 
-/// Bounds on the volume fractions, each `[least, most]`.
+/// Bounds on the volume fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBounds {
     /// On the share of solid edges, skeleton and actuator.
-    pub solid: [f64; 2],
+    pub solid: Range,
     /// On the share of actuators.
-    pub actuator: [f64; 2],
+    pub actuator: Range,
 }
 
 impl VolumeBounds {
     /// The bounds of a scene, each limit moved outwards by `slack`.
     pub fn widened(settings: &VolumeSettings, slack: f64) -> Self {
-        let widen = |[least, most]: [f64; 2]| [least - slack, most + slack];
         Self {
-            solid: widen(settings.solid),
-            actuator: widen(settings.actuator),
+            solid: Range::from(settings.solid).widened(slack),
+            actuator: Range::from(settings.actuator).widened(slack),
         }
     }
 }
@@ -182,10 +182,10 @@ struct Counts {
 
 impl Counts {
     fn new(bounds: &VolumeBounds, edges: usize) -> Self {
-        let whole = |bounds: [f64; 2]| {
+        let whole = |bounds: Range| {
             // 0.03 * 100 is not 3: a bound that a whole number meets to rounding is met.
             let slack = 1e-9;
-            let [least, most] = bounds.map(|share| share * edges as f64);
+            let (least, most) = bounds.map(|share| share * edges as f64).into();
             let inside =
                 [(least - slack).ceil(), (most + slack).floor()].map(|n| n.max(0.0) as usize);
             if inside[0] <= inside[1] {
@@ -224,13 +224,14 @@ mod tests {
     use super::{VolumeBounds, alternatives, flips, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::design::{LayoutRules, Mixture};
+    use crate::geometry::{Range, Vector};
     use crate::lattice::{EdgeRules, Lattice};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
 
     /// A chain of so many edges by these rules, of which nothing else is asked.
     fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
-        let nodes = (0..=edges).map(|k| [k as f64, 0.0]).collect();
+        let nodes = (0..=edges).map(|k| Vector::new([k as f64, 0.0])).collect();
         let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
         chain.rules = rules.clone();
         LayoutRules::new(&chain, &LOOSE)
@@ -252,8 +253,8 @@ mod tests {
         ruled(&EdgeRules::default(), edges)
     }
     const HALF: VolumeBounds = VolumeBounds {
-        solid: [0.5, 0.5],
-        actuator: [0.25, 0.25],
+        solid: Range::new(0.5, 0.5),
+        actuator: Range::new(0.25, 0.25),
     };
 
     /// Within the bounds the largest entry decides.
@@ -287,8 +288,8 @@ mod tests {
     fn bounds_between_two_whole_numbers_take_the_nearest() {
         for (solid, edges) in [([0.5, 0.5], 2), ([0.36, 0.36], 2), ([0.56, 0.58], 3)] {
             let bounds = VolumeBounds {
-                solid,
-                actuator: [0.0, 1.0],
+                solid: solid.into(),
+                actuator: Range::new(0.0, 1.0),
             };
             let materials = snap(&[Mixture([0.0, 1.0, 0.0]); 5], &bounds, &free(5));
             let solids = materials.iter().filter(|m| m.is_solid()).count();
@@ -307,8 +308,8 @@ mod tests {
         .map(Mixture);
         let layout = [Skeleton, Void, Actuator, Void];
         let wide = VolumeBounds {
-            solid: [0.25, 0.75],
-            actuator: [0.25, 0.25],
+            solid: Range::new(0.25, 0.75),
+            actuator: Range::new(0.25, 0.25),
         };
         let all = |mixture: &[_; 4], bounds| alternatives(mixture, &layout, bounds, &free(4), 100);
         let layouts = all(&mixture, &wide);
@@ -349,8 +350,8 @@ mod tests {
         ]
         .map(Mixture);
         let half = VolumeBounds {
-            solid: [0.25, 0.25],
-            actuator: [0.0, 0.0],
+            solid: Range::new(0.25, 0.25),
+            actuator: Range::new(0.0, 0.0),
         };
         assert_eq!(
             snap(&mixture, &half, &free(4)),
@@ -361,8 +362,8 @@ mod tests {
             [Skeleton, Void, Void, Void]
         );
         let any = VolumeBounds {
-            solid: [0.0, 1.0],
-            actuator: [0.0, 0.0],
+            solid: Range::new(0.0, 1.0),
+            actuator: Range::new(0.0, 0.0),
         };
         let layout = [Skeleton, Void, Void, Void];
         let found = alternatives(&mixture, &layout, &any, &ruled(&rules, 4), 100);
@@ -416,8 +417,8 @@ mod tests {
         lattice.rules.keep = vec![kept];
         let rules = LayoutRules::new(&lattice, &ONE_PIECE);
         let any = VolumeBounds {
-            solid: [0.0, 1.0],
-            actuator: [0.0, 1.0],
+            solid: Range::new(0.0, 1.0),
+            actuator: Range::new(0.0, 1.0),
         };
         let mut mixture = vec![Mixture([0.98, 0.01, 0.01]); kept];
         mixture.push(Mixture([0.0, 0.4, 0.6]));

@@ -5,7 +5,8 @@ use super::vectors::vectors_of_mixture;
 use super::{Design, Material, Mixture};
 use crate::error::{Error, Result};
 use crate::generator::edges;
-use crate::lattice::{EdgeRules, Lattice, mean};
+use crate::geometry::{Vector, mean};
+use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
 /// The design to start from, for a performance projection of sharpness `beta`. Only a tilted start depends
@@ -46,7 +47,7 @@ pub fn start(
     let mut z = vectors_of_mixture(&mixtures, beta);
     for tie in &lattice.rules.tie {
         let own: Vec<[f64; 3]> = tie.iter().map(|&edge| z[edge]).collect();
-        tie.iter().for_each(|&edge| z[edge] = mean(&own));
+        tie.iter().for_each(|&edge| z[edge] = mean(&own).array());
     }
     Ok(Design::Undecided(z))
 }
@@ -98,7 +99,7 @@ fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
 /// columns (the paper's "uniform distribution of vertical actuators", of which it lists no edges).
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
     let vertical = |edge: &[usize; 2]| {
-        let [along, above] = lattice.direction(*edge);
+        let [along, above] = lattice.direction(*edge).array();
         // At 45 degrees an edge does not stand, however its places are rounded.
         along.abs() < (1.0 - 1e-9) * above.abs()
     };
@@ -126,10 +127,10 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
 
 /// A third, plus `top` times the edge's height relative to the highest edge's.
 fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
-    let highest = lattice.midpoints().map(|[_, y]| y).fold(0.0, f64::max);
+    let highest = lattice.midpoints().map(Vector::up).fold(0.0, f64::max);
     // A lattice of one row has no height to tell its edges apart by.
     let highest = if highest > 0.0 { highest } else { 1.0 };
-    let void = |[_, height]: [f64; 2]| 1.0 / 3.0 + top * height / highest;
+    let void = |middle: Vector<f64>| 1.0 / 3.0 + top * middle.up() / highest;
     lattice.midpoints().map(void).collect()
 }
 
@@ -155,7 +156,7 @@ mod tests {
     fn starts_have_their_shares_of_void() {
         let (lattice, one_row) = (Lattice::sample(6, 6, 0.0), Lattice::sample(4, 1, 0.0));
         let third = 1.0 / 3.0;
-        let upwards = lattice.midpoints().map(|[_, row]| third + 0.12 * row / 5.0);
+        let upwards = lattice.midpoints().map(|m| third + 0.12 * m.up() / 5.0);
         let legs = layout_materials(Layout::Short, &lattice).unwrap();
         let beside = legs.iter().map(|m| if m.is_solid() { third } else { 0.05 });
         for (kind, lattice, void) in [

@@ -8,7 +8,8 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use crate::lattice::{EdgeRules, Lattice, crossings};
+use crate::geometry::crossings;
+use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
 /// How far apart two heights of lowest nodes may be, in units of the spacing.
@@ -58,6 +59,11 @@ impl Structure {
             floppy_modes: (ends.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &ends, &live)),
         }
     }
+}
+
+/// Whether bars join each node to the first payload.
+pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
+    Bars { lattice, layout }.held()
 }
 
 /// The bars of a layout.
@@ -123,7 +129,7 @@ impl Bars<'_> {
     fn feet(&self) -> usize {
         let nodes = self.lattice.places.iter().zip(self.degrees());
         nodes
-            .filter(|(place, degree)| place[1] < LEVEL && *degree > 0)
+            .filter(|(place, degree)| place.up() < LEVEL && *degree > 0)
             .count()
     }
 }
@@ -239,10 +245,9 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
     let place = |node: usize| live.binary_search(&node).expect("a bar's end is live");
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
-        let along = lattice.direction([i, j]);
-        for k in 0..2 {
-            matrix[(row, 2 * place(i) + k)] = -along[k];
-            matrix[(row, 2 * place(j) + k)] = along[k];
+        for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {
+            matrix[(row, 2 * place(i) + k)] = -along;
+            matrix[(row, 2 * place(j) + k)] = along;
         }
     }
     let values = matrix.singular_values();
@@ -254,6 +259,7 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
 mod tests {
     use super::{LayoutRules, MOST_RANKED, Structure};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::geometry::Vector;
     use crate::lattice::Lattice;
     use crate::scene::DesignSettings;
 
@@ -271,7 +277,7 @@ mod tests {
     fn structures_are_counted() {
         let lattice = Lattice::sample(3, 2, 0.0);
         let node = |x: f64, y: f64| {
-            let at = |p: &[f64; 2]| (p[0] - x).abs() + (p[1] - y).abs() < 1e-9;
+            let at = |place: &Vector<f64>| place.distance(Vector::new([x, y])) < 1e-9;
             lattice.places.iter().position(at).unwrap()
         };
         let [a, b, c] = [0.0, 1.0, 2.0].map(|x| node(x, 0.0));

@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use crate::geometry::{Range, Segment, Vector};
 use crate::lattice::Lattice;
 use crate::random::{Purpose, stream, symmetric};
 
 /// The least and the most share of void that a tilt leaves an edge.
-const VOID: [f64; 2] = [0.001, 0.999];
+const VOID: Range = Range::new(0.001, 0.999);
 
 /// Shares of void with a surplus that grows along a direction drawn from the seed, every direction
 /// as likely as any other: `tilt (1 + cos(a) x + sin(a) y)` for coordinates from -1 to 1 across the
@@ -17,33 +18,31 @@ const VOID: [f64; 2] = [0.001, 0.999];
 pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();
-    let edge = |(m, [x, y]): (&f64, [f64; 2])| {
-        (m + tilt * (1.0 + cos * x + sin * y)).clamp(VOID[0], VOID[1])
+    let edge = |(m, middle): (&f64, Vector<f64>)| {
+        let [x, y] = middle.array();
+        (m + tilt * (1.0 + cos * x + sin * y)).clamp(VOID.low, VOID.high)
     };
     let edges = void.iter().zip(midpoints(lattice));
     edges.map(edge).collect()
 }
 
 /// Midpoints of the edges, each coordinate from -1 to 1 across the lattice.
-fn midpoints(lattice: &Lattice) -> Vec<[f64; 2]> {
+fn midpoints(lattice: &Lattice) -> Vec<Vector<f64>> {
     let extent = lattice.extent();
     let at = |node: usize| {
-        let across = |k: usize| match extent[k] {
+        lattice.places[node].zip_with(extent, |place, extent| match extent {
             0.0 => 0.0,
-            extent => 2.0 * lattice.places[node][k] / extent - 1.0,
-        };
-        [across(0), across(1)]
+            extent => 2.0 * place / extent - 1.0,
+        })
     };
-    let middle = |&[i, j]: &[usize; 2]| {
-        let (a, b) = (at(i), at(j));
-        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-    };
+    let middle = |&[i, j]: &[usize; 2]| Segment::new(at(i), at(j)).middle();
     lattice.edges.iter().map(middle).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::{midpoints, tilted};
+    use crate::geometry::Bounds;
     use crate::lattice::Lattice;
 
     fn lattice() -> Lattice {
@@ -71,8 +70,7 @@ mod tests {
 
     #[test]
     fn midpoints_reach_from_side_to_side() {
-        let all = midpoints(&lattice());
-        let extreme = |k: usize| all.iter().map(|m| m[k]).fold(0.0, f64::max);
-        assert_eq!([extreme(0), extreme(1)], [1.0, 1.0]);
+        let bounds = Bounds::of(midpoints(&lattice()));
+        assert_eq!(bounds.high, [1.0, 1.0]);
     }
 }

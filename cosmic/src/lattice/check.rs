@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::own::{Payload, Truss};
+use crate::geometry::Bounds;
 
 /// How far from the ground's origin a node may be, m: as far as a generated lattice.
 const FARTHEST: f64 = 1e3;
@@ -39,16 +40,9 @@ impl Truss {
         let first = self.payload[0].node;
         let mut given: Vec<usize> = (0..nodes).collect();
         given.swap(0, first);
-        let reach = |k: usize| {
-            let ends = self.nodes.iter().map(|x| x[k]);
-            ends.clone().fold(f64::MIN, f64::max) - ends.fold(f64::MAX, f64::min)
-        };
-        let (long, short) = if reach(0) < reach(1) { (1, 0) } else { (0, 1) };
         let mut along = given.clone();
-        along[1..].sort_by(|&a, &b| {
-            let by = |k: usize| self.nodes[a][k].total_cmp(&self.nodes[b][k]);
-            by(long).then(by(short))
-        });
+        let size = Bounds::of(self.nodes.iter().copied()).size();
+        along[1..].sort_by(|&a, &b| self.nodes[a].total_cmp_along(self.nodes[b], size));
         let [given_numbers, along_numbers] = [&given, &along].map(|order| {
             let mut numbers = vec![0; nodes];
             (order.iter().enumerate()).for_each(|(number, &node)| numbers[node] = number);
@@ -107,8 +101,7 @@ impl Truss {
             if !seen.insert([i.min(j), i.max(j)]) {
                 return Err(format!("`edges[{e}]`: [{i}, {j}] is given twice"));
             }
-            let (a, b) = (self.nodes[i], self.nodes[j]);
-            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+            let length = self.nodes[i].distance(self.nodes[j]);
             if length < SHORTEST {
                 return Err(format!(
                     "`edges[{e}]`: expected nodes at least {SHORTEST} m apart, found [{i}, {j}], which \
@@ -203,6 +196,7 @@ impl Truss {
 
 #[cfg(test)]
 mod tests {
+    use crate::geometry::{Segment, Vector};
     use crate::lattice::{EdgeRules, Payload, Truss};
     use proptest::prelude::*;
     use std::collections::{BTreeSet, HashSet};
@@ -386,12 +380,9 @@ mod tests {
     fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
         let mut shuffled: Vec<usize> = (0..42).collect();
         shuffled[1..].sort_by_key(|&k| (1e6 * (13.0 * k as f64).sin()) as i64);
-        let place = |&k: &usize| [0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64];
-        let nodes: Vec<[f64; 2]> = shuffled.iter().map(place).collect();
-        let is_near = |[i, j]: [usize; 2]| {
-            let d = [0, 1].map(|k| nodes[j][k] - nodes[i][k]);
-            d[0].hypot(d[1]) < 0.11
-        };
+        let place = |&k: &usize| Vector::new([0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64]);
+        let nodes: Vec<Vector<f64>> = shuffled.iter().map(place).collect();
+        let is_near = |[i, j]: [usize; 2]| nodes[i].distance(nodes[j]) < 0.11;
         let pairs = (0..42).flat_map(|i| (i + 1..42).map(move |j| [i, j]));
         let truss = Truss {
             edges: pairs.filter(|&pair| is_near(pair)).collect(),
@@ -407,10 +398,10 @@ mod tests {
         // Rungs and rails; node 0 is at an end and stays first.
         assert_eq!(differences(&numbered), 2);
         assert_eq!(numbered.nodes[0], truss.nodes[0]);
-        let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
+        let ends = |truss: &Truss| -> Vec<Segment> {
             let edges = truss.edges.iter();
             edges
-                .map(|edge| edge.map(|node| truss.nodes[node]))
+                .map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j]))
                 .collect()
         };
         assert_eq!(ends(&numbered), ends(&truss));
@@ -435,14 +426,14 @@ mod tests {
             let truss = Truss {
                 payload: payload.map(|node| Payload { node, mass: None }).collect(),
                 rules: EdgeRules { keep, forbid, tie },
-                nodes,
+                nodes: nodes.into_iter().map(Vector::new).collect(),
                 edges,
                 given_numbers: Vec::new(),
             };
             let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
-            let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
+            let ends = |truss: &Truss| -> Vec<Segment> {
                 let edges = truss.edges.iter();
-                edges.map(|edge| edge.map(|node| truss.nodes[node])).collect()
+                edges.map(|&[i, j]| Segment::new(truss.nodes[i], truss.nodes[j])).collect()
             };
             prop_assert_eq!(ends(&numbered), ends(&truss));
             prop_assert_eq!(numbered.payload[0].node, 0);

@@ -4,13 +4,10 @@ mod state;
 mod own;
 mod check;
 mod truss;
-mod crossing;
 mod body;
 
 pub use body::Body;
-pub use crossing::{cross, crossings};
 pub(crate) use own::named;
 pub use own::{EdgeRules, Payload, Truss, add};
 pub use state::State;
-pub(crate) use state::mean;
-pub use truss::{Lattice, SOFTENING, length, rate};
+pub use truss::{EdgeVector, Lattice, SOFTENING};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
+use crate::geometry::Vector;
 use crate::reading::{from_json, placed, read_at_most};
 use crate::registry::{OFF, Registry};
 
@@ -23,7 +24,7 @@ const LARGEST: u64 = 1 << 26;
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
     /// Where the nodes are: along and above the ground, from its origin, m (D1).
-    pub nodes: Vec<[f64; 2]>,
+    pub nodes: Vec<Vector<f64>>,
     /// Nodes `[i, j]` that an edge joins.
     pub edges: Vec<[usize; 2]>,
     /// Nodes with extra mass, at least one. The displacement that is reported is that of the first,
@@ -101,7 +102,7 @@ impl EdgeRules {
 struct RawTruss {
     format: String,
     version: u32,
-    nodes: Vec<[f64; 2]>,
+    nodes: Vec<Vector<f64>>,
     edges: Vec<[usize; 2]>,
     #[serde(default = "Payload::first_node", deserialize_with = "payload")]
     payload: Vec<Payload>,
@@ -222,7 +223,7 @@ impl Truss {
 
     /// Height of the lowest node above the ground line, m.
     pub fn lowest(&self) -> f64 {
-        let heights = self.nodes.iter().map(|x| x[1]);
+        let heights = self.nodes.iter().map(|x| x.up());
         heights.fold(f64::INFINITY, f64::min)
     }
 

@@ -3,28 +3,24 @@
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector, columns, from_columns};
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct State<R> {
+#[serde(bound(
+    serialize = "Vector<R, D>: Serialize",
+    deserialize = "Vector<R, D>: Deserialize<'de>"
+))]
+pub struct State<R, const D: usize = 2> {
     /// Positions, one per node.
-    pub x: Vec<[R; 2]>,
+    pub x: Vec<Vector<R, D>>,
     /// Velocities, one per node.
-    pub v: Vec<[R; 2]>,
+    pub v: Vec<Vector<R, D>>,
 }
 
-/// The unweighted mean of vectors.
-pub(crate) fn mean<R: Real, const N: usize>(rows: &[[R; N]]) -> [R; N] {
-    let share = R::lit(1.0 / rows.len() as f64);
-    std::array::from_fn(|k| {
-        let column: Vec<R> = rows.iter().map(|row| row[k]).collect();
-        R::sum_of(&column) * share
-    })
-}
-
-impl<R: Real> State<R> {
+impl<R: Real, const D: usize> State<R, D> {
     /// A state of the world's frame in the ground's.
+    #[must_use]
     pub fn to_ground(&self, ground: &Ground) -> Self {
         Self {
             x: self.x.iter().map(|&x| ground.point_to_ground(x)).collect(),
@@ -33,6 +29,7 @@ impl<R: Real> State<R> {
     }
 
     /// A state of the ground's frame in the world's.
+    #[must_use]
     pub fn to_world(&self, ground: &Ground) -> Self {
         Self {
             x: self.x.iter().map(|&x| ground.point_to_world(x)).collect(),
@@ -41,9 +38,37 @@ impl<R: Real> State<R> {
     }
 }
 
-impl<R: Copy> State<R> {
+impl<R, const D: usize> State<R, D> {
+    /// The state of nodes at these positions (m) with these velocities (m/s).
+    pub fn new<P: Into<Vector<R, D>>, V: Into<Vector<R, D>>>(
+        x: impl IntoIterator<Item = P>,
+        v: impl IntoIterator<Item = V>,
+    ) -> Self {
+        Self {
+            x: x.into_iter().map(Into::into).collect(),
+            v: v.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl<R: Copy, const D: usize> State<R, D> {
+    /// The state as flat numbers, as a rollout has it: the components of the positions as columns (see
+    /// [`columns`]), then those of the velocities.
+    pub fn to_columns(&self) -> Vec<R> {
+        [columns(&self.x), columns(&self.v)].concat()
+    }
+
+    /// The state of [`to_columns`](Self::to_columns), of all nodes or of the first ones.
+    pub fn from_columns(numbers: &[R]) -> Self {
+        let (x, v) = numbers.split_at(numbers.len() / 2);
+        Self {
+            x: from_columns(x),
+            v: from_columns(v),
+        }
+    }
+
     /// Every number replaced by a function of it.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S> {
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S, D> {
         State {
             x: self.x.iter().map(|x| x.map(&f)).collect(),
             v: self.v.iter().map(|v| v.map(&f)).collect(),

@@ -1,23 +1,26 @@
 //! Nodes, and the edges between them.
 
+use autodiff::Real;
+
 use super::State;
 use super::own::{EdgeRules, Payload, Truss};
+use crate::geometry::{Bounds, Segment, Vector};
 
 /// Nodes and edges of a robot. Node 0 is the first to carry payload.
 ///
 /// All of it is constant: no derivative flows through the rest lengths or the masses that come
 /// from them, not even where the initial positions are variables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lattice {
+pub struct Lattice<const D: usize = 2> {
     /// Initial positions in the world's frame, one per node, in metres.
-    pub positions: Vec<[f64; 2]>,
+    pub positions: Vec<Vector<f64, D>>,
     /// Nodes `[i, j]` that an edge joins.
     pub edges: Vec<[usize; 2]>,
     /// Rest length per edge, in metres.
     pub rest_length: Vec<f64>,
     /// The nodes as they are laid out: along and above the ground from the lower left corner, in
     /// units of `spacing`. On a rectangular lattice these are whole numbers, column and row.
-    pub places: Vec<[f64; 2]>,
+    pub places: Vec<Vector<f64, D>>,
     /// The distance of neighbouring nodes, in metres; the median edge's length where edges differ.
     pub spacing: f64,
     /// Nodes with extra mass, node 0 first.
@@ -31,7 +34,7 @@ impl Lattice {
     ///
     /// # Panics
     /// If an edge has a node that does not exist.
-    pub fn between(positions: Vec<[f64; 2]>, edges: Vec<[usize; 2]>) -> Self {
+    pub fn between(positions: Vec<Vector<f64>>, edges: Vec<[usize; 2]>) -> Self {
         let truss = Truss {
             nodes: positions.clone(),
             edges,
@@ -41,27 +44,20 @@ impl Lattice {
     }
 
     /// A truss whose nodes have these positions in the world's frame.
-    pub(crate) fn of_truss(truss: &Truss, positions: Vec<[f64; 2]>) -> Self {
-        let distance = |&[i, j]: &[usize; 2]| {
-            let (a, b) = (positions[i], positions[j]);
-            (b[0] - a[0]).hypot(b[1] - a[1])
-        };
+    pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
+        let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
         let rest_length: Vec<f64> = truss.edges.iter().map(distance).collect();
         let mut lengths = rest_length.clone();
         lengths.sort_by(f64::total_cmp);
         let median = lengths.get(lengths.len() / 2).copied();
         let spacing = median.filter(|length| *length > 0.0).unwrap_or(1.0);
-        let least = |k: usize| {
-            truss
+        let corner = Bounds::of(truss.nodes.iter().copied()).low;
+        Self {
+            places: truss
                 .nodes
                 .iter()
-                .map(|x| x[k])
-                .fold(f64::INFINITY, f64::min)
-        };
-        let corner = [least(0), least(1)];
-        let place = |x: &[f64; 2]| [0, 1].map(|k| (x[k] - corner[k]) / spacing);
-        Self {
-            places: truss.nodes.iter().map(place).collect(),
+                .map(|&x| (x - corner) / spacing)
+                .collect(),
             positions,
             edges: truss.edges.clone(),
             rest_length,
@@ -81,48 +77,52 @@ impl Lattice {
             ..Truss::default()
         }
     }
+}
 
+impl<const D: usize> Lattice<D> {
     /// How many nodes.
     pub fn nodes(&self) -> usize {
         self.positions.len()
     }
 
     /// The state in which the robot starts: its initial positions, everything at rest.
-    pub fn state_at_rest(&self) -> State<f64> {
+    pub fn state_at_rest(&self) -> State<f64, D> {
         State {
             x: self.positions.clone(),
-            v: vec![[0.0; 2]; self.nodes()],
+            v: vec![Vector::zero(); self.nodes()],
         }
     }
 
     /// How far the nodes reach along and above the ground, in units of `spacing`.
-    pub fn extent(&self) -> [f64; 2] {
-        [0, 1].map(|k| self.places.iter().map(|place| place[k]).fold(0.0, f64::max))
+    pub fn extent(&self) -> Vector<f64, D> {
+        Bounds::of(self.places.iter().copied())
+            .high
+            .max(Vector::zero())
     }
 
     /// The width with half a spacing around, in metres.
     pub fn width(&self) -> f64 {
-        let [width, _] = self.extent();
-        (width + 1.0) * self.spacing
+        (self.extent().forward() + 1.0) * self.spacing
     }
 
     /// The larger of width and height with half a spacing around, in metres.
     pub fn side(&self) -> f64 {
-        let [width, height] = self.extent();
-        (width.max(height) + 1.0) * self.spacing
+        (self.extent().largest() + 1.0) * self.spacing
+    }
+
+    /// The edge between two nodes, by their places, in units of `spacing`.
+    pub fn segment(&self, [i, j]: [usize; 2]) -> Segment<D> {
+        Segment::new(self.places[i], self.places[j])
     }
 
     /// The places of the edges' midpoints, in units of `spacing`.
-    pub fn midpoints(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.edges.iter().map(|&[i, j]| {
-            let (a, b) = (self.places[i], self.places[j]);
-            [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-        })
+    pub fn midpoints(&self) -> impl Iterator<Item = Vector<f64, D>> {
+        self.edges.iter().map(|&ends| self.segment(ends).middle())
     }
 
     /// The places from one end of an edge to the other, in units of `spacing`.
-    pub fn direction(&self, [i, j]: [usize; 2]) -> [f64; 2] {
-        [0, 1].map(|k| self.places[j][k] - self.places[i][k])
+    pub fn direction(&self, ends: [usize; 2]) -> Vector<f64, D> {
+        self.segment(ends).vector()
     }
 }
 
@@ -130,14 +130,33 @@ impl Lattice {
 /// coincide (D4).
 pub const SOFTENING: f64 = 1e-12;
 
-/// The length of an edge, m, as forces have it (D4).
-pub fn length(x: &[[f64; 2]], [i, j]: [usize; 2]) -> f64 {
-    let [dx, dy] = [0, 1].map(|k| x[j][k] - x[i][k]);
-    (dx * dx + dy * dy + SOFTENING).sqrt()
+/// An edge in motion: from one of its nodes to the other.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeVector<R, const D: usize = 2> {
+    /// The vector between the nodes, m.
+    pub d: Vector<R, D>,
+    /// The difference of their velocities, m/s.
+    pub dv: Vector<R, D>,
 }
 
-/// How fast an edge grows, m/s.
-pub fn rate(state: &State<f64>, ends: [usize; 2]) -> f64 {
-    let [d, dv] = [&state.x, &state.v].map(|of| [0, 1].map(|k| of[ends[1]][k] - of[ends[0]][k]));
-    (d[0] * dv[0] + d[1] * dv[1]) / length(&state.x, ends)
+impl<R: Real, const D: usize> EdgeVector<R, D> {
+    /// The edge between two nodes of a state.
+    pub fn of(state: &State<R, D>, [i, j]: [usize; 2]) -> Self {
+        Self {
+            d: state.x[j] - state.x[i],
+            dv: state.v[j] - state.v[i],
+        }
+    }
+
+    /// The length, m, as forces have it (D4).
+    #[inline(always)]
+    pub fn length(&self) -> R {
+        self.d.softened_norm(SOFTENING)
+    }
+
+    /// How fast an edge of this length grows, m/s.
+    #[inline(always)]
+    pub fn rate(&self, length: R) -> R {
+        self.d.dot(self.dv) / length
+    }
 }

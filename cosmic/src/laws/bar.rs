@@ -8,7 +8,8 @@ use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
 use super::law::Law;
 use super::stiffness::Stiffness;
-use crate::lattice::{Lattice, SOFTENING, length, rate};
+use crate::geometry::Vector;
+use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
 /// A factor on strokes that rounding cannot take back.
@@ -30,6 +31,55 @@ pub struct Bar<R> {
     /// Strain at full activation: the strain of an actuator times the bar's share of actuator; 0 for a
     /// passive bar. The activation only changes `target`.
     pub strain: R,
+}
+
+/// What a bar depends on beside the places and velocities of its ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Actuation<R> {
+    /// The controller's output, from -1 to 1.
+    pub activation: R,
+    /// Stiffness of the material, N/m.
+    pub stiffness: R,
+    /// Length at rest, m.
+    pub rest_length: R,
+    /// Strain at full activation.
+    pub strain: R,
+}
+
+impl<R: Real> Bar<R> {
+    /// The bar of an edge. Its rate is 0 unless a law needs it.
+    #[inline(always)]
+    pub fn new<const D: usize>(
+        edge: &EdgeVector<R, D>,
+        length: R,
+        needs_rate: bool,
+        given: Actuation<R>,
+    ) -> Self {
+        let Actuation {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        } = given;
+        Self {
+            length,
+            rate: if needs_rate {
+                edge.rate(length)
+            } else {
+                R::zero()
+            },
+            target: target_length(rest_length, strain, activation),
+            rest_length,
+            stiffness,
+            strain,
+        }
+    }
+}
+
+/// The length that an actuator sets (D8), m.
+#[inline(always)]
+pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
+    rest_length * strain.fma(activation, R::one())
 }
 
 /// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
@@ -114,32 +164,35 @@ pub struct Tension<L> {
 
 impl<L: BarForce> Tension<L> {
     #[inline(always)]
-    fn impulse<R: Real>(&self, d: [R; 2], dv: [R; 2], edge: [R; 4]) -> [R; 2] {
-        let ([dx, dy], [activation, stiffness, rest_length, strain]) = (d, edge);
-        let length = dx.fma(dx, dy.fma(dy, R::lit(SOFTENING))).sqrt();
-        let rate = if L::NEEDS_RATE {
-            dx.fma(dv[0], dy * dv[1]) / length
-        } else {
-            R::zero()
-        };
-        let bar = Bar {
-            length,
-            rate,
-            target: rest_length * strain.fma(activation, R::one()),
-            rest_length,
-            stiffness,
-            strain,
-        };
+    fn impulse<R: Real, const D: usize>(
+        &self,
+        edge: EdgeVector<R, D>,
+        given: Actuation<R>,
+    ) -> Vector<R, D> {
+        let length = edge.length();
+        let bar = Bar::new(&edge, length, L::NEEDS_RATE, given);
         let per_length = self.law.tension(bar) * R::lit(self.dt) / length;
-        [per_length * dx, per_length * dy]
+        edge.d * per_length
     }
 }
 
 impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     #[inline(always)]
-    fn eval<R: Real>(&self, [dx, dy, u, stiffness, rest_length, strain]: [R; 6]) -> [R; 2] {
-        let edge = [u, stiffness, rest_length, strain];
-        self.impulse([dx, dy], [R::zero(); 2], edge)
+    fn eval<R: Real>(
+        &self,
+        [dx, dy, activation, stiffness, rest_length, strain]: [R; 6],
+    ) -> [R; 2] {
+        let edge = EdgeVector {
+            d: Vector::new([dx, dy]),
+            dv: Vector::zero(),
+        };
+        let given = Actuation {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        };
+        self.impulse(edge, given).array()
     }
 
     #[inline(always)]
@@ -156,9 +209,18 @@ pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
     #[inline(always)]
     fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
-        let [dx, dy, dvx, dvy, u, stiffness, rest_length, strain] = x;
-        let edge = [u, stiffness, rest_length, strain];
-        self.0.impulse([dx, dy], [dvx, dvy], edge)
+        let [dx, dy, dvx, dvy, activation, stiffness, rest_length, strain] = x;
+        let edge = EdgeVector {
+            d: Vector::new([dx, dy]),
+            dv: Vector::new([dvx, dvy]),
+        };
+        let given = Actuation {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        };
+        self.0.impulse(edge, given).array()
     }
 }
 
@@ -168,32 +230,35 @@ pub(crate) struct OnBars<L>(pub(crate) L);
 
 impl<L: BarForce> OnBars<L> {
     /// The bar of an edge in a pose.
-    fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
-        let ends = pose.lattice.edges[edge];
-        let (strain, rest_length) = (pose.body.strain[edge], pose.lattice.rest_length[edge]);
-        let activation = pose.activation.get(edge).copied().unwrap_or(0.0);
-        Bar {
-            length: length(&pose.state.x, ends),
-            rate: rate(pose.state, ends),
-            target: rest_length * (1.0 + strain * activation),
-            rest_length,
+    fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
+        let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
+        let given = Actuation {
+            activation: pose.activation.get(edge).copied().unwrap_or(0.0),
             stiffness: pose.body.stiffness[edge],
-            strain,
-        }
+            rest_length: pose.lattice.rest_length[edge],
+            strain: pose.body.strain[edge],
+        };
+        Bar::new(&between, between.length(), true, given)
     }
 
-    /// The slopes of the tension by length (N/m) and by rate (N s/m).
-    fn slopes(&self, bar: Bar<f64>) -> [f64; 2] {
+    /// The slope of the tension by the rate of the length, N s/m, or by the length, N/m.
+    fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
         let constant = Dual::constant;
-        let moving = Bar {
-            length: Dual::<f64, 2>::variable(bar.length, 0),
-            rate: Dual::variable(bar.rate, 1),
+        let mut moving = Bar {
+            length: constant(bar.length),
+            rate: constant(bar.rate),
             target: constant(bar.target),
             rest_length: constant(bar.rest_length),
             stiffness: constant(bar.stiffness),
             strain: constant(bar.strain),
         };
-        self.0.tension(moving).tangent
+        let by = if by_rate {
+            &mut moving.rate
+        } else {
+            &mut moving.length
+        };
+        *by = Dual::<f64, 1>::variable(by.value, 0);
+        self.0.tension(moving).tangent[0]
     }
 
     /// A bar whose length is off from rest by its stroke.
@@ -230,8 +295,8 @@ impl<L: BarForce> Force for OnBars<L> {
         p: &mut AnyProgram,
         step: &Step,
         _: &[Array],
-        before: Option<[Array; 2]>,
-    ) -> [Array; 2] {
+        before: Option<Vector<Array>>,
+    ) -> Vector<Array> {
         let (law, dt) = (self.0.clone(), step.dt);
         let tension = Tension { law, dt };
         let edge = [
@@ -241,12 +306,12 @@ impl<L: BarForce> Force for OnBars<L> {
             step.strain,
         ];
         let impulses = if L::NEEDS_RATE {
-            let ([x, y], [vx, vy]) = (step.x, step.v);
-            p.map_edges(step.graph, MovingTension(tension), [x, y, vx, vy], &edge)
+            let ends = step.nodes.array();
+            p.map_edges(step.graph, MovingTension(tension), ends, &edge)
         } else {
-            p.map_edges(step.graph, tension, step.x, &edge)
+            p.map_edges(step.graph, tension, step.nodes.x.array(), &edge)
         };
-        add(p, before, impulses)
+        add(p, before, Vector::new(impulses))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
@@ -259,7 +324,7 @@ impl<L: BarForce> Force for OnBars<L> {
             let x = &pose.state.x;
             Pull {
                 part: format!("the {} of edge {edge} [{i}, {j}]", L::NOUN),
-                force: [0, 1].map(|k| per_length * (x[other][k] - x[node][k])),
+                force: (x[other] - x[node]) * per_length,
             }
         };
         here.map(pull).collect()
@@ -284,13 +349,13 @@ impl<L: BarForce> Force for OnBars<L> {
                 self.bar_stiffness(bar.stiffness, bar.rest_length, bar.strain * bar.rest_length);
             stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
             if L::NEEDS_RATE {
-                stiffness.dampen_bar(edge, self.slopes(bar)[1]);
+                stiffness.dampen_bar(edge, self.slope(bar, true));
             }
         }
     }
 
     fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        let ways = [off, -off].map(|off| self.slopes(Self::resting(k, rest_length, off))[0]);
+        let ways = [off, -off].map(|off| self.slope(Self::resting(k, rest_length, off), false));
         ways[0].max(ways[1])
     }
 }

@@ -16,7 +16,8 @@ use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step};
 use super::stiffness::Stiffness;
-use crate::lattice::{Lattice, SOFTENING, length};
+use crate::geometry::Vector;
+use crate::lattice::{EdgeVector, Lattice, SOFTENING};
 use crate::settings::Settings;
 
 /// Cosine of the angle up to which two edges count as in line: about 8 degrees.
@@ -69,29 +70,72 @@ pub(super) struct Bend {
     pub(super) dt: f64,
 }
 
+/// Two edges in line, by numbers or arrays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line<R, const D: usize = 2> {
+    /// The three nodes, m.
+    pub(super) nodes: [Vector<R, D>; 3],
+    /// Stiffness of the first edge and of the second, N/m.
+    pub(super) first: R,
+    pub(super) second: R,
+}
+
+impl<R: Copy> Line<R> {
+    #[inline(always)]
+    fn new([x0, y0, x1, y1, x2, y2, first, second]: [R; 8]) -> Self {
+        Self {
+            nodes: [
+                Vector::new([x0, y0]),
+                Vector::new([x1, y1]),
+                Vector::new([x2, y2]),
+            ],
+            first,
+            second,
+        }
+    }
+
+    fn array(self) -> [R; 8] {
+        let [[x0, y0], [x1, y1], [x2, y2]] = self.nodes.map(Vector::array);
+        [x0, y0, x1, y1, x2, y2, self.first, self.second]
+    }
+}
+
+impl<R: Real, const D: usize> Line<R, D> {
+    /// The unit vector along the edge from a node to the next, and 1 / length.
+    #[inline(always)]
+    fn edge(&self, from: usize) -> (Vector<R, D>, R) {
+        let edge = self.nodes[from + 1] - self.nodes[from];
+        let inverse = edge.softened_norm(SOFTENING).recip();
+        (edge * inverse, inverse)
+    }
+}
+
 impl Bend {
     /// The angular stiffness of a pair, N m.
     #[inline(always)]
-    fn stiffness<R: Real>(&self, [a, b]: [R; 2]) -> R {
+    fn stiffness<R: Real, const D: usize>(&self, line: &Line<R, D>) -> R {
+        let (a, b) = (line.first, line.second);
         R::lit(self.section) * a * b / (a + b + R::lit(LEAST_STIFFNESS))
+    }
+
+    /// The impulses on the nodes, N s.
+    #[inline(always)]
+    pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
+        let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
+        let stiffness = self.stiffness(line) * R::lit(self.dt);
+        // A torque on an arm is a force across its end; the middle node takes both reactions.
+        let first = -a.across(b) * (stiffness * per_a);
+        let last = b.across(a) * (stiffness * per_b);
+        [first, -(first + last), last]
     }
 }
 
 impl Kernel<8, 6> for Bend {
     #[inline(always)]
-    fn eval<R: Real>(&self, [x0, y0, x1, y1, x2, y2, first, second]: [R; 8]) -> [R; 6] {
-        let unit = |dx: R, dy: R| {
-            let inverse = dx.fma(dx, dy.fma(dy, R::lit(SOFTENING))).sqrt().recip();
-            (dx * inverse, dy * inverse, inverse)
-        };
-        let (ax, ay, per_a) = unit(x1 - x0, y1 - y0);
-        let (bx, by, per_b) = unit(x2 - x1, y2 - y1);
-        let stiffness = self.stiffness([first, second]);
-        let torque = stiffness * (ax * by - ay * bx) * R::lit(self.dt);
-        // A torque on an arm is a force across its end; the middle node takes both reactions.
-        let (first, last) = (torque * per_a, torque * per_b);
-        let [fx, fy, lx, ly] = [first * ay, -(first * ax), last * by, -(last * bx)];
-        [fx, fy, -(fx + lx), -(fy + ly), lx, ly]
+    fn eval<R: Real>(&self, x: [R; 8]) -> [R; 6] {
+        let [first, middle, last] = self.impulses(&Line::new(x));
+        let ([fx, fy], [mx, my], [lx, ly]) = (first.array(), middle.array(), last.array());
+        [fx, fy, mx, my, lx, ly]
     }
 
     #[inline(always)]
@@ -126,10 +170,21 @@ struct Pair {
 /// A pair of edges of a pose.
 struct PosedPair {
     nodes: [usize; 3],
-    /// Coordinates of the nodes, m.
-    x: [[f64; 2]; 3],
-    /// Stiffness of the edges, N/m.
-    stiffness: [f64; 2],
+    line: Line<f64>,
+}
+
+/// Places from the middle node of a pair to the outer ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Shape {
+    before: isize,
+    after: isize,
+}
+
+impl Shape {
+    /// Places from the middle node to the one of a role: before, middle, after.
+    fn offset(self, role: usize) -> isize {
+        [self.before, 0, self.after][role]
+    }
 }
 
 /// The pairs of a lattice, in groups of one shape: in a group the outer nodes are as many places
@@ -141,7 +196,7 @@ struct BentBars {
     radius: f64,
     nodes: usize,
     /// Places from the middle node to the outer ones.
-    groups: Vec<[isize; 2]>,
+    groups: Vec<Shape>,
     /// The edges of the pair in every slot, group by group.
     slots: Vec<Option<[usize; 2]>>,
 }
@@ -156,9 +211,12 @@ impl BentBars {
         };
         let shape = |pair: &Pair| {
             let [before, middle, after] = pair.nodes.map(|node| node as isize);
-            [before - middle, after - middle]
+            Shape {
+                before: before - middle,
+                after: after - middle,
+            }
         };
-        let mut groups: Vec<[isize; 2]> = pairs.iter().map(shape).collect();
+        let mut groups: Vec<Shape> = pairs.iter().map(shape).collect();
         groups.sort_unstable();
         groups.dedup();
         let nodes = lattice.nodes();
@@ -188,21 +246,23 @@ impl BentBars {
     fn pairs(&self, pose: &Pose) -> Vec<PosedPair> {
         let pair = |(slot, edges): (usize, &Option<[usize; 2]>)| {
             let (group, middle) = (self.groups[slot / self.nodes], slot % self.nodes);
-            let node = |role: usize| self.place(middle, offset(group, role));
+            let node = |role: usize| self.place(middle, group.offset(role));
             let nodes = [node(0)?, middle, node(2)?];
-            Some(PosedPair {
-                nodes,
-                x: nodes.map(|node| pose.state.x[node]),
-                stiffness: (*edges)?.map(|edge| pose.body.stiffness[edge]),
-            })
+            let [first, second] = (*edges)?.map(|edge| pose.body.stiffness[edge]);
+            let line = Line {
+                nodes: nodes.map(|node| pose.state.x[node]),
+                first,
+                second,
+            };
+            Some(PosedPair { nodes, line })
         };
         self.slots.iter().enumerate().filter_map(pair).collect()
     }
 
     /// For every slot the node that has this role in it: before, middle, after.
     fn seen_from_slots(&self, role: usize) -> Vec<Option<usize>> {
-        let group = |&group: &[isize; 2]| {
-            (0..self.nodes).map(move |middle| self.place(middle, offset(group, role)))
+        let group = |&group: &Shape| {
+            (0..self.nodes).map(move |middle| self.place(middle, group.offset(role)))
         };
         self.groups.iter().flat_map(group).collect()
     }
@@ -214,7 +274,7 @@ impl BentBars {
             let part = |k: usize| {
                 let slot = |node: usize| {
                     let &group = chunk.get(k)?;
-                    let middle = self.place(node, -offset(self.groups[group], role))?;
+                    let middle = self.place(node, -self.groups[group].offset(role))?;
                     Some(group * self.nodes + middle)
                 };
                 (0..self.nodes).map(slot).collect::<Vec<_>>()
@@ -238,58 +298,52 @@ impl Force for BentBars {
         p: &mut AnyProgram,
         step: &Step,
         _: &[Array],
-        before: Option<[Array; 2]>,
-    ) -> [Array; 2] {
-        let [x, y] = step.x;
-        let from = [0, 1, 2].map(|role| self.seen_from_slots(role));
-        let [before_it, middle, after] = from
-            .each_ref()
-            .map(|nodes| [p.gather(x, nodes), p.gather(y, nodes)]);
-        let ([ax, ay], [bx, by], [cx, cy]) = (before_it, middle, after);
-        let [first, second] = [0, 1].map(|k| {
+        before: Option<Vector<Array>>,
+    ) -> Vector<Array> {
+        let nodes = [0, 1, 2].map(|role| {
+            let seen = self.seen_from_slots(role);
+            step.nodes.x.map(|x| p.gather(x, &seen))
+        });
+        let mut stiffness = |k: usize| {
             let slot =
                 |pair: &Option<[usize; 2]>| pair.map(|edges| step.graph.slot_of_edge()[edges[k]]);
             let slots: Vec<_> = self.slots.iter().map(slot).collect();
             p.gather(step.stiffness, &slots)
-        });
-        let nodes = [ax, ay, bx, by, cx, cy, first, second];
-        let pulls = p.map(self.bend(step.dt), nodes);
+        };
+        let (first, second) = (stiffness(0), stiffness(1));
+        let line = Line {
+            nodes,
+            first,
+            second,
+        };
+        let pulls = p.map(self.bend(step.dt), line.array());
         // Without forces before it, a gather of no entry is zero.
         let none = vec![None; self.nodes];
-        let mut sums = before.unwrap_or_else(|| [x, y].map(|array| p.gather(array, &none)));
-        for role in 0..3 {
-            for k in 0..2 {
-                sums[k] = self.add(p, sums[k], role, pulls[2 * role + k]);
-            }
+        let mut sums = before.unwrap_or_else(|| step.nodes.x.map(|array| p.gather(array, &none)));
+        for (role, pull) in pulls.as_chunks().0.iter().enumerate() {
+            let pull = Vector::new(*pull);
+            sums = sums.zip_with(pull, |sum, pull| self.add(p, sum, role, pull));
         }
         sums
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        let pull = |PosedPair {
-                        nodes,
-                        x,
-                        stiffness,
-                    }: PosedPair| {
+        let pull = |PosedPair { nodes, line }: PosedPair| {
             let role = nodes.iter().position(|&other| other == node)?;
-            let ([[ax, ay], [bx, by], [cx, cy]], [first, second]) = (x, stiffness);
-            let pulls = self.bend(1.0).eval([ax, ay, bx, by, cx, cy, first, second]);
             Some(Pull {
                 part: format!("the bending of the bar over nodes {nodes:?}"),
-                force: [pulls[2 * role], pulls[2 * role + 1]],
+                force: self.bend(1.0).impulses(&line)[role],
             })
         };
         self.pairs(pose).into_iter().filter_map(pull).collect()
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {
-        let energy = |pair: PosedPair| {
-            let [before, middle, after] = pair.nodes;
-            let [ax, ay] = direction(&pose.state.x, [before, middle]);
-            let [bx, by] = direction(&pose.state.x, [middle, after]);
+        let energy = |PosedPair { line, .. }: PosedPair| {
+            let ((a, _), (b, _)) = (line.edge(0), line.edge(1));
             // 1 - cos(a), without taking numbers near 1 from each other.
-            let turned = 0.5 * ((ax - bx) * (ax - bx) + (ay - by) * (ay - by));
-            self.bend(1.0).stiffness(pair.stiffness) * turned
+            let turned = 0.5 * (a - b).dot(a - b);
+            self.bend(1.0).stiffness(&line) * turned
         };
         Some(self.pairs(pose).into_iter().map(energy).sum())
     }
@@ -297,17 +351,14 @@ impl Force for BentBars {
     /// Two edges in line add `c g g^T`, where `g . u` is the angle between them by displacements `u` of
     /// their three nodes.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
-        for pair in self.pairs(pose) {
-            let [before, middle, after] = pair.nodes;
-            let x = &pose.state.x;
-            let [a, b, bar] =
-                [[before, middle], [middle, after], [before, after]].map(|e| length(x, e));
-            let across = [
-                -(x[after][1] - x[before][1]) / bar,
-                (x[after][0] - x[before][0]) / bar,
-            ];
-            let g = [1.0 / a, -(1.0 / a + 1.0 / b), 1.0 / b].map(|turn| across.map(|c| c * turn));
-            stiffness.angle(pair.nodes, g, self.bend(1.0).stiffness(pair.stiffness));
+        for PosedPair { nodes, line } in self.pairs(pose) {
+            let [before, middle, after] = nodes;
+            let length = |ends| EdgeVector::of(&pose.state, ends).length();
+            let (a, b) = (length([before, middle]), length([middle, after]));
+            let whole = EdgeVector::of(&pose.state, [before, after]);
+            let across = (whole.d / whole.length()).turned_left();
+            let g = [1.0 / a, -(1.0 / a + 1.0 / b), 1.0 / b].map(|turn| across * turn);
+            stiffness.angle(nodes, g, self.bend(1.0).stiffness(&line));
         }
     }
 
@@ -318,24 +369,12 @@ impl Force for BentBars {
     }
 }
 
-/// The unit vector along an edge.
-fn direction(x: &[[f64; 2]], [i, j]: [usize; 2]) -> [f64; 2] {
-    let length = length(x, [i, j]);
-    [0, 1].map(|k| (x[j][k] - x[i][k]) / length)
-}
-
-/// Places from a group's middle node to the one of a role.
-fn offset([before, after]: [isize; 2], role: usize) -> isize {
-    [before, 0, after][role]
-}
-
 /// All pairs of edges that share a node and lie in line at the start.
 fn pairs(lattice: &Lattice) -> Vec<Pair> {
     let away = |edge: usize, node: usize| {
         let [i, j] = lattice.edges[edge];
         let other = if i == node { j } else { i };
-        let [from, to] = [node, other].map(|n| lattice.positions[n]);
-        (other, [to[0] - from[0], to[1] - from[1]])
+        (other, lattice.positions[other] - lattice.positions[node])
     };
     let mut pairs = Vec::new();
     for node in 0..lattice.nodes() {
@@ -344,8 +383,7 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
         for (k, &first) in edges.iter().enumerate() {
             for &second in &edges[k + 1..] {
                 let ((before, a), (after, b)) = (away(first, node), away(second, node));
-                let dot = a[0] * b[0] + a[1] * b[1];
-                if -dot > IN_LINE * a[0].hypot(a[1]) * b[0].hypot(b[1]) {
+                if -a.dot(b) > IN_LINE * a.norm() * b.norm() {
                     let (mut nodes, mut edges) = ([before, node, after], [first, second]);
                     if before > after {
                         nodes.reverse();
@@ -361,7 +399,7 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bend, BentBars, Pair, pairs};
+    use super::{Bend, BentBars, Line, Pair, pairs};
     use crate::lattice::Lattice;
 
     #[test]
@@ -398,10 +436,10 @@ mod tests {
             dt: 1.0,
         };
         // k r^2; the guard against 0 / 0 takes off a share of 1e-15.
-        assert!((bend.stiffness([400.0, 400.0]) - 0.04f64).abs() < 1e-15);
-        assert_eq!(
-            [[400.0, 0.0], [0.0, 0.0]].map(|k| bend.stiffness(k)),
-            [0.0; 2]
-        );
+        let stiffness = |first: f64, second: f64| {
+            bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
+        };
+        assert!((stiffness(400.0, 400.0) - 0.04).abs() < 1e-15);
+        assert_eq!([stiffness(400.0, 0.0), stiffness(0.0, 0.0)], [0.0; 2]);
     }
 }

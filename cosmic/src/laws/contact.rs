@@ -6,15 +6,16 @@ use autodiff::arrays::vjp_by_duals;
 use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
 use super::law::Law;
-use super::motion::{Drift, Flight};
-use super::terrain::{NONE, Terrain, Way, moved, select};
+use super::motion::{Drift, Flight, Particle};
+use super::terrain::{NONE, Terrain, Way};
+use crate::geometry::Vector;
 use crate::settings::Settings;
 
 /// A node that meets the ground.
 #[derive(Clone, Copy, Debug)]
-pub struct Impact<R> {
-    /// Its velocity before, m/s: along the ground, and out of it (negative).
-    pub velocity: [R; 2],
+pub struct Impact<R, const D: usize = 2> {
+    /// Its velocity before, m/s. The last component is out of the ground, and negative here.
+    pub velocity: Vector<R, D>,
     /// The time that is left of the drift, s.
     pub rest: R,
 }
@@ -29,65 +30,54 @@ pub trait Contact: Law {
 
     /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. Like all
     /// generic code it selects and never branches.
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2];
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D>;
 
-    /// A node at `place` (m) that drifts with `velocity`: its new `[x, y, vx, vy]`.
+    /// A node after a drift over the ground line.
     #[inline(always)]
-    fn drift<R: Real>(&self, drift: &Drift, place: [R; 2], velocity: [R; 2]) -> [R; 4] {
-        let [x, y] = place;
-        let [vx, vy] = velocity;
-        let (touches, moving) = drift.touch(y, vy);
-        let rest = R::lit(drift.dt) - moving;
-        let [ax, ay] = self.respond(Impact { velocity, rest });
-        let after = |way: R| R::select(touches, rest * way, R::zero());
-        [
-            moving.fma(vx, x) + after(ax),
-            moving.fma(vy, y) + after(ay),
-            R::select(touches, ax, vx),
-            R::select(touches, ay, vy),
-        ]
+    fn drift<R: Real, const D: usize>(
+        &self,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        let (touches, moving) = drift.touch(node);
+        let (velocity, rest) = (node.v, R::lit(drift.dt) - moving);
+        let after = self.respond(Impact { velocity, rest });
+        Particle {
+            x: node.after(moving).x + Vector::select(touches, after * rest, Vector::zero()),
+            v: Vector::select(touches, after, velocity),
+        }
     }
 
-    /// A node that drifts over terrain, from and to the numbers of [`drift`](Contact::drift). Where it meets a
-    /// segment, the law has its velocity along that segment and out of it. In a corner, where the way that
-    /// is left leads into another segment, the law is asked once more, and a node that even then would not
-    /// stay above the ground stops in that corner.
+    /// A node after a drift over terrain. Where it meets a segment, the law has its velocity along that segment
+    /// and out of it. In a corner, where the way that is left leads into another segment, the law is asked once
+    /// more, and a node that even then would not stay above the ground stops in that corner.
     #[inline(always)]
-    fn drift_over<R: Real>(
+    fn drift_over<R: Real, const D: usize>(
         &self,
         terrain: &Terrain,
         drift: &Drift,
-        place: [R; 2],
-        velocity: [R; 2],
-    ) -> [R; 4] {
-        let mut way = Way {
-            place,
-            velocity,
-            left: R::lit(drift.dt),
-        };
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        let left = R::lit(drift.dt);
+        let mut way = Way { node, left };
         let mut met = R::lit(NONE);
         for _ in 0..2 {
             let meeting = terrain.meet(&way, met);
-            let Way {
-                place,
-                velocity,
-                left,
-            } = meeting.reached(&way);
-            let after = meeting.in_ground(self.respond(Impact {
-                velocity,
+            let Way { node, left } = meeting.reached(&way);
+            let after = self.respond(Impact {
+                velocity: node.v,
                 rest: left,
-            }));
+            });
+            let v = Vector::select(meeting.touches, meeting.in_ground(after), way.node.v);
             way = Way {
-                place,
-                velocity: select(meeting.touches, after, way.velocity),
+                node: Particle { x: node.x, v },
                 left,
             };
             met = meeting.segment;
         }
         let stops = terrain.meet(&way, met).touches;
-        let [vx, vy] = select(stops, [R::zero(); 2], way.velocity);
-        let [x, y] = moved(way.place, way.left, [vx, vy]);
-        [x, y, vx, vy]
+        let v = Vector::select(stops, Vector::zero(), way.node.v);
+        Particle { v, ..way.node }.after(way.left)
     }
 
     /// The law under another coefficient of friction, where it has one: that of the scene, and those
@@ -119,18 +109,33 @@ pub trait Contact: Law {
 /// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
 /// `[x, y, vx, vy]`.
 #[derive(Clone, Debug)]
-pub struct Flying<C> {
+pub struct Flying<C, const D: usize = 2> {
     /// The push, and the drift after it.
-    pub flight: Flight,
+    pub flight: Flight<D>,
     /// What happens at the ground.
     pub contact: C,
+}
+
+impl<C: Contact, const D: usize> Flying<C, D> {
+    /// A node that an impulse (N s) has pushed.
+    #[inline(always)]
+    fn pushed<R: Real>(
+        &self,
+        node: Particle<R, D>,
+        impulse: Vector<R, D>,
+        inverse_mass: R,
+    ) -> Particle<R, D> {
+        let v = self.flight.velocity(node.v, impulse, inverse_mass);
+        Particle { v, ..node }
+    }
 }
 
 impl<C: Contact> Kernel<7, 4> for Flying<C> {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
-        let v = self.flight.velocity([vx, vy], [jx, jy], inverse_mass);
-        self.contact.drift(&self.flight.drift, [x, y], v)
+        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
+        let node = self.pushed(node, impulse, inverse_mass);
+        self.contact.drift(&self.flight.drift, node).array()
     }
 
     #[inline(always)]
@@ -150,8 +155,8 @@ pub struct Drifting<C> {
 
 impl<C: Contact> Kernel<4, 4> for Drifting<C> {
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
-        self.contact.drift(&self.drift, [x, y], [vx, vy])
+    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
+        self.contact.drift(&self.drift, Particle::new(node)).array()
     }
 
     #[inline(always)]
@@ -171,8 +176,11 @@ impl<C: Contact> Kernel<7, 4> for FlyingOver<C> {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
         let Flying { flight, contact } = &self.flying;
-        let v = flight.velocity([vx, vy], [jx, jy], inverse_mass);
-        contact.drift_over(&self.terrain, &flight.drift, [x, y], v)
+        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
+        let node = self.flying.pushed(node, impulse, inverse_mass);
+        contact
+            .drift_over(&self.terrain, &flight.drift, node)
+            .array()
     }
 }
 
@@ -185,9 +193,10 @@ pub(super) struct DriftingOver<C> {
 
 impl<C: Contact> Kernel<4, 4> for DriftingOver<C> {
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
         let Drifting { drift, contact } = &self.drifting;
-        contact.drift_over(&self.terrain, drift, [x, y], [vx, vy])
+        let node = contact.drift_over(&self.terrain, drift, Particle::new(node));
+        node.array()
     }
 }
 
@@ -198,22 +207,31 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyContact>;
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
-    /// The state of all nodes after a step over terrain, or over the ground line; see [`Flying`].
+    /// All nodes after a step over terrain, or over the ground line; see [`Flying`].
     fn fly(
         &self,
         p: &mut AnyProgram,
         flight: Flight,
         terrain: Option<&Terrain>,
-        node: [Array; 7],
-    ) -> [Array; 4];
-    /// The state of all nodes after a drift over terrain, or over the ground line; see [`Drifting`].
+        pushed: Pushed,
+    ) -> Particle<Array>;
+    /// All nodes after a drift over terrain, or over the ground line; see [`Drifting`].
     fn drift(
         &self,
         p: &mut AnyProgram,
         drift: Drift,
         terrain: Option<&Terrain>,
-        node: [Array; 4],
-    ) -> [Array; 4];
+        nodes: Particle<Array>,
+    ) -> Particle<Array>;
+}
+
+/// All nodes, and what pushes them.
+pub(crate) struct Pushed<const D: usize = 2> {
+    pub(crate) nodes: Particle<Array, D>,
+    /// Impulses, N s.
+    pub(crate) impulses: Vector<Array, D>,
+    /// 1 / mass, 1/kg.
+    pub(crate) inverse_mass: Array,
 }
 
 impl<C: Contact> AnyContact for C {
@@ -237,27 +255,29 @@ impl<C: Contact> AnyContact for C {
         p: &mut AnyProgram,
         flight: Flight,
         terrain: Option<&Terrain>,
-        node: [Array; 7],
-    ) -> [Array; 4] {
+        pushed: Pushed,
+    ) -> Particle<Array> {
         let contact = self.clone();
         let flying = Flying { flight, contact };
-        match terrain.cloned().filter(|_| C::HAS_GROUND) {
+        let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
+        let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
+        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
             None => p.map(flying, node),
             Some(terrain) => p.map(FlyingOver { terrain, flying }, node),
-        }
+        })
     }
     fn drift(
         &self,
         p: &mut AnyProgram,
         drift: Drift,
         terrain: Option<&Terrain>,
-        node: [Array; 4],
-    ) -> [Array; 4] {
+        nodes: Particle<Array>,
+    ) -> Particle<Array> {
         let contact = self.clone();
         let drifting = Drifting { drift, contact };
-        match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map(drifting, node),
-            Some(terrain) => p.map(DriftingOver { terrain, drifting }, node),
-        }
+        Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
+            None => p.map(drifting, nodes.array()),
+            Some(terrain) => p.map(DriftingOver { terrain, drifting }, nodes.array()),
+        })
     }
 }

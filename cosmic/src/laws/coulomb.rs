@@ -4,7 +4,8 @@ use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
 use super::law::Law;
-use super::motion::Drift;
+use super::motion::{Drift, Particle};
+use crate::geometry::Vector;
 use crate::settings::Settings;
 
 /// The normal part of the velocity vanishes; friction brakes the part along the ground.
@@ -26,31 +27,29 @@ impl Law for Coulomb {
 
 impl Contact for Coulomb {
     #[inline(always)]
-    fn respond<R: Real>(&self, Impact { velocity, .. }: Impact<R>) -> [R; 2] {
-        let ([along, out], friction) = (velocity, R::lit(self.friction));
-        let left = along.abs() - friction * out.abs();
-        let braked = along.signum() * left.max(R::zero());
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+        let (along, friction) = (impact.velocity.along(), R::lit(self.friction));
+        let braked = along.shortened(friction * impact.velocity.up().abs());
         // Without friction nothing holds a node at rest: no kink is there, and no derivative of
         // one.
-        [
-            R::select(R::zero().less(friction), braked, along),
-            R::zero(),
-        ]
+        Vector::select(R::zero().less(friction), braked, along).along()
     }
 
     // Without a way out of the ground after the impact, which is none.
     #[inline(always)]
-    fn drift<R: Real>(&self, drift: &Drift, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
-        let (touches, moving) = drift.touch(y, vy);
-        let rest = R::lit(drift.dt) - moving;
-        let velocity = [vx, vy];
-        let [braked, _] = self.respond(Impact { velocity, rest });
-        [
-            moving.fma(vx, x) + R::select(touches, rest * braked, R::zero()),
-            moving.fma(vy, y),
-            R::select(touches, braked, vx),
-            R::select(touches, R::zero(), vy),
-        ]
+    fn drift<R: Real, const D: usize>(
+        &self,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        let (touches, moving) = drift.touch(node);
+        let (velocity, rest) = (node.v, R::lit(drift.dt) - moving);
+        let braked = self.respond(Impact { velocity, rest });
+        let slid = Vector::select(touches, braked * rest, Vector::zero());
+        Particle {
+            x: node.after(moving).x.moved_along(slid),
+            v: Vector::select(touches, braked, velocity),
+        }
     }
 
     fn with_friction(self, friction: f64) -> Self {

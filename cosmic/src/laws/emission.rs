@@ -12,6 +12,7 @@ use super::motion::{Drift, Flight};
 use super::no_ground::NoGround;
 use super::sticking::Sticking;
 use super::stiffening::Stiffening;
+use crate::geometry::Vector;
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -31,7 +32,7 @@ use super::sticking::Sticking;
 ";
 
 /// The adjoints of a step and of a drift under a contact law with these fields.
-fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> [String; 2] {
+fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> Vec<String> {
     let of_flight = [
         "self.flight.drift.dt",
         "self.flight.decay",
@@ -42,7 +43,7 @@ fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) ->
         flight: Flight {
             drift: Drift { dt: v[0] },
             decay: v[1],
-            gravity: [v[2], v[3]],
+            gravity: Vector::new([v[2], v[3]]),
         },
         contact: build(&v[4..]),
     };
@@ -50,7 +51,7 @@ fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) ->
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
     };
-    [
+    vec![
         adjoint(
             &format!("Flying<{name}>"),
             &[&of_flight, fields].concat(),

@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
+use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
 
-/// The arrays of a step when forces are taken. Those over the nodes are in the ground's frame.
-pub struct Step<'a> {
+/// The arrays of a step when forces are taken. Vectors are in the ground's frame.
+pub struct Step<'a, const D: usize = 2> {
     /// The edges, and the slots in which arrays along them lie.
     pub graph: &'a Graph,
-    /// Coordinates of the nodes along the ground and above it, m.
-    pub x: [Array; 2],
-    /// Their velocities, m/s.
-    pub v: [Array; 2],
+    /// Positions (m) and velocities (m/s) of the nodes.
+    pub nodes: Particle<Array, D>,
     /// 1 / mass of every node, 1/kg.
     pub inverse_mass: Array,
     /// The controller's output for every slot.
@@ -32,32 +31,53 @@ pub struct Step<'a> {
     pub time: Option<Array>,
     /// For how long the forces push, s.
     pub dt: f64,
-    /// The ground, by whose frame positions and velocities go.
-    pub ground: Ground,
+    /// The unit vector against gravity.
+    pub vertical: Vector<f64, D>,
 }
 
-/// A robot at an instant, in the world's frame, for questions that are not asked in every step.
-#[derive(Clone, Copy, Debug)]
-pub struct Pose<'a> {
+/// A robot at an instant, in the ground's frame, for questions that are not asked in every step.
+#[derive(Clone, Debug)]
+pub struct Pose<'a, const D: usize = 2> {
     /// Nodes and edges.
-    pub lattice: &'a Lattice,
+    pub lattice: &'a Lattice<D>,
     /// Stiffness, strains and masses.
     pub body: &'a Body<f64>,
     /// Positions and velocities.
-    pub state: &'a State<f64>,
+    pub state: State<f64, D>,
     /// The controller's output for every edge; empty for idle actuators.
     pub activation: &'a [f64],
     /// The time, s.
     pub time: f64,
+    /// The unit vector against gravity.
+    pub vertical: Vector<f64, D>,
+}
+
+impl<'a, const D: usize> Pose<'a, D> {
+    /// A robot in a state of the world's frame, its actuators idle, at the start.
+    pub fn idle(
+        lattice: &'a Lattice<D>,
+        body: &'a Body<f64>,
+        state: &State<f64, D>,
+        ground: &Ground,
+    ) -> Self {
+        Self {
+            lattice,
+            body,
+            state: state.to_ground(ground),
+            activation: &[],
+            time: 0.0,
+            vertical: ground.vertical(),
+        }
+    }
 }
 
 /// The force of a part of a law on one node.
 #[derive(Clone, Debug)]
-pub struct Pull {
+pub struct Pull<const D: usize = 2> {
     /// The part, as a sentence names it: "the spring of edge 3 [1, 2]".
     pub part: String,
-    /// The force, N.
-    pub force: [f64; 2],
+    /// The force, N, in the ground's frame.
+    pub force: Vector<f64, D>,
 }
 
 /// A force on the nodes of one lattice.
@@ -82,8 +102,8 @@ pub trait Force: Debug + Send + Sync {
         p: &mut AnyProgram,
         step: &Step,
         constants: &[Array],
-        before: Option<[Array; 2]>,
-    ) -> [Array; 2];
+        before: Option<Vector<Array>>,
+    ) -> Vector<Array>;
 
     /// The force of each part on a node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
@@ -139,13 +159,13 @@ impl Kernel<2, 1> for Sum {
 }
 
 /// Impulses and those before them.
-pub(super) fn add(
+pub(super) fn add<const D: usize>(
     p: &mut AnyProgram,
-    before: Option<[Array; 2]>,
-    impulses: [Array; 2],
-) -> [Array; 2] {
+    before: Option<Vector<Array, D>>,
+    impulses: Vector<Array, D>,
+) -> Vector<Array, D> {
     let Some(before) = before else {
         return impulses;
     };
-    [0, 1].map(|k| p.map(Sum, [before[k], impulses[k]])[0])
+    before.zip_with(impulses, |before, impulse| p.map(Sum, [before, impulse])[0])
 }

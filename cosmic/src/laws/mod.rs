@@ -31,13 +31,13 @@ mod emission;
 mod tests;
 
 pub(crate) use bar::OnBars;
-pub use bar::{Bar, BarForce, Tension};
+pub use bar::{Actuation, Bar, BarForce, Tension, target_length};
 pub(crate) use bending::Bending;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
 #[cfg(test)]
 pub(crate) use choice::{SECTIONS, force_names};
 pub(crate) use choice::{TOP_KEYS, choosing};
-pub(crate) use contact::AnyContact;
+pub(crate) use contact::{AnyContact, Pushed};
 pub use contact::{Contact, Drifting, Flying, Impact};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
@@ -45,7 +45,7 @@ pub(crate) use force::AnyForce;
 pub use force::{Force, Pose, Pull, Step};
 pub use hooke::Hooke;
 pub use law::Law;
-pub use motion::{Drift, Flight};
+pub use motion::{Drift, Flight, Particle};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};
 pub use sticking::Sticking;

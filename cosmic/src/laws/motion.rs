@@ -1,8 +1,44 @@
 //! The motion of a node: a push of its velocity, and a drift on which it may meet the ground.
-//!
-//! All of it is in the ground's frame: first coordinate along the ground, second the height above.
 
 use autodiff::Real;
+
+use crate::geometry::Vector;
+
+/// Where a node is and how it moves, in the ground's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle<R, const D: usize = 2> {
+    /// Its position, m.
+    pub x: Vector<R, D>,
+    /// Its velocity, m/s.
+    pub v: Vector<R, D>,
+}
+
+impl<R> Particle<R> {
+    /// The particle of `[x, y, vx, vy]`.
+    #[inline(always)]
+    pub fn new([x, y, vx, vy]: [R; 4]) -> Self {
+        let (x, v) = (Vector::new([x, y]), Vector::new([vx, vy]));
+        Self { x, v }
+    }
+
+    /// Its `[x, y, vx, vy]`.
+    #[inline(always)]
+    pub fn array(self) -> [R; 4] {
+        let ([x, y], [vx, vy]) = (self.x.array(), self.v.array());
+        [x, y, vx, vy]
+    }
+}
+
+impl<R: Real, const D: usize> Particle<R, D> {
+    /// The particle after a time (s) at its velocity.
+    #[inline(always)]
+    #[must_use]
+    pub fn after(self, time: R) -> Self {
+        let Self { x, v } = self;
+        let x = v.fma(time, x);
+        Self { x, v }
+    }
+}
 
 /// A node on its way over a time, and the ground that it may meet.
 #[derive(Clone, Copy, Debug)]
@@ -12,14 +48,15 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Whether a node at this height (m) touches the ground on its way, and the time of impact (s),
-    /// which passes no derivative at its bounds 0 and `dt` (D9). A node that does not touch gets
-    /// the whole time. `v* = 0` never touches: nothing is divided by zero.
+    /// Whether a node touches the ground on its way, and the time of impact (s), which passes no derivative at
+    /// its bounds 0 and `dt` (D9). A node that does not touch gets the whole time. `v* = 0` never touches:
+    /// nothing is divided by zero.
     #[inline(always)]
-    pub fn touch<R: Real>(&self, height: R, v_normal: R) -> (R::Mask, R) {
+    pub fn touch<R: Real, const D: usize>(&self, node: Particle<R, D>) -> (R::Mask, R) {
+        let (height, out) = (node.x.up(), node.v.up());
         let (zero, dt) = (R::zero(), R::lit(self.dt));
-        let touches = dt.fma(v_normal, height).less(zero) & v_normal.less(zero);
-        let approach = R::select(touches, v_normal, -R::one());
+        let touches = dt.fma(out, height).less(zero) & out.less(zero);
+        let approach = R::select(touches, out, -R::one());
         let time_of_impact = (-height / approach).clamp(zero, dt);
         (touches, R::select(touches, time_of_impact, dt))
     }
@@ -27,25 +64,26 @@ impl Drift {
 
 /// The change of a velocity before its node drifts.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight {
+pub struct Flight<const D: usize = 2> {
     /// The drift that follows.
     pub drift: Drift,
     /// The share of a velocity that damping leaves, `exp(-damping h)`.
     pub decay: f64,
-    /// Velocity that gravity adds, along the ground and across it, m/s.
-    pub gravity: [f64; 2],
+    /// Velocity that gravity adds, m/s.
+    pub gravity: Vector<f64, D>,
 }
 
-impl Flight {
+impl<const D: usize> Flight<D> {
     /// The velocity `v*` before contact, m/s, from that before the step, the impulse (N s) and
     /// 1 / mass (1/kg).
     #[inline(always)]
-    pub fn velocity<R: Real>(&self, v: [R; 2], impulse: [R; 2], inverse_mass: R) -> [R; 2] {
-        let mut velocity = v;
-        for k in 0..2 {
-            let pushed = impulse[k].fma(inverse_mass, R::lit(self.gravity[k]));
-            velocity[k] = R::lit(self.decay).fma(v[k], pushed);
-        }
-        velocity
+    pub fn velocity<R: Real>(
+        &self,
+        v: Vector<R, D>,
+        impulse: Vector<R, D>,
+        inverse_mass: R,
+    ) -> Vector<R, D> {
+        let pushed = impulse.fma(inverse_mass, Vector::lit(self.gravity));
+        v.fma(R::lit(self.decay), pushed)
     }
 }

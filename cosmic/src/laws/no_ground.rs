@@ -4,7 +4,8 @@ use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
 use super::law::Law;
-use super::motion::Drift;
+use super::motion::{Drift, Particle};
+use crate::geometry::Vector;
 
 crate::settings! {
     /// There is no ground.
@@ -19,14 +20,17 @@ impl Contact for NoGround {
     const HAS_GROUND: bool = false;
 
     #[inline(always)]
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity
     }
 
     #[inline(always)]
-    fn drift<R: Real>(&self, drift: &Drift, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
-        let dt = R::lit(drift.dt);
-        [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
+    fn drift<R: Real, const D: usize>(
+        &self,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        node.after(R::lit(drift.dt))
     }
 
     #[inline(always)]

@@ -6,24 +6,28 @@ use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
 use super::law::Law;
+use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::ground::Ground;
+use crate::geometry::{Matrix, Vector};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 
-/// A node, by the numbers that the force on it may depend on; vectors are the world's.
+/// A node, by the numbers that the force on it may depend on. Vectors are in the ground's frame: the first
+/// component is along the ground, the last is above it.
 #[derive(Clone, Copy, Debug)]
-pub struct Node<R> {
+pub struct Node<R, const D: usize = 2> {
     /// Position, m.
-    pub x: [R; 2],
+    pub x: Vector<R, D>,
     /// Velocity, m/s.
-    pub v: [R; 2],
+    pub v: Vector<R, D>,
     /// Mass, kg.
     pub mass: R,
     /// The node's own [weight](NodeForce::weight).
     pub weight: R,
     /// The time, s; 0 unless the law [asks for it](NodeForce::NEEDS_TIME).
     pub time: R,
+    /// The unit vector against gravity: up on level ground.
+    pub vertical: Vector<R, D>,
 }
 
 /// A force on every node. To write one, give it [settings](Law) and [`force`](NodeForce::force);
@@ -34,8 +38,8 @@ pub trait NodeForce: Law {
     /// True if [`Node::time`] is read.
     const NEEDS_TIME: bool = false;
 
-    /// The force, N, a vector of the world. Like all generic code it selects and never branches.
-    fn force<R: Real>(&self, node: Node<R>) -> [R; 2];
+    /// The force, N, in the ground's frame. Like all generic code it selects and never branches.
+    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D>;
 
     /// A number of the node's own, settled before the rollout: a share, a choice of nodes, a section.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
@@ -44,32 +48,43 @@ pub trait NodeForce: Law {
 
     /// The potential energy of the node, J, of which the force is minus the slope; `None` if it has
     /// none.
-    fn energy(&self, _node: Node<f64>) -> Option<f64> {
+    fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
     }
 }
 
-/// The impulse on a node over a step, N s, in the ground's frame: from position, velocity, 1 / mass,
-/// weight and time.
+/// The impulse on a node over a step, N s: from position, velocity, 1 / mass, weight and time.
 #[derive(Clone, Debug)]
-struct NodeKernel<L> {
+struct NodeKernel<L, const D: usize = 2> {
     law: L,
     dt: f64,
-    ground: Ground,
+    vertical: Vector<f64, D>,
+}
+
+impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
+    #[inline(always)]
+    fn impulse<R: Real>(
+        &self,
+        Particle { x, v }: Particle<R, D>,
+        [inverse_mass, weight, time]: [R; 3],
+    ) -> Vector<R, D> {
+        let force = self.law.force(Node {
+            x,
+            v,
+            mass: inverse_mass.recip(),
+            weight,
+            time: if L::NEEDS_TIME { time } else { R::zero() },
+            vertical: Vector::lit(self.vertical),
+        });
+        force * R::lit(self.dt)
+    }
 }
 
 impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, inverse_mass, weight, time]: [R; 7]) -> [R; 2] {
-        let force = self.law.force(Node {
-            x: self.ground.point_to_world([x, y]),
-            v: self.ground.vector_to_world([vx, vy]),
-            mass: inverse_mass.recip(),
-            weight,
-            time: if L::NEEDS_TIME { time } else { R::zero() },
-        });
-        let [fx, fy] = self.ground.vector_to_ground(force);
-        [fx * R::lit(self.dt), fy * R::lit(self.dt)]
+        let node = Particle::new([x, y, vx, vy]);
+        self.impulse(node, [inverse_mass, weight, time]).array()
     }
 }
 
@@ -87,27 +102,39 @@ impl<L: NodeForce> OnNodes<L> {
         Self { law, weights }
     }
 
-    fn node(&self, pose: &Pose, node: usize) -> Node<f64> {
+    fn node<const D: usize>(&self, pose: &Pose<D>, node: usize) -> Node<f64, D> {
         Node {
             x: pose.state.x[node],
             v: pose.state.v[node],
             mass: pose.body.mass[node],
             weight: self.weights[node],
             time: pose.time,
+            vertical: pose.vertical,
         }
     }
 
-    /// The derivatives of the force: per component those by x, y, vx and vy.
-    fn slopes(&self, node: Node<f64>) -> [[f64; 4]; 2] {
-        let moving = |x: [f64; 2], first: usize| [0, 1].map(|k| Dual::variable(x[k], first + k));
+    /// The derivative of the force where the node's position and velocity change at these rates.
+    fn slope<const D: usize>(
+        &self,
+        node: Node<f64, D>,
+        dx: Vector<f64, D>,
+        dv: Vector<f64, D>,
+    ) -> Vector<f64, D> {
+        let moving = |x: Vector<f64, D>, rate: Vector<f64, D>| {
+            x.zip_with(rate, |value, rate| Dual {
+                value,
+                tangent: [rate],
+            })
+        };
         let force = self.law.force(Node {
-            x: moving(node.x, 0),
-            v: moving(node.v, 2),
-            mass: Dual::<f64, 4>::constant(node.mass),
+            x: moving(node.x, dx),
+            v: moving(node.v, dv),
+            mass: Dual::<f64, 1>::constant(node.mass),
             weight: Dual::constant(node.weight),
             time: Dual::constant(node.time),
+            vertical: node.vertical.map(Dual::constant),
         });
-        force.map(|f| f.tangent)
+        force.map(|f| f.tangent[0])
     }
 }
 
@@ -144,17 +171,17 @@ impl<L: NodeForce> Force for OnNodes<L> {
         p: &mut AnyProgram,
         step: &Step,
         constants: &[Array],
-        before: Option<[Array; 2]>,
-    ) -> [Array; 2] {
+        before: Option<Vector<Array>>,
+    ) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,
-            ground: step.ground,
+            vertical: step.vertical,
         };
-        let ([x, y], [vx, vy], weight) = (step.x, step.v, constants[0]);
+        let ([x, y, vx, vy], weight) = (step.nodes.array(), constants[0]);
         let time = step.time.unwrap_or(weight);
         let impulses = p.map(kernel, [x, y, vx, vy, step.inverse_mass, weight, time]);
-        add(p, before, impulses)
+        add(p, before, Vector::new(impulses))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
@@ -172,11 +199,14 @@ impl<L: NodeForce> Force for OnNodes<L> {
     }
 
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        let zero = Vector::zero();
         for node in 0..pose.lattice.nodes() {
-            let [[xx, xy, vxx, vxy], [yx, yy, vyx, vyy]] = self.slopes(self.node(pose, node));
-            stiffness.node(node, [[-xx, -xy], [-yx, -yy]]);
+            let at = self.node(pose, node);
+            let by_place = Vector::axes().map(|axis| -self.slope(at, axis, zero));
+            stiffness.node(node, Matrix::symmetric(by_place));
             // The norm over rows bounds every eigenvalue.
-            let largest = (vxx.abs() + vxy.abs()).max(vyx.abs() + vyy.abs());
+            let by_velocity = Vector::axes().map(|axis| self.slope(at, zero, axis).map(f64::abs));
+            let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);
         }
     }

@@ -4,7 +4,8 @@ use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
 use super::law::Law;
-use super::motion::Drift;
+use super::motion::{Drift, Particle};
+use crate::geometry::Vector;
 
 crate::settings! {
     /// Infinite friction: a node stops where it touches the ground.
@@ -17,16 +18,22 @@ impl Law for Sticking {
 
 impl Contact for Sticking {
     #[inline(always)]
-    fn respond<R: Real>(&self, _: Impact<R>) -> [R; 2] {
-        [R::zero(); 2]
+    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+        Vector::zero()
     }
 
     // Without the way after the impact, which is none.
     #[inline(always)]
-    fn drift<R: Real>(&self, drift: &Drift, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
-        let (touches, moving) = drift.touch(y, vy);
-        let after = |v: R| R::select(touches, R::zero(), v);
-        [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
+    fn drift<R: Real, const D: usize>(
+        &self,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        let (touches, moving) = drift.touch(node);
+        Particle {
+            x: node.after(moving).x,
+            v: Vector::select(touches, Vector::zero(), node.v),
+        }
     }
 
     #[inline(always)]

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use autodiff::{Mask, Real};
 
-use crate::ground::Profile;
+use super::motion::Particle;
+use crate::geometry::{Plane, Profile, Rotation, Vector};
 
 /// What a profile looks like to kernels.
 #[derive(Clone, Debug)]
@@ -20,10 +21,7 @@ pub struct Terrain {
 /// A part of the terrain that is straight, in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    /// The unit vector along it.
-    along: [f64; 2],
-    /// The distance of its line from the origin of the frame, along its normal, m.
-    offset: f64,
+    plane: Plane<f64>,
     /// Where it ends, m along the ground; it begins where the one before it ends.
     end: f64,
 }
@@ -35,23 +33,24 @@ impl Terrain {
     /// The terrain of a profile; `None` if the ground is its line.
     pub fn new(profile: &Profile) -> Option<Self> {
         let points = profile.points();
-        let (first, last) = (points.first()?, points.last()?);
-        let level = [1.0, 0.0];
-        let mut segments = vec![Segment::new(*first, level, first[0])];
+        let (first, last) = (*points.first()?, *points.last()?);
+        let level = Rotation::NONE;
+        let mut segments = vec![Segment::new(first, level, first.forward())];
         for ends in points.windows(2) {
+            let (from, to) = (ends[0], ends[1]);
             match segments.last_mut() {
                 // A corner between parts of one line is none: a node slides across without an impact.
-                Some(last) if last.above(ends[1]).abs() < ON_LINE => last.end = ends[1][0],
+                Some(last) if last.plane.height(to).abs() < ON_LINE => last.end = to.forward(),
                 _ => segments.push(Segment::new(
-                    ends[0],
-                    direction(ends[0], ends[1]),
-                    ends[1][0],
+                    from,
+                    Rotation::towards(from, to),
+                    to.forward(),
                 )),
             }
         }
         match segments.last_mut() {
-            Some(segment) if segment.along == level => segment.end = f64::INFINITY,
-            _ => segments.push(Segment::new(*last, level, f64::INFINITY)),
+            Some(segment) if segment.plane.axes == level => segment.end = f64::INFINITY,
+            _ => segments.push(Segment::new(last, level, f64::INFINITY)),
         }
         let segments = segments.into();
         Some(Self { segments })
@@ -60,27 +59,24 @@ impl Terrain {
     /// The first segment, other than the one of the number `but`, that a node meets on its way. Nothing
     /// of it carries a derivative.
     #[inline(always)]
-    pub(super) fn meet<R: Real>(&self, way: &Way<R>, but: R) -> Meeting<R> {
+    pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
-        let ([x, _], [vx, _]) = (way.place, way.velocity);
+        let Particle { x, v } = way.node;
         // A node that goes straight up or down stays over its segment.
-        let per_way = R::select(vx.abs().less(least), least, vx).recip();
-        let mut met = Meeting::none(way);
+        let speed = R::select(v.forward().abs().less(least), least, v.forward());
+        let per_way = speed.recip();
+        let mut met = Meeting::none(way.left);
         let mut enters = R::lit(f64::NEG_INFINITY) * per_way;
         let (mut earliest, mut last_met) = (way.left, way.left);
         for k in 0..self.segments.len() {
             let segment = &self.segments[k];
-            let (number, offset) = (R::lit(k as f64), R::lit(segment.offset));
-            let along = [R::lit(segment.along[0]), R::lit(segment.along[1])];
+            let (number, plane) = (R::lit(k as f64), segment.plane.lit());
             // The stay over the segment, within the way. Going back, it is left where it begins.
-            let leaves = (R::lit(segment.end) - x) * per_way;
+            let leaves = (R::lit(segment.end) - x.forward()) * per_way;
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
             enters = leaves;
-            let (height, out) = (
-                height(along, offset, way.place),
-                normal(along, way.velocity),
-            );
+            let (height, out) = (plane.height(x), plane.axes.out(v));
             let sinks = last.fma(out, height).less(zero) & out.less(zero);
             let is_other = number.less(but) | but.less(number);
             let is_met = sinks & is_other & first.less(last) & first.less(earliest);
@@ -88,11 +84,11 @@ impl Terrain {
             last_met = R::select(is_met, last, last_met);
             met.touches = met.touches | is_met;
             met.segment = R::select(is_met, number, met.segment);
-            met.along = select(is_met, along, met.along);
-            met.offset = R::select(is_met, offset, met.offset);
+            met.plane = Plane::select(is_met, plane, met.plane);
         }
         let slack = R::lit(SLACK) * way.left;
-        met.within = [(earliest - slack).max(zero), last_met];
+        met.earliest = (earliest - slack).max(zero);
+        met.latest = last_met;
         met.detached()
     }
 }
@@ -106,48 +102,16 @@ const SLACK: f64 = 1e-3;
 const LEAST_SPEED: f64 = 1e-30;
 
 impl Segment {
-    fn new(point: [f64; 2], along: [f64; 2], end: f64) -> Self {
-        let offset = along[0] * point[1] - along[1] * point[0];
-        Self { along, offset, end }
-    }
-
-    /// The height of a point above the segment's line, m.
-    fn above(&self, point: [f64; 2]) -> f64 {
-        height(self.along, self.offset, point)
+    fn new(point: Vector<f64>, axes: Rotation<f64>, end: f64) -> Self {
+        let plane = Plane::through(point, axes);
+        Self { plane, end }
     }
 }
 
-fn direction(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
-    let way = [to[0] - from[0], to[1] - from[1]];
-    way.map(|w| w / way[0].hypot(way[1]))
-}
-
-/// The component of a vector out of a segment.
-#[inline(always)]
-fn normal<R: Real>([cos, sin]: [R; 2], [x, y]: [R; 2]) -> R {
-    cos.fma(y, -(sin * x))
-}
-
-/// The height of a place above a segment's line, m.
-#[inline(always)]
-fn height<R: Real>(along: [R; 2], offset: R, [x, y]: [R; 2]) -> R {
-    let [cos, sin] = along;
-    cos.fma(y, (-sin).fma(x, -offset))
-}
-
-/// Vector `a` where the mask holds, else `b`.
-#[inline(always)]
-pub(super) fn select<R: Real>(mask: R::Mask, a: [R; 2], b: [R; 2]) -> [R; 2] {
-    [R::select(mask, a[0], b[0]), R::select(mask, a[1], b[1])]
-}
-
-/// A node on its way, in the ground's frame.
+/// A node on its way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way<R> {
-    /// Where it is, m.
-    pub(super) place: [R; 2],
-    /// Its velocity, m/s.
-    pub(super) velocity: [R; 2],
+pub(super) struct Way<R, const D: usize = 2> {
+    pub(super) node: Particle<R, D>,
     /// The time that is left, s.
     pub(super) left: R,
 }
@@ -159,21 +123,21 @@ pub(super) struct Meeting<R: Real> {
     pub(super) touches: R::Mask,
     /// The number of the segment; -1 for none.
     pub(super) segment: R,
-    along: [R; 2],
-    offset: R,
+    plane: Plane<R>,
     /// When the node may meet the segment, s.
-    within: [R; 2],
+    earliest: R,
+    latest: R,
 }
 
 impl<R: Real> Meeting<R> {
     #[inline(always)]
-    fn none(way: &Way<R>) -> Self {
+    fn none(left: R) -> Self {
         Self {
             touches: R::Mask::splat(false),
             segment: R::lit(NONE),
-            along: [R::one(), R::zero()],
-            offset: R::zero(),
-            within: [R::zero(), way.left],
+            plane: Plane::LEVEL.lit(),
+            earliest: R::zero(),
+            latest: left,
         }
     }
 
@@ -181,48 +145,39 @@ impl<R: Real> Meeting<R> {
     /// between which corners, is constant but at the corners. The adjoint leaves out all of the search.
     #[inline(always)]
     fn detached(self) -> Self {
-        let [cos, sin] = self.along;
-        let [first, last] = self.within;
         Self {
             touches: self.touches,
             segment: self.segment.detach(),
-            along: [cos.detach(), sin.detach()],
-            offset: self.offset.detach(),
-            within: [first.detach(), last.detach()],
+            plane: self.plane.detach(),
+            earliest: self.earliest.detach(),
+            latest: self.latest.detach(),
         }
     }
 
     /// The node where it meets the segment, its velocity along the segment and out of it; a node that
     /// meets none, at the end of its way. The time of impact passes no derivative at its bounds (D9).
     #[inline(always)]
-    pub(super) fn reached(&self, way: &Way<R>) -> Way<R> {
-        let ([cos, sin], [vx, vy]) = (self.along, way.velocity);
-        let local = [cos.fma(vx, sin * vy), normal(self.along, way.velocity)];
-        let approach = R::select(self.touches, local[1], -R::one());
-        let height = height(self.along, self.offset, way.place);
-        let [first, last] = self.within;
-        let time = (-height / approach).clamp(first, last);
+    pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
+        let Particle { x, v } = way.node;
+        let local = self.plane.axes.into_rotated(v);
+        let approach = R::select(self.touches, local.up(), -R::one());
+        let time = (-self.plane.height(x) / approach).clamp(self.earliest, self.latest);
         let moving = R::select(self.touches, time, way.left);
         Way {
-            place: moved(way.place, moving, way.velocity),
-            velocity: local,
+            node: Particle {
+                x: way.node.after(moving).x,
+                v: local,
+            },
             left: way.left - moving,
         }
     }
 
     /// A vector along the segment and out of it in the ground's frame.
     #[inline(always)]
-    pub(super) fn in_ground(&self, [along, out]: [R; 2]) -> [R; 2] {
-        let [cos, sin] = self.along;
-        [cos.fma(along, -(sin * out)), sin.fma(along, cos * out)]
+    pub(super) fn in_ground<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
+        self.plane.axes.out_of_rotated(vector)
     }
 }
 
 /// The number of no segment.
 pub(super) const NONE: f64 = -1.0;
-
-/// A place after a time at a velocity.
-#[inline(always)]
-pub(super) fn moved<R: Real>([x, y]: [R; 2], time: R, [vx, vy]: [R; 2]) -> [R; 2] {
-    [time.fma(vx, x), time.fma(vy, y)]
-}

@@ -10,7 +10,7 @@ use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver, Impact
 use super::{
     Coulomb, Damper, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Stops, Terrain,
 };
-use crate::ground::Profile;
+use crate::geometry::{Profile, Vector};
 
 const DT: f64 = 0.002;
 
@@ -133,7 +133,7 @@ fn stops_at_both_ends_of_the_stroke() {
         let law = law.clone();
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = Tension { law, dt: DT };
-        let length = f64::hypot(dx, dy);
+        let length = Vector::new([dx, dy]).norm();
         if (length - 0.1_f64).abs() > 0.035 {
             is_right(&tension, given);
         } else {
@@ -195,7 +195,7 @@ fn flying<C: Contact>(contact: C) -> Flying<C> {
     let flight = Flight {
         drift: Drift { dt: DT },
         decay: (-20.0 * DT).exp(),
-        gravity: [-0.003, -0.009],
+        gravity: Vector::new([-0.003, -0.009]),
     };
     Flying { flight, contact }
 }
@@ -254,18 +254,20 @@ fn a_buried_node_keeps_its_place() {
     assert_eq!(verdict(&flying(Sticking {}), buried, 0.0), Verdict::Smooth);
 }
 
+fn terrain(points: &[[f64; 2]]) -> Terrain {
+    let points = points.iter().copied().map(Vector::new);
+    Terrain::new(&Profile::new(points.collect()).unwrap()).unwrap()
+}
+
 /// Down, up steeply, and down again: corners at 0.2 (a ridge), 0.5 (a valley of 80 degrees) and 0.6 (a
 /// spike).
 fn valley() -> Terrain {
-    let points = vec![[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]];
-    let profile = Profile::new(points).unwrap();
-    Terrain::new(&profile).unwrap()
+    terrain(&[[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]])
 }
 
 /// The same slope down into an obtuse corner, behind which the ground rises by 1 in 4.
 fn wide_valley() -> Terrain {
-    let profile = Profile::new(vec![[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]]).unwrap();
-    Terrain::new(&profile).unwrap()
+    terrain(&[[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]])
 }
 
 /// Where a node is after a drift over the valley, and how fast.
@@ -325,9 +327,9 @@ impl Law for Bouncing {
 
 impl Contact for Bouncing {
     #[inline(always)]
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
-        let [along, out] = impact.velocity;
-        [along, R::lit(-0.5) * out]
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+        let velocity = impact.velocity;
+        velocity.with_up(R::lit(-0.5) * velocity.up())
     }
 }
 
@@ -418,8 +420,7 @@ fn segments_end_at_their_corners() {
 #[test]
 fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
-    let profile = Profile::new(points.collect()).unwrap();
-    let terrain = Terrain::new(&profile).unwrap();
+    let terrain = terrain(&points.collect::<Vec<_>>());
     let drifting = drifting(Coulomb::default());
     let [x, _, vx, vy] = DriftingOver { terrain, drifting }.eval([0.1005, 0.2998, 1.0, -0.9]);
     // (1, -0.9) along (2, -1) / sqrt 5. Points 1e-4 apart, rounded to 3e-17, have a direction to 1e-12.

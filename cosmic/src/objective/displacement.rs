@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::Loss;
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
@@ -48,10 +48,7 @@ impl Loss for Displacement {
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
-        let along = |&step: &usize| {
-            let [along, _] = self.ground.vector_to_ground(trajectory.at(step).x[0]);
-            along
-        };
+        let along = |&step: &usize| self.ground.along(trajectory.at(step).x[0]);
         let positions: Vec<R> = observed.iter().map(along).collect();
         R::sum_of(&positions) * R::lit(-1.0 / positions.len() as f64)
     }
@@ -60,7 +57,7 @@ impl Loss for Displacement {
 #[cfg(test)]
 mod tests {
     use super::Displacement;
-    use crate::ground::Ground;
+    use crate::geometry::{Ground, Vector};
     use crate::lattice::State;
     use crate::objective::Loss;
     use crate::scene::{LossKind, LossSettings};
@@ -94,8 +91,8 @@ mod tests {
     fn both_forms_measure_along_the_ground() {
         let ground = displacement(LossKind::Final).ground;
         let state = |along: f64| State {
-            x: vec![ground.vector_to_world([along, 0.4])],
-            v: vec![[0.0; 2]],
+            x: vec![ground.vector_to_world(Vector::new([along, 0.4]))],
+            v: vec![Vector::zero()],
         };
         let trajectory = Trajectory {
             steps: vec![0, 8, 24, 40],

@@ -6,6 +6,7 @@
 use autodiff::Real;
 
 use super::{Displacement, Loss};
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
@@ -45,10 +46,10 @@ impl Objective {
     /// way that it would still cover in the time `settle`, m^2: near and slow is good, near and fast
     /// is not.
     fn off_target<R: Real>(&self, state: &State<R>) -> R {
-        let [along, _] = self.far.ground.point_to_ground(state.x[0]);
-        let [vx, vy] = state.v[0].map(|v| v * R::lit(self.settings.settle));
+        let along = self.far.ground.point_to_ground(state.x[0]).forward();
+        let way = state.v[0] * R::lit(self.settings.settle);
         let off = along - R::lit(self.settings.target);
-        off * off + vx * vx + vy * vy
+        off * off + way.dot(way)
     }
 
     /// The energy that damping takes over the states observed, J/kg.
@@ -57,7 +58,7 @@ impl Objective {
     /// contacts it is the damping that takes it out: `damping |v|^2` per mass and time. The mean
     /// over the nodes stands for the mean over the mass, which states do not hold.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let square = |v: &[R; 2]| R::dot(v, v);
+        let square = |v: &Vector<R>| R::dot(v.as_slice(), v.as_slice());
         let at = |step: usize| {
             let squares: Vec<R> = trajectory.at(step).v.iter().map(square).collect();
             R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
@@ -107,7 +108,7 @@ impl Loss for Objective {
             TaskKind::Far => self.far.loss(trajectory),
             TaskKind::Back => -self.far.loss(trajectory),
             TaskKind::Reach => self.mean(trajectory, |state| self.off_target(state)),
-            TaskKind::Climb => self.mean(trajectory, |state| -state.x[0][1]),
+            TaskKind::Climb => self.mean(trajectory, |state| -state.x[0].up()),
             TaskKind::Economy => {
                 let price = R::lit(self.settings.energy_price);
                 self.far.loss(trajectory) + self.energy(trajectory) * price
@@ -119,6 +120,7 @@ impl Loss for Objective {
 #[cfg(test)]
 mod tests {
     use super::{Loss, Objective};
+    use crate::geometry::Vector;
     use crate::lattice::State;
     use crate::scene::{Named, Scene, TaskKind};
     use crate::simulator::Trajectory;
@@ -145,8 +147,8 @@ mod tests {
     /// A payload, and a node that rests, after 1, 2 and 3 steps.
     fn walk() -> Trajectory<f64> {
         let state = |(x, v): (f64, f64)| State {
-            x: vec![[x, 0.25 * x], [0.0, 0.0]],
-            v: vec![[v, 0.0], [0.0, 0.0]],
+            x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
+            v: vec![Vector::new([v, 0.0]), Vector::zero()],
         };
         Trajectory {
             steps: vec![0, 1, 2, 3],
@@ -195,7 +197,7 @@ mod tests {
         // 16 / 2 nodes * 2 / s * 0.5 s, and at rest after three steps.
         assert_eq!([2, 16].map(|every| energy(every, &walk())), [8.0, 0.0]);
         let mut fast = walk();
-        fast.states[3].v[0] = [2.0, 0.0];
+        fast.states[3].v[0] = Vector::new([2.0, 0.0]);
         // 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
         assert_eq!(energy(16, &fast), 6.0);
     }

@@ -3,8 +3,8 @@
 use autodiff::Real;
 
 use super::sensing::{Sight, phases};
-use crate::ground::Ground;
-use crate::scene::ControllerSettings;
+use crate::geometry::{Ground, Vector};
+use crate::scene::{ControllerSettings, Senses};
 
 /// How the mean position and the presence of nodes enter a folded layer.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,7 @@ pub struct Fold<'a, R> {
     nodes: usize,
     sight: Sight,
     /// Whether there are columns for positions and for velocities.
-    senses: [bool; 2],
+    senses: Senses,
     mean: Mean<'a, R>,
     /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
     clocks: [Vec<R>; 2],
@@ -63,7 +63,10 @@ impl<'a, R: Real> Fold<'a, R> {
             ground,
             nodes,
             sight,
-            senses: [sight == Sight::Robot; 2],
+            senses: Senses {
+                x: sight == Sight::Robot,
+                v: sight == Sight::Robot,
+            },
             mean,
             clocks: [cosines, sines],
         }
@@ -97,8 +100,8 @@ impl<'a, R: Real> Fold<'a, R> {
     /// As [`weights`](Self::weights).
     pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
         let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
-        let goal = self.constant_goal().map(R::lit);
-        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(row), &goal))
+        let goal: Vector<R> = Vector::lit(self.constant_goal());
+        rows.map(|(row, &bias)| bias + R::dot(self.on_goal(row).as_slice(), goal.as_slice()))
             .collect()
     }
 
@@ -113,10 +116,10 @@ impl<'a, R: Real> Fold<'a, R> {
     }
 
     /// The weights on the goal, scaled.
-    fn on_goal(&self, row: &[R]) -> [R; 2] {
+    fn on_goal(&self, row: &[R]) -> Vector<R> {
         let scale = R::lit(self.settings.goal_scale);
         let goal = &row[self.settings.clocks..];
-        [goal[0] * scale, goal[1] * scale]
+        Vector::new([goal[0], goal[1]]) * scale
     }
 
     /// Folds one row: appends its weights on the raw state.
@@ -126,35 +129,39 @@ impl<'a, R: Real> Fold<'a, R> {
         let follows = self.sight.follows_goal(self.settings);
         if self.sight == Sight::Robot {
             let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
-            if self.senses[0] {
+            if self.senses.x {
                 let columns = self.turned(offsets, self.settings.offset_scale);
                 for (column, goal) in columns.into_iter().zip(goal) {
                     weights.extend(self.centred(column, follows.then_some(goal)));
                 }
             }
-            if self.senses[1] {
+            if self.senses.v {
                 for column in self.turned(velocities, self.settings.velocity_scale) {
                     weights.extend(self.present(column));
                 }
             }
         }
         weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
-        if follows && self.senses[0] && matches!(self.mean, Mean::InStep) {
+        if follows && self.senses.x && matches!(self.mean, Mean::InStep) {
             weights.extend(goal.map(|goal| -goal));
         }
     }
 
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
     /// and across it: the transposed rotation, times a scale.
-    fn turned(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
-        let pairs = row.as_chunks().0.iter();
+    fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
+        let weights = row.as_chunks::<2>().0.iter().copied().map(Vector::new);
         if self.ground.is_flat() {
             let scale = R::lit(scale);
-            return [0, 1].map(|k| pairs.clone().map(|pair: &[R; 2]| pair[k] * scale).collect());
+            let column = |k: usize| weights.clone().map(|weight| weight[k] * scale).collect();
+            return Vector::from_fn(column);
         }
-        [self.ground.tangent(), self.ground.normal()].map(|axis| {
-            let axis = axis.map(|component| R::lit(component * scale));
-            pairs.clone().map(|pair| R::dot(pair, &axis)).collect()
+        Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
+            let axis: Vector<R> = Vector::lit(axis * scale);
+            let weights = weights.clone();
+            weights
+                .map(|weight| R::dot(weight.as_slice(), axis.as_slice()))
+                .collect()
         })
     }
 
@@ -194,12 +201,11 @@ impl<'a, R: Real> Fold<'a, R> {
 
     /// The part of the goal that does not move with the robot. The state is measured from a point
     /// of the ground and the goal from the world's origin, which is what the shift is for.
-    fn constant_goal(&self) -> [f64; 2] {
-        let goal = self.settings.goal;
+    fn constant_goal(&self) -> Vector<f64> {
+        let goal = Vector::new(self.settings.goal);
         if !self.sight.follows_goal(self.settings) {
             return goal;
         }
-        let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
-        [goal[0] - along, goal[1] - across]
+        goal - self.ground.vertical() * self.ground.height
     }
 }

@@ -7,7 +7,7 @@ use super::fold::{Fold, Mean};
 use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::scene::ControllerSettings;
 
 /// The names of the network's blocks, in their order: weights and biases of the hidden layer, weights and
@@ -136,7 +136,7 @@ impl<R: Real> Controller<R> {
 #[cfg(test)]
 mod tests {
     use super::Network;
-    use crate::ground::Ground;
+    use crate::geometry::{Ground, Vector};
     use crate::lattice::{Lattice, State};
     use crate::policy::{Controller, clock, observation};
     use crate::random::{Purpose, stream, symmetric};
@@ -144,23 +144,12 @@ mod tests {
 
     /// The inputs of a folded controller for a state in the ground's frame.
     fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
-        let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
-            points.iter().map(|point| point[k]).collect()
-        };
-        let State { x, v } = state;
-        [
-            column(x, 0),
-            column(x, 1),
-            column(v, 0),
-            column(v, 1),
-            clock.into(),
-        ]
-        .concat()
+        [&state.to_columns()[..], &clock].concat()
     }
 
     fn random_state(nodes: usize) -> State<f64> {
         let mut stream = stream(1, Purpose::Judgement);
-        let mut point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
+        let mut point = |_| Vector::from_fn(|_| symmetric(&mut stream, 1.0));
         State {
             x: (0..nodes).map(&mut point).collect(),
             v: (0..nodes).map(&mut point).collect(),

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use autodiff::Real;
 
-use crate::ground::Ground;
-use crate::lattice::{State, mean};
-use crate::scene::ControllerSettings;
+use crate::geometry::{Ground, Vector, mean, weighted_mean};
+use crate::lattice::State;
+use crate::scene::{ControllerSettings, Senses};
 
 /// What a policy sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +29,10 @@ impl Sight {
     }
 
     /// Whether positions and velocities make any difference to an observation.
-    pub fn senses(self, settings: &ControllerSettings) -> [bool; 2] {
+    pub fn senses(self, settings: &ControllerSettings) -> Senses {
         match self {
             Self::Robot => settings.senses(),
-            Self::Clock => [false; 2],
+            Self::Clock => Senses::default(),
         }
     }
 
@@ -72,22 +72,14 @@ pub fn observation<R: Real>(
     };
     let [offset, velocity] = [settings.offset_scale, settings.velocity_scale].map(R::lit);
     let nodes = x.iter().zip(presence);
-    let offsets = nodes.map(|(&[px, py], &p)| [p * (px - mean[0]), p * (py - mean[1])]);
-    let velocities = v.iter().zip(presence).map(|(v, &p)| v.map(|v| p * v));
+    let offsets = nodes.map(|(&x, &p)| (x - mean) * p);
+    let velocities = v.iter().zip(presence).map(|(&v, &p)| v * p);
     let mut observation = Vec::with_capacity(observation_length(settings, x.len()));
     observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
     observation.extend(goal(settings, mean, ground));
     observation.extend(offsets.flatten().map(|d| offset * d));
     observation.extend(velocities.flatten().map(|v| velocity * v));
     observation
-}
-
-fn weighted_mean<R: Real>(points: &[[R; 2]], weights: &[R]) -> [R; 2] {
-    let sum = R::sum_of(weights);
-    [0, 1].map(|k| {
-        let column: Vec<R> = points.iter().map(|point| point[k]).collect();
-        R::dot(&column, weights) / sum
-    })
 }
 
 /// `sin(omega t)` and `cos(omega t)`, of which every clock is a mixture; in double precision
@@ -105,12 +97,11 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
 
 /// The goal as it enters: the numbers given, or what is left of them from the mean position,
 /// measured along the ground and across it from the world's origin, as the displacement is.
-fn goal<R: Real>(settings: &ControllerSettings, mean: [R; 2], ground: &Ground) -> [R; 2] {
+fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
-    let goal = settings.goal.map(R::lit);
+    let goal = Vector::lit(settings.goal.into());
     if !settings.goal_relative {
-        return goal.map(|g| scale * g);
+        return goal * scale;
     }
-    let [along, across] = ground.vector_to_ground(mean);
-    [scale * (goal[0] - along), scale * (goal[1] - across)]
+    (goal - ground.vector_to_ground(mean)) * scale
 }

@@ -5,15 +5,16 @@ use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
 use super::sensing::Sight;
-use crate::scene::ControllerSettings;
+use crate::geometry::Vector;
+use crate::scene::{ControllerSettings, Senses};
 
 /// The robot as a policy sees it in a step: arrays of a program, in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Coordinates of the nodes along the ground and above it.
-    pub(crate) x: [Array; 2],
+    pub(crate) x: Vector<Array>,
     /// Their velocities.
-    pub(crate) v: [Array; 2],
+    pub(crate) v: Vector<Array>,
     /// `sin(omega t)`, `cos(omega t)`.
     pub(crate) clock: Array,
     /// How much each node belongs to the robot; `None` if all nodes do.
@@ -85,7 +86,7 @@ pub(crate) trait Recording {
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
     /// Weighted offsets of `x` if `senses` says so, weighted velocities likewise, and the clock; and the mean.
-    fn weighted(&mut self, presence: Array, senses: [bool; 2], seen: &Seen) -> [Array; 2];
+    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> [Array; 2];
     fn any(&mut self) -> AnyProgram<'_>;
 }
 
@@ -102,12 +103,12 @@ impl<R: Real> Recording for Program<R> {
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array {
         self.dense_tanh_spread(m, x, b, places)
     }
-    fn weighted(&mut self, presence: Array, senses: [bool; 2], seen: &Seen) -> [Array; 2] {
-        let (x, v, clock) = (seen.x, seen.v, &[seen.clock]);
-        match senses {
-            [true, true] => self.weighted(presence, x, v, clock),
-            [true, false] => self.weighted(presence, x, [], clock),
-            [false, _] => self.weighted(presence, [], v, clock),
+    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> [Array; 2] {
+        let (x, v, clock) = (seen.x.array(), seen.v.array(), &[seen.clock]);
+        match (senses.x, senses.v) {
+            (true, true) => self.weighted(presence, x, v, clock),
+            (true, false) => self.weighted(presence, x, [], clock),
+            (false, _) => self.weighted(presence, [], v, clock),
         }
     }
     fn any(&mut self) -> AnyProgram<'_> {
@@ -131,7 +132,7 @@ impl Recording for Declared {
     fn dense_tanh_spread(&mut self, _: Matrix, _: &[Array], _: Array, places: &[bool]) -> Array {
         self.0.state(places.len())
     }
-    fn weighted(&mut self, _: Array, _: [bool; 2], seen: &Seen) -> [Array; 2] {
+    fn weighted(&mut self, _: Array, _: Senses, seen: &Seen) -> [Array; 2] {
         [seen.clock; 2]
     }
     fn any(&mut self) -> AnyProgram<'_> {
@@ -144,7 +145,7 @@ pub struct PolicyStep<'a> {
     program: &'a mut dyn Recording,
     blocks: &'a [Block],
     /// Whether the observation depends on positions, on velocities and on the mean position.
-    senses: [bool; 2],
+    senses: Senses,
     follows_goal: bool,
     seen: Seen,
     outputs: Outputs<'a>,
@@ -268,7 +269,10 @@ impl<'a> PolicyStep<'a> {
             clock,
             presence,
         } = self.seen;
-        let [positions, velocities] = self.senses;
+        let Senses {
+            x: positions,
+            v: velocities,
+        } = self.senses;
         let arrays = match presence {
             Some(presence) if positions || velocities => {
                 let [all, mean] = self.program.weighted(presence, self.senses, &self.seen);

@@ -68,9 +68,9 @@ pub fn check_numbers(
     let (Some(first), Some(last)) = (trajectory.states.first(), trajectory.states.last()) else {
         return Ok(());
     };
-    let moved = [0, 1].map(|k| last.x[0][k] - first.x[0][k]);
-    let size = 1.0 + moved[0].abs().max(moved[1].abs());
-    if (0..2).any(|k| (summary.displacement[k] - moved[k]).abs() > ROUNDING * size) {
+    let moved = last.x[0] - first.x[0];
+    let size = 1.0 + moved.map(f64::abs).largest();
+    if (summary.displacement - moved).map(f64::abs).largest() > ROUNDING * size {
         let what = format!(
             "expected a `displacement` of {moved:?} m, as in {TRAJECTORY}, found {:?} m",
             summary.displacement
@@ -95,7 +95,7 @@ fn check_motion(
     let span = Span::from_start(vec![*step]);
     let rollout = (case.task()).rollout(&case.own_design(), &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
-    let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    let distance = pairs.map(|(a, b)| a.distance(*b));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
         let what = format!("after {step} steps the robot of {DESIGN} is elsewhere");
         return Err(differs(folder, TRAJECTORY, &what));

@@ -7,6 +7,7 @@ use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress, Reliability};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
+use crate::geometry::Vector;
 use crate::scene::Departure;
 use crate::simulator::Loads;
 use serde::{Deserialize, Serialize};
@@ -31,7 +32,7 @@ pub struct Summary {
     /// The seed.
     pub seed: u64,
     /// Displacement of the payload in one unperturbed rollout of the delivered design, m: x and y of the world.
-    pub displacement: [f64; 2],
+    pub displacement: Vector<f64>,
     /// Displacement in that rollout along the ground, m.
     pub displacement_along: f64,
     /// 10 % quantile along the ground over perturbed starts.
@@ -150,8 +151,8 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("displacement_last_p50", |s| s.displacement_last_p50),
     ("displacement_clock_p50", |s| s.displacement_clock_p50),
     ("displacement_along", |s| Some(s.displacement_along)),
-    ("displacement_x", |s| Some(s.displacement[0])),
-    ("displacement_y", |s| Some(s.displacement[1])),
+    ("displacement_x", |s| Some(s.displacement.forward())),
+    ("displacement_y", |s| Some(s.displacement.up())),
     ("V", |s| Some(s.volume)),
     ("V_act", |s| Some(s.actuator_volume)),
     ("pieces", |s| s.structure.map(|s| s.pieces as f64)),
@@ -246,8 +247,8 @@ impl Summary {
             displacement_selection_score: finite(delivery.selection_score),
             reliability: Some(delivery.reliability.clone()),
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
-            volume: delivery.volumes[0],
-            actuator_volume: delivery.volumes[1],
+            volume: delivery.volume,
+            actuator_volume: delivery.actuator_volume,
             undecided: Some(delivery.structure.is_none()),
             structure: delivery.structure,
             loads: delivery.loads.clone(),

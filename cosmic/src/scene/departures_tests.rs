@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::Scene;
+use crate::geometry::Vector;
 use crate::lattice::Lattice;
 use crate::laws::{self, Contact, Impact, Law};
 use crate::scene::{OwnLoss, Setting, TrussFile};
@@ -91,8 +92,8 @@ impl Law for Ice {
 }
 
 impl Contact for Ice {
-    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
-        [impact.velocity[0], R::zero()]
+    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+        impact.velocity.along()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Settings that can be simulated and are probably a mistake.
 
 use super::{ProfileKind, Scene, Setting, StartKind};
+use crate::geometry::{Range, Vector};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -150,12 +151,12 @@ const DOUBTS: [Doubt; 16] = [
 /// True if a node of the lowest row starts below the profile.
 fn starts_inside(scene: &Scene) -> bool {
     let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
-    let is_inside = |[along, above]: [f64; 2]| above < profile.height(along);
+    let is_inside = |place: Vector<f64>| profile.above(place) < 0.0;
     if let Some(truss) = lattice.file.truss() {
         return truss.nodes.iter().copied().any(is_inside);
     }
     let place = |column: usize| lattice.origin_x + column as f64 * lattice.spacing;
-    (0..lattice.columns).any(|column| is_inside([place(column), lattice.drop]))
+    (0..lattice.columns).any(|column| is_inside(Vector::new([place(column), lattice.drop])))
 }
 
 /// True if the rough ground ends within eight robot lengths ahead of the robot. Good robots walk
@@ -167,20 +168,17 @@ fn ends_soon(scene: &Scene) -> bool {
         return false;
     }
     let profile = ground.resolved();
-    let Some([end, _]) = profile.points().last() else {
+    let Some(end) = profile.points().last() else {
         return false;
     };
-    let [back, front] = match lattice.file.truss() {
-        None => [0.0, (lattice.columns - 1) as f64 * lattice.spacing].map(|x| lattice.origin_x + x),
-        Some(truss) => {
-            let along = truss.nodes.iter().map(|node| node[0]);
-            [
-                along.clone().fold(f64::INFINITY, f64::min),
-                along.fold(f64::NEG_INFINITY, f64::max),
-            ]
+    let robot = match lattice.file.truss() {
+        None => {
+            let width = (lattice.columns - 1) as f64 * lattice.spacing;
+            Range::new(lattice.origin_x, lattice.origin_x + width)
         }
+        Some(truss) => Range::of(truss.nodes.iter().map(|node| node.forward())),
     };
-    *end < front + LENGTHS * (front - back)
+    end.forward() < robot.high + LENGTHS * robot.size()
 }
 
 impl Scene {

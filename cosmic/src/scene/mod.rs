@@ -55,7 +55,7 @@ pub use policy_name::PolicyName;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
-    PhysicsSettings, UnstableStep, VoidEdges,
+    PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
 pub use terrain::{GroundSettings, ProfileKind};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::policy_name::PolicyName;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use crate::laws::{
     AnyContact, AnyForce, Bending, ContactLaw, Force, ForceLaws, Hooke, OnBars, Stiffening,
@@ -280,14 +280,23 @@ settings! {
     }
 }
 
+/// What a controller observes of a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Senses {
+    /// The positions of the nodes.
+    pub x: bool,
+    /// Their velocities.
+    pub v: bool,
+}
+
 impl ControllerSettings {
     /// Whether positions and velocities make any difference to an observation.
-    pub fn senses(&self) -> [bool; 2] {
+    pub fn senses(&self) -> Senses {
         let follows_goal = self.goal_relative && self.goal_scale != 0.0;
-        [
-            self.offset_scale != 0.0 || follows_goal,
-            self.velocity_scale != 0.0,
-        ]
+        Senses {
+            x: self.offset_scale != 0.0 || follows_goal,
+            v: self.velocity_scale != 0.0,
+        }
     }
 
     /// These settings with the goal mirrored: behind the origin where it was ahead.

@@ -4,7 +4,7 @@ use super::Scene;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use crate::ground::{MOST_POINTS, Profile};
+use crate::geometry::{MOST_POINTS, Profile, Vector};
 use crate::random::{Purpose, stream, symmetric};
 use crate::settings;
 use crate::settings::{Filled, Limits, SettingValue, above, json, misfit, within, wrong_kind};
@@ -103,20 +103,20 @@ impl GroundSettings {
         self.from + number as f64 * self.spacing
     }
 
-    fn steps(&self) -> Vec<[f64; 2]> {
+    fn steps(&self) -> Vec<Vector<f64>> {
         let step = |k: usize| {
             let [below, above] = [k, k + 1].map(|k| k as f64 * self.rise);
-            [[self.place(k), below], [self.place(k) + self.ramp, above]]
+            [[self.place(k), below], [self.place(k) + self.ramp, above]].map(Vector::new)
         };
         (0..self.count).flat_map(step).collect()
     }
 
     /// Heights at equal distances between two ends on the ground line.
-    fn rough(&self) -> Vec<[f64; 2]> {
+    fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));
         let heights = [0.0].into_iter().chain(heights).chain([0.0]);
-        let point = |(k, height)| [self.place(k), height];
+        let point = |(k, height)| Vector::new([self.place(k), height]);
         heights.enumerate().map(point).collect()
     }
 }
@@ -165,7 +165,7 @@ impl SettingValue for Profile {
         for entry in entries.iter() {
             let mut point = [0.0; 2];
             point.read(entry, limits)?;
-            points.push(point);
+            points.push(Vector::new(point));
             if Profile::not_ahead(&points).is_some() {
                 return Err(misfit(entry, "is not ahead of the point before it:"));
             }

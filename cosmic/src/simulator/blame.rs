@@ -2,6 +2,7 @@
 //! node exceeds.
 
 use super::rollout::Simulator;
+use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
 use crate::policy::Controller;
@@ -56,23 +57,21 @@ impl Simulator {
             return Cause::Controller { edge };
         }
         // The magnitude also clears the sign bit of NaN, which `total_cmp` would rank lowest.
-        let size = |[x, y]: [f64; 2]| x.hypot(y).abs();
+        let size = |vector: Vector<f64>| vector.norm().abs();
         let mechanics = &self.robot.mechanics;
         let pose = Pose {
-            lattice: &self.lattice,
-            body,
-            state: before,
             activation: &activation,
             time,
+            ..Pose::idle(&self.lattice, body, before, &self.ground)
         };
         let forces = mechanics.forces.iter();
         let pulls = forces.flat_map(|force| force.pulls(&pose, node));
-        let velocity = |force: [f64; 2]| size(force) * mechanics.push / body.mass[node];
+        let velocity = |force: Vector<f64>| size(force) * mechanics.push / body.mass[node];
         let term = |Pull { part, force }: Pull| (Cause::Force(part), velocity(force));
         let mut terms: Vec<(Cause, f64)> = pulls.map(term).collect();
         let flight = &mechanics.flight;
         terms.push((Cause::Gravity, size(flight.gravity)));
-        let kept = before.v[node].map(|v| v * flight.decay);
+        let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));

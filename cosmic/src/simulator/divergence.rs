@@ -11,6 +11,7 @@ use super::blame::Cause;
 use super::rollout::{Simulator, Span, Still};
 use super::trajectory::{ABSURD, Trajectory, WATCHED};
 use crate::error::Error;
+use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
@@ -27,9 +28,9 @@ pub struct Divergence {
     /// The first node that is absurd or too fast in that state.
     pub node: usize,
     /// Its position in the world's frame, m.
-    pub position: [f64; 2],
+    pub position: Vector<f64>,
     /// Its velocity, m/s.
-    pub velocity: [f64; 2],
+    pub velocity: Vector<f64>,
     /// The term of that step that caused it, or the bound.
     pub term: Cause,
     /// The last states up to that one.

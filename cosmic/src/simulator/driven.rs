@@ -73,9 +73,9 @@ mod tests {
 
     /// The largest difference between the node positions of two robots.
     fn apart(a: &Trajectory<f64>, b: &Trajectory<f64>) -> f64 {
-        let [a, b] = [a, b].map(|seen| seen.states.last().unwrap().x.as_flattened());
+        let [a, b] = [a, b].map(|seen| &seen.states.last().unwrap().x);
         let pairs = a.iter().zip(b);
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
     }
 
     /// A controller in which only the biases matter gives the held activations.
@@ -91,7 +91,7 @@ mod tests {
         case.controller.hold_outputs(&biases);
         // Every bar is an actuator and starts beyond its stops, so that stops act on idle bars too.
         case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
-        case.start.x.iter_mut().for_each(|x| x[0] *= 1.5);
+        case.start.x.iter_mut().for_each(|x| *x += x.along() * 0.5);
         (case, held)
     }
 

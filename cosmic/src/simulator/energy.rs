@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice, State};
 use crate::laws::{Force, Pose};
 use crate::scene::PhysicsSettings;
@@ -11,6 +12,7 @@ pub struct Store<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
     forces: Vec<Arc<dyn Force>>,
+    ground: Ground,
 }
 
 impl<'a> Store<'a> {
@@ -20,6 +22,7 @@ impl<'a> Store<'a> {
             lattice,
             body,
             forces: physics.forces_on(lattice),
+            ground: physics.into(),
         }
     }
 
@@ -27,16 +30,8 @@ impl<'a> Store<'a> {
     /// none.
     pub fn energy(&self, state: &State<f64>) -> Option<f64> {
         let speeds = state.v.iter().zip(&self.body.mass);
-        let kinetic: f64 = speeds
-            .map(|([vx, vy], m)| 0.5 * m * (vx * vx + vy * vy))
-            .sum();
-        let pose = Pose {
-            lattice: self.lattice,
-            body: self.body,
-            state,
-            activation: &[],
-            time: 0.0,
-        };
+        let kinetic: f64 = speeds.map(|(v, m)| 0.5 * m * v.dot(*v)).sum();
+        let pose = Pose::idle(self.lattice, self.body, state, &self.ground);
         let forces = self.forces.iter().map(|force| force.energy(&pose));
         Some(kinetic + forces.sum::<Option<f64>>()?)
     }

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
 use crate::design::Material;
-use crate::lattice::{Body, State, crossings, length, rate};
+use crate::geometry::{Range, crossings};
+use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::policy::Controller;
 
@@ -86,7 +87,7 @@ impl Magnitude {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
     /// Least and greatest change of length over the length at rest.
-    pub strains: [f64; 2],
+    pub strains: Range,
     /// That change in magnitude.
     pub strain: Magnitude,
     /// The force along the bar, N.
@@ -106,7 +107,7 @@ pub struct BarLoad {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
     /// Least and greatest strain of an actuator.
-    pub strains: [f64; 2],
+    pub strains: Range,
     /// The largest of any actuator.
     pub strain: Magnitude,
     /// The largest of any actuator, N.
@@ -178,23 +179,21 @@ impl Simulator {
         time: f64,
         activation: Vec<f64>,
     ) -> EdgeMoments {
-        let edges = self.lattice.edges.iter().enumerate();
+        let edges = 0..self.lattice.edges.len();
         let forces = &self.robot.mechanics.forces;
         let pose = Pose {
-            lattice: &self.lattice,
-            body,
-            state,
             activation: &activation,
             time,
+            ..Pose::idle(&self.lattice, body, state, &self.ground)
         };
-        let strain = |(edge, ends): (usize, &[usize; 2])| {
-            length(&state.x, *ends) / self.lattice.rest_length[edge] - 1.0
-        };
+        let vector = |edge: usize| EdgeVector::of(state, self.lattice.edges[edge]);
+        let strain = |edge: usize| vector(edge).length() / self.lattice.rest_length[edge] - 1.0;
+        let rate = |edge: usize| vector(edge).rate(vector(edge).length());
         let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
         EdgeMoments {
             strain: edges.clone().map(strain).collect(),
-            tension: edges.clone().map(|(edge, _)| pull(edge)).collect(),
-            rate: edges.clone().map(|(_, ends)| rate(state, *ends)).collect(),
+            tension: edges.clone().map(pull).collect(),
+            rate: edges.map(rate).collect(),
             elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
             activation,
         }
@@ -249,8 +248,7 @@ impl Simulator {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
             if material == Material::Actuator {
-                let [low, high] = bar.strains;
-                loads.strains = [loads.strains[0].min(low), loads.strains[1].max(high)];
+                loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
                 loads.strain = loads.strain.max(bar.strain);
                 loads.force = loads.force.max(bar.force);
                 loads.speed = loads.speed.max(bar.speed);
@@ -295,7 +293,7 @@ impl BarLoad {
 /// The loads and motion of a bar, collected state by state.
 #[derive(Clone, Debug)]
 struct Gathered {
-    strains: [f64; 2],
+    strains: Range,
     tension: f64,
     compression: f64,
     strain: Largest,
@@ -309,7 +307,7 @@ impl Gathered {
     fn over(states: usize) -> Self {
         let largest = Largest::of(states);
         Self {
-            strains: [0.0; 2],
+            strains: Range::default(),
             tension: 0.0,
             compression: 0.0,
             strain: largest.clone(),
@@ -322,8 +320,7 @@ impl Gathered {
     fn see(&mut self, edge: usize, moment: &EdgeMoments) {
         let (strain, tension) = (moment.strain[edge], moment.tension[edge]);
         let rate = moment.rate[edge];
-        let [low, high] = self.strains;
-        self.strains = [low.min(strain), high.max(strain)];
+        self.strains = self.strains.with(strain);
         self.tension = self.tension.max(tension);
         self.compression = self.compression.max(-tension);
         self.strain.see(strain);
@@ -349,6 +346,7 @@ impl Gathered {
 mod tests {
     use super::{BarLoad, Largest, Loads, Magnitude};
     use crate::design::{Design, Material};
+    use crate::geometry::{Range, Vector};
     use crate::lattice::{Body, Lattice, State};
     use crate::policy::Controller;
     use crate::scene::Scene;
@@ -418,8 +416,8 @@ mod tests {
         let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
         let rest = lattice.state_at_rest();
         let stretched = State {
-            x: rest.x.iter().map(|[x, y]| [1.1 * x, *y]).collect(),
-            v: rest.x.iter().map(|[x, _]| [1.1 * x, 0.0]).collect(),
+            x: rest.x.iter().map(|x| *x + x.along() * 0.1).collect(),
+            v: rest.x.iter().map(|x| x.along() * 1.1).collect(),
         };
         let trajectory = Trajectory {
             steps: vec![0, 16],
@@ -429,7 +427,7 @@ mod tests {
         let edges = 0..lattice.edges.len();
         let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
-            let [dx, dy] = lattice.direction([i, j]).map(f64::abs);
+            let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
             if dy == 0.0 {
                 // 400 N/m times 10 mm, at 0.11 m/s; the softening is 5e-11 of a length.
                 assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
@@ -442,12 +440,14 @@ mod tests {
         }
         let bars: Vec<_> = loads.into_iter().map(Some).collect();
         let all = simulator.loads_of(&layout, &bars, &trajectory);
-        assert_eq!(all.strains, [0.0; 2]);
+        assert_eq!(all.strains, Range::default());
         assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
         // Half of the robot is moved across the other half in one of two states.
         let mut folded = trajectory.clone();
         let middle = 0.25;
-        let fold = |x: &mut [f64; 2]| x[0] = middle + 0.37 * (x[0] - middle).abs();
+        let fold = |x: &mut Vector<f64>| {
+            *x = Vector::new([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
+        };
         folded.states[1].x.iter_mut().for_each(fold);
         folded.states[1]
             .x

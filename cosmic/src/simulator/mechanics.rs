@@ -5,9 +5,9 @@ use std::sync::Arc;
 use autodiff::{Array, Graph, Program, Real};
 
 use super::parameters::Parameters;
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
-use crate::laws::{AnyContact, Drift, Flight, Force, Step, Terrain};
+use crate::laws::{AnyContact, Drift, Flight, Force, Particle, Pushed, Step, Terrain};
 use crate::scene::{Integrator, PhysicsSettings};
 
 /// The laws of a mechanical step of length `h = dt / substeps`.
@@ -28,7 +28,8 @@ pub(super) struct Mechanics {
     /// The profile on the ground line; `None` on a bare line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
-    ground: Ground,
+    /// The unit vector against gravity.
+    vertical: Vector<f64>,
 }
 
 impl Mechanics {
@@ -51,12 +52,12 @@ impl Mechanics {
             flight: Flight {
                 drift,
                 decay,
-                gravity: ground.vector_to_ground([0.0, -physics.gravity * push]),
+                gravity: ground.vector_to_ground(Vector::upright(0.0, -physics.gravity * push)),
             },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
-            ground,
+            vertical: ground.vertical(),
         }
     }
 
@@ -78,29 +79,26 @@ impl Mechanics {
         self.forces.iter().map(|force| force.constants())
     }
 
-    /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
-    /// before it, the activation of every slot, and the time for every node where it is needed.
+    /// Records the state of all nodes after the step, from that before it, the activation of every slot, and
+    /// the time for every node where it is needed.
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
         graph: &Graph,
-        state: [Array; 4],
+        mut nodes: Particle<Array>,
         given: &Parameters<Array>,
         activation: Array,
         time: Option<Array>,
-    ) -> [Array; 4] {
+    ) -> Particle<Array> {
         let p = &mut p.any();
-        let [mut x, mut y, mut vx, mut vy] = state;
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                let node = [x, y, vx, vy];
-                [x, y, vx, vy] = self.contact.drift(p, drift, terrain, node);
+                nodes = self.contact.drift(p, drift, terrain, nodes);
             }
             let step = Step {
                 graph,
-                x: [x, y],
-                v: [vx, vy],
+                nodes,
                 inverse_mass: given.inverse_mass,
                 activation,
                 stiffness: given.stiffness,
@@ -108,16 +106,19 @@ impl Mechanics {
                 strain: given.strain,
                 time,
                 dt: self.push,
-                ground: self.ground,
+                vertical: self.vertical,
             };
             let mut impulses = None;
             for (force, constants) in self.forces.iter().zip(&given.constants) {
                 impulses = Some(force.record(p, &step, constants, impulses));
             }
-            let [jx, jy] = impulses.expect("springs are always there");
-            let node = [x, y, vx, vy, jx, jy, given.inverse_mass];
-            [x, y, vx, vy] = self.contact.fly(p, self.flight, terrain, node);
+            let pushed = Pushed {
+                nodes,
+                impulses: impulses.expect("springs are always there"),
+                inverse_mass: given.inverse_mass,
+            };
+            nodes = self.contact.fly(p, self.flight, terrain, pushed);
         }
-        [x, y, vx, vy]
+        nodes
     }
 }

@@ -6,8 +6,9 @@ use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::mechanics::Mechanics;
 use super::parameters::{Parameters, Road};
-use crate::ground::Ground;
+use crate::geometry::Ground;
 use crate::lattice::{Body, Lattice};
+use crate::laws::Particle;
 use crate::policy::{
     self, Block, Controller, Declared, Fold, Given, Mean, Outputs, Policy, PolicyStep, Recording,
     Seen, Sizes,
@@ -94,8 +95,7 @@ impl Robot {
         };
         let mut declared = Declared(Program::default());
         let p = &mut declared.0;
-        let mut nodes = || p.state(self.graph.nodes());
-        let (x, v) = ([nodes(), nodes()], [nodes(), nodes()]);
+        let Particle { x, v } = Particle::new([(); 4].map(|()| p.state(self.graph.nodes())));
         let (clock, presence) = (p.input(2), None);
         let seen = Seen {
             x,
@@ -208,7 +208,7 @@ impl Robot {
         &self,
         p: &mut Program<R>,
         given: &Parameters<Array>,
-        state: [Array; 4],
+        state: Particle<Array>,
         clock: Array,
     ) -> Array {
         let driver = match &self.drive {
@@ -216,10 +216,10 @@ impl Robot {
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
         };
-        let [x, y, vx, vy] = given.seen.unwrap_or(state);
+        let Particle { x, v } = given.seen.map_or(state, Particle::new);
         let seen = Seen {
-            x: [x, y],
-            v: [vx, vy],
+            x,
+            v,
             clock,
             presence: given.presence,
         };
@@ -241,7 +241,7 @@ impl Driver {
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.parameters(p);
-        let state = [(); 4].map(|()| p.state(self.graph.nodes()));
+        let state = Particle::new([(); 4].map(|()| p.state(self.graph.nodes())));
         let clock = p.input(2);
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
@@ -253,7 +253,7 @@ impl Model for Robot {
         let time = time.map(|time| p.gather(time, &at_nodes));
         let mechanics = &self.mechanics;
         let next = mechanics.record(p, &self.graph, state, &given, activation, time);
-        for (state, next) in state.into_iter().zip(next) {
+        for (state, next) in state.array().into_iter().zip(next.array()) {
             p.advance(state, next);
         }
     }
@@ -277,7 +277,7 @@ impl Model for Activations {
         let given = self.0.parameters(p);
         let state = [(); 4].map(|()| p.state(self.0.graph.nodes()));
         let (clock, before) = (p.state(2), p.state(self.0.graph.slots()));
-        let activation = self.0.activation(p, &given, state, clock);
+        let activation = self.0.activation(p, &given, Particle::new(state), clock);
         for part in state.into_iter().chain([clock]) {
             p.advance(part, part);
         }

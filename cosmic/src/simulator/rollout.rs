@@ -8,7 +8,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
 use super::trajectory::Trajectory;
-use crate::ground::Ground;
+use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -379,26 +379,18 @@ impl Simulator {
 
     /// A state of the world's frame as the robot's arrays.
     pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
-        let State { x, v } = state.to_ground(&self.ground);
-        let column = |points: &[[R; 2]], k: usize| points.iter().map(|p| p[k]).collect::<Vec<R>>();
-        [column(&x, 0), column(&x, 1), column(&v, 0), column(&v, 1)].concat()
+        state.to_ground(&self.ground).to_columns()
     }
 
     /// The state, in the world's frame, of arrays of all nodes or of the first ones.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
-        let nodes = state.len() / 4;
-        let points = |from: usize| (from..from + nodes).map(|i| [state[i], state[i + nodes]]);
-        State {
-            x: points(0).collect(),
-            v: points(2 * nodes).collect(),
-        }
-        .to_world(&self.ground)
+        State::from_columns(state).to_world(&self.ground)
     }
 }
 
 /// The nodes that are no part of a robot, with the places where they stay. No bar pulls on them, and the
 /// controller does not see them.
-pub(super) struct Still<R>(Vec<(usize, [R; 2])>);
+pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 
 impl<R: Real> Still<R> {
     pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
@@ -411,7 +403,7 @@ impl<R: Real> Still<R> {
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
-                (state.x[node], state.v[node]) = (x, [R::zero(); 2]);
+                (state.x[node], state.v[node]) = (x, Vector::zero());
             }
         }
         state

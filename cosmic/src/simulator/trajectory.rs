@@ -1,5 +1,6 @@
 //! The states of a rollout.
 
+use crate::geometry::Vector;
 use crate::lattice::State;
 
 /// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
@@ -47,15 +48,20 @@ impl State<f64> {
     /// 1e6 m/s.
     pub fn absurd_node(&self) -> Option<usize> {
         // A NaN is not below anything.
-        let sane = |point: &[f64; 2]| point.iter().all(|c| c.abs() < ABSURD);
+        let sane = |vector: &Vector<f64>| vector.iter().all(|c| c.abs() < ABSURD);
         let mut nodes = self.x.iter().zip(&self.v);
         nodes.position(|(x, v)| !(sane(x) && sane(v)))
     }
 
+    /// The speed of every node, m/s.
+    pub fn speeds(&self) -> impl Iterator<Item = f64> {
+        self.v.iter().map(|v| v.norm())
+    }
+
     /// The first node that is faster than a bound, m/s, and its speed.
     pub(super) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
-        let speeds = self.v.iter().map(|[x, y]| x.hypot(*y)).enumerate();
-        speeds.into_iter().find(|(_, speed)| *speed > bound)
+        let mut speeds = self.speeds().enumerate();
+        speeds.find(|(_, speed)| *speed > bound)
     }
 
     /// Whether there is an [absurd node](State::absurd_node).

@@ -3,7 +3,7 @@
 use super::StabilityCase;
 use cosmic::design::{Design, Material};
 use cosmic::generator::edges;
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
@@ -58,7 +58,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let design = Design::Layout(vec![Material::Skeleton; lattice.edges.len()]);
     let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
     let x = case.points("x0");
-    let v = vec![[0.0; 2]; x.len()];
+    let v = vec![Vector::zero(); x.len()];
     let start = State { x, v };
     let bare = Bare {
         lattice,
@@ -148,8 +148,8 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     sinks_nowhere(&seen, &ground);
 }
 
-fn largest_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
-    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
@@ -157,7 +157,7 @@ fn largest_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
 fn stands_still(state: &State<f64>, ground: &Ground) {
     let mut contacts = 0;
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
-        let speed = v[0].hypot(v[1]);
+        let speed = v.norm();
         // A node on the ground stands on the line to rounding.
         if x[1] < 1e-12 {
             contacts += 1;
@@ -170,7 +170,7 @@ fn stands_still(state: &State<f64>, ground: &Ground) {
 
 fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
     for (state, step) in seen.states.iter().zip(&seen.steps) {
-        let coordinates = state.x.as_flattened().iter();
+        let coordinates = flat(&state.x).into_iter();
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
         let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);

@@ -5,6 +5,7 @@ mod nodes;
 mod springs;
 
 use cosmic::design::{Design, Material};
+use cosmic::geometry::{Vector, from_flat};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
@@ -115,8 +116,8 @@ impl StabilityCase {
     }
 
     /// A list of points of the case.
-    fn points(&self, key: &str) -> Vec<[f64; 2]> {
-        self.numbers(key).as_chunks().0.to_vec()
+    fn points(&self, key: &str) -> Vec<Vector<f64>> {
+        from_flat(&self.numbers(key))
     }
 
     /// A number of the file, such as a tolerance.
@@ -149,7 +150,10 @@ impl StabilityCase {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");
         let place = |node: usize| [node % columns, node / columns].map(|n| n as f64 * spacing);
-        Lattice::between((0..columns * rows).map(place).collect(), edges)
+        Lattice::between(
+            (0..columns * rows).map(place).map(Vector::new).collect(),
+            edges,
+        )
     }
 
     /// The case's edges: pairs of nodes.

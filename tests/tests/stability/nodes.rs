@@ -3,7 +3,7 @@
 
 use super::StabilityCase;
 use autodiff::{Dual, Real, gradient_of};
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::PhysicsSettings;
@@ -12,8 +12,8 @@ use cosmic_tests::{Bare, assert_near, number};
 /// The free node of a world and its companion, both in the same state.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     State {
-        x: vec![x; 2],
-        v: vec![v; 2],
+        x: vec![x.into(); 2],
+        v: vec![v.into(); 2],
     }
 }
 
@@ -67,7 +67,9 @@ pub(super) fn lands(case: &StabilityCase) {
         }
     }
     let ground = Ground::from(&physics);
-    let [_, pull] = ground.vector_to_ground([0.0, -physics.gravity]);
+    let pull = ground
+        .vector_to_ground(Vector::new([0.0, -physics.gravity]))
+        .up();
     let decay = (-physics.damping * physics.dt).exp();
     // The time of impact of a step, from 1, in which the node touches: it loses the speed towards the
     // ground that it had, and moved with it until then.

@@ -4,6 +4,7 @@
 use super::StabilityCase;
 use super::lattices::every_step;
 use autodiff::{Dual, Real, VectorFunction, gradient_of, jacobian, vjp};
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::softmax;
@@ -101,12 +102,12 @@ pub(super) fn pulls(case: &StabilityCase) {
 /// momenta that a step gives to both.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     let start = State {
-        x: vec![[R::zero(); 2], d],
-        v: vec![[R::zero(); 2]; 2],
+        x: vec![Vector::zero(), d.into()],
+        v: vec![Vector::zero(); 2],
     };
     let v = bare.run_to_end(&start, 1).v;
     let per_kick = R::lit(bare.body.mass[0] / bare.physics.dt);
-    [0, 1].map(|k| (v[0][k] - v[1][k]) * R::lit(0.5) * per_kick)
+    ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
 }
 
 /// Length of an oscillator's spring, m: long enough for the softening to be as good as linear, and
@@ -131,15 +132,15 @@ fn oscillator(case: &StabilityCase) -> Bare {
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
     State {
-        x: vec![[-half, 0.0], [half, 0.0]],
-        v: vec![[-0.5 * v, 0.0], [0.5 * v, 0.0]],
+        x: [[-half, 0.0], [half, 0.0]].map(Vector::new).into(),
+        v: [[-0.5 * v, 0.0], [0.5 * v, 0.0]].map(Vector::new).into(),
     }
 }
 
 /// The extension of an oscillator and the speed of that.
 fn extension(state: &State<f64>) -> [f64; 2] {
-    let [[a, _], [b, _]] = [state.x[0], state.x[1]];
-    [b - a - LENGTH, state.v[1][0] - state.v[0][0]]
+    let (apart, speed) = (state.x[1] - state.x[0], state.v[1] - state.v[0]);
+    [apart.forward() - LENGTH, speed.forward()]
 }
 
 pub(super) fn oscillates(case: &StabilityCase) {
@@ -216,7 +217,11 @@ pub(super) fn vibrates(case: &StabilityCase) {
     let springs: Vec<_> = (0..k.len()).map(|e| ([e, e + 1], rest[e], k[e])).collect();
     let mut bare = Bare::new(&springs, &mass);
     (bare.physics.dt, bare.physics.damping) = (case.number("dt"), case.number("gamma"));
-    let on_axis = |xs: Vec<f64>| xs.into_iter().map(|x| [x, 0.0]).collect::<Vec<_>>();
+    let on_axis = |xs: Vec<f64>| {
+        xs.into_iter()
+            .map(|x| Vector::new([x, 0.0]))
+            .collect::<Vec<_>>()
+    };
     // Positions with every spring at rest.
     let places = (0..mass.len()).map(|node| rest[..node].iter().sum());
     let at_rest = on_axis(places.collect());
@@ -228,9 +233,9 @@ pub(super) fn vibrates(case: &StabilityCase) {
     let limit = phase_limit(case.number("gamma"), case.number("dt")) / fastest;
     case.near("limit_dt", limit, 1e-14 * limit);
 
-    let apart = |a: &[[f64; 2]], b: &[[f64; 2]]| {
+    let apart = |a: &[Vector<f64>], b: &[Vector<f64>]| {
         let pairs = a.iter().zip(b);
-        pairs.fold(0.0, |most: f64, (a, b)| most.max((a[0] - b[0]).abs()))
+        pairs.fold(0.0, |most: f64, (a, b)| most.max((*a - *b).forward().abs()))
     };
     let start = State {
         x: on_axis(case.numbers("x0")),

@@ -41,10 +41,10 @@ pub(super) fn bars(
         .columns(
             ["from_x", "from_y"],
             "place of the first, m",
-            |(_, m), k| m.ends[0][k] / MM,
+            |(_, m), k| (m.axis.from / MM).array()[k],
         )
         .columns(["to_x", "to_y"], "place of the second, m", |(_, m), k| {
-            m.ends[1][k] / MM
+            (m.axis.to / MM).array()[k]
         })
         .column("rest_length", "between the nodes, m", |(_, m)| m.length)
         .column("material", "skeleton or actuator", |(_, m)| m.made_of())

@@ -2,6 +2,7 @@
 //! and a value. The release has no key for units; one is a millimetre.
 
 use super::pattern::{LABEL, Part, Pattern};
+use cosmic::geometry::Vector;
 use std::fmt::{Display, Write};
 
 /// Layers of the drawing that are not of one layer of the pattern.
@@ -23,7 +24,8 @@ impl Dxf {
     }
 
     /// An entity's or a vertex's name, layer and place. Nanometres are the last digit.
-    fn begin(&mut self, name: &str, layer: &str, [x, y]: [f64; 2]) {
+    fn begin(&mut self, name: &str, layer: &str, place: Vector<f64>) {
+        let [x, y] = place.array();
         self.pair(0, name);
         self.pair(8, layer);
         self.pair(10, format_args!("{x:.6}"));
@@ -38,14 +40,14 @@ impl Dxf {
         self.pair(0, "ENDSEC");
     }
 
-    fn circle(&mut self, layer: &str, middle: [f64; 2], diameter: f64) {
+    fn circle(&mut self, layer: &str, middle: Vector<f64>, diameter: f64) {
         self.begin("CIRCLE", layer, middle);
         self.pair(40, format_args!("{:.6}", 0.5 * diameter));
     }
 
     /// The outline of a bar: a closed line, whose bulge of 1 is a half circle.
     fn outline(&mut self, layer: &str, part: &Part) {
-        self.begin("POLYLINE", layer, [0.0; 2]);
+        self.begin("POLYLINE", layer, Vector::zero());
         self.pair(66, 1);
         self.pair(70, 1);
         for (corner, bulge) in part.corners.into_iter().zip([0, 1, 0, 1]) {
@@ -57,15 +59,16 @@ impl Dxf {
     }
 
     /// A text with its middle at a place.
-    fn text(&mut self, place: [f64; 2], height: f64, angle: f64, text: &str) {
+    fn text(&mut self, place: Vector<f64>, height: f64, angle: f64, text: &str) {
         self.begin("TEXT", LABELS, place);
         self.pair(40, format_args!("{height:.6}"));
         self.pair(1, text);
         self.pair(50, format_args!("{angle:.6}"));
         self.pair(72, 1);
         self.pair(73, 2);
-        self.pair(11, format_args!("{:.6}", place[0]));
-        self.pair(21, format_args!("{:.6}", place[1]));
+        let [x, y] = place.array();
+        self.pair(11, format_args!("{x:.6}"));
+        self.pair(21, format_args!("{y:.6}"));
         self.pair(31, "0.0");
     }
 }
@@ -86,8 +89,8 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.section("HEADER", |dxf| {
         dxf.pair(9, "$ACADVER");
         dxf.pair(1, "AC1009");
-        let [width, height] = pattern.size;
-        for (key, [x, y]) in [("$EXTMIN", [0.0; 2]), ("$EXTMAX", [width, height])] {
+        for (key, corner) in [("$EXTMIN", Vector::zero()), ("$EXTMAX", pattern.size)] {
+            let [x, y] = corner.array();
             dxf.pair(9, key);
             dxf.pair(10, format_args!("{x:.6}"));
             dxf.pair(20, format_args!("{y:.6}"));
@@ -96,14 +99,14 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.section("TABLES", |dxf| tables(dxf, pattern));
     dxf.section("ENTITIES", |dxf| {
         for (number, layer) in pattern.layers.iter().enumerate() {
-            let [x, y] = layer.label;
             let label = format!("layer {}", number + 1);
             // Texts are placed by their middles, labels of layers are some 4 heights wide.
-            dxf.text([x + 2.0 * LABEL, y], LABEL, 0.0, &label);
+            let middle = layer.label + Vector::new([2.0 * LABEL, 0.0]);
+            dxf.text(middle, LABEL, 0.0, &label);
             for part in &layer.parts {
                 let on = name(number, part.is_actuator);
                 dxf.outline(&on, part);
-                for end in part.ends {
+                for end in part.ends() {
                     dxf.circle(&on, end, pattern.sizes.hole);
                 }
                 let height = pattern.label_height();

@@ -15,11 +15,12 @@ use super::joint::{Disc, Joint, Radii, SIDES, joint};
 use super::layers::{Stack, joints};
 use super::member::{MM, Member};
 use super::sizes::{Sizes, misfit};
-use super::stl::Prism;
+use super::stl::{Prism, spatial};
 use crate::report::RobotFiles;
 use crate::table::{Column, Table};
 use cosmic::design::Material;
 use cosmic::error::Result;
+use cosmic::geometry::{Range, Segment};
 use std::f64::consts::TAU;
 
 /// The most of the shortest bar at a node that goes into the joint: less than a half leaves a strut.
@@ -91,14 +92,14 @@ impl Frame {
 
     /// Refuses a joint that other bars or joints would go through.
     fn check(&self) -> Result<()> {
-        let apart = |a: [f64; 2], b: [f64; 2]| a[1] <= b[0] || b[1] <= a[0];
+        let apart = |a: Range, b: Range| a.high <= b.low || b.high <= a.low;
         for (k, joint) in self.joints.iter().enumerate() {
             let heights = joint.heights(self.pitch);
             for (member, &level) in self.members.iter().zip(&self.levels) {
                 let (z, reach) = (level as f64 * self.pitch, self.radii.reach(member));
                 if !member.nodes.contains(&joint.node)
-                    && member.distance_to(joint.place) < joint.reach() + reach
-                    && !apart(heights, [z - reach, z + reach])
+                    && member.axis.distance_to(joint.place) < joint.reach() + reach
+                    && !apart(heights, Range::new(z - reach, z + reach))
                 {
                     return Err(misfit(format!(
                         "the strut of edge {} would go through the joint at node {}: choose a smaller \
@@ -108,8 +109,7 @@ impl Frame {
                 }
             }
             for other in &self.joints[k + 1..] {
-                let [dx, dy] = [0, 1].map(|k| joint.place[k] - other.place[k]);
-                if dx.hypot(dy) < joint.reach() + other.reach()
+                if joint.place.distance(other.place) < joint.reach() + other.reach()
                     && !apart(heights, other.heights(self.pitch))
                 {
                     return Err(misfit(format!(
@@ -122,12 +122,15 @@ impl Frame {
         Ok(())
     }
 
-    /// The trims of a strut at its two ends, mm.
-    fn trims(&self, member: &Member) -> [f64; 2] {
+    /// The axis of a strut between the faces of its joints, mm.
+    fn trimmed(&self, member: &Member) -> Segment {
         let at = |node: usize| self.joints.iter().find(|joint| joint.node == node);
-        member
-            .nodes
-            .map(|node| at(node).map_or(0.0, |joint| joint.trim))
+        let trim = |node: usize| at(node).map_or(0.0, |joint| joint.trim);
+        let ([i, j], direction) = (member.nodes, member.direction());
+        Segment::new(
+            member.axis.from + direction * trim(i),
+            member.axis.to - direction * trim(j),
+        )
     }
 
     /// The parts of some kinds.
@@ -143,22 +146,17 @@ impl Frame {
     }
 
     fn strut(&self, member: &Member, level: usize) -> Prism {
-        let [from, to] = self.trims(member);
-        let ([ux, uy], [a, _]) = (member.direction(), member.ends);
+        let axis = self.trimmed(member);
+        let to_left = member.direction().turned_left();
         let z = level as f64 * self.pitch;
         let corner = |k: usize| {
             let (up, left) = (TAU * k as f64 / SIDES as f64).sin_cos();
             let reach = self.radii.reach(member);
-            [
-                a[0] + from * ux - reach * left * uy,
-                a[1] + from * uy + reach * left * ux,
-                z + reach * up,
-            ]
+            spatial(axis.from + to_left * (reach * left), z + reach * up)
         };
-        let length = member.span() - from - to;
         Prism {
             base: (0..SIDES).map(corner).collect(),
-            along: [length * ux, length * uy, 0.0],
+            along: spatial(axis.vector(), 0.0),
         }
     }
 
@@ -171,10 +169,10 @@ impl Frame {
             first.material.of(&self.density) / (section / MM.powi(2))
         };
         for member in &self.members {
-            let [from, to] = self.trims(member);
+            let strut = self.trimmed(member).length();
             let kind = member.material as usize;
-            volumes[kind] += self.radii.section(member) * (member.span() - from - to);
-            volumes[0] += self.radii.section(member) * (from + to);
+            volumes[kind] += self.radii.section(member) * strut;
+            volumes[0] += self.radii.section(member) * (member.span() - strut);
             counts[kind] += 1;
         }
         counts[0] = self.joints.len();

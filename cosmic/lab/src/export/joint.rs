@@ -3,9 +3,10 @@
 use super::layers::Stack;
 use super::member::Member;
 use super::sizes::misfit;
-use super::stl::Prism;
+use super::stl::{Prism, spatial};
 use crate::report::RobotFiles;
 use cosmic::error::Result;
+use cosmic::geometry::{Range, Vector};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Sides of a strut. Its corners lie a little beyond the radius, so that the area is the circle's.
@@ -56,8 +57,8 @@ impl Radii {
     /// How far from their node two struts of one plane have to end, mm: as far as keeps both on their
     /// side of the line between them, and their ends whole.
     pub(super) fn trim(&self, node: usize, a: &Member, b: &Member) -> f64 {
-        let ([ax, ay], [bx, by]) = (a.away_from(node), b.away_from(node));
-        let between = (ax * by - ay * bx).abs().atan2(ax * bx + ay * by);
+        let (one, other) = (a.away_from(node), b.away_from(node));
+        let between = one.cross(other).abs().atan2(one.dot(other));
         self.reach(a).max(self.reach(b)) / (0.5 * between).tan()
     }
 }
@@ -80,11 +81,11 @@ pub(super) struct Disc {
 /// The part that holds the struts of a node together.
 pub(super) struct Joint {
     pub(super) node: usize,
-    pub(super) place: [f64; 2],
+    pub(super) place: Vector<f64>,
     /// Distance of the faces from the node, mm.
     pub(super) trim: f64,
     /// Corners around the node, counterclockwise.
-    corners: Vec<[f64; 2]>,
+    corners: Vec<Vector<f64>>,
     /// From the lowest plane to the highest.
     pub(super) discs: Vec<Disc>,
     /// Area of a column between discs, mm2.
@@ -94,21 +95,21 @@ pub(super) struct Joint {
 impl Joint {
     fn area(&self) -> f64 {
         let next = self.corners.iter().cycle().skip(1);
-        let cross = |(a, b): (&[f64; 2], &[f64; 2])| a[0] * b[1] - a[1] * b[0];
-        0.5 * self.corners.iter().zip(next).map(cross).sum::<f64>()
+        let pairs = self.corners.iter().zip(next);
+        0.5 * pairs.map(|(a, b)| a.cross(*b)).sum::<f64>()
     }
 
     /// How far it reaches from its node, mm.
     pub(super) fn reach(&self) -> f64 {
-        let far = self.corners.iter().map(|[x, y]| x.hypot(*y));
+        let far = self.corners.iter().map(|corner| corner.norm());
         far.fold(0.0, f64::max)
     }
 
     /// From its lowest point to its highest, mm.
-    pub(super) fn heights(&self, pitch: f64) -> [f64; 2] {
+    pub(super) fn heights(&self, pitch: f64) -> Range {
         let z = |disc: &Disc, side: f64| disc.level as f64 * pitch + side * 0.5 * disc.height;
         let (lowest, highest) = (&self.discs[0], &self.discs[self.discs.len() - 1]);
-        [z(lowest, -1.0), z(highest, 1.0)]
+        Range::new(z(lowest, -1.0), z(highest, 1.0))
     }
 
     /// Thins the discs, all by one factor, so that the columns between them have their volume. Until
@@ -129,12 +130,11 @@ impl Joint {
     }
 
     pub(super) fn prisms(&self, pitch: f64) -> Vec<Prism> {
-        let prism = |corners: &[[f64; 2]], from: f64, to: f64| {
-            let corner = |[x, y]: &[f64; 2]| [x + self.place[0], y + self.place[1], from];
-            Prism {
-                base: corners.iter().map(corner).collect(),
-                along: [0.0, 0.0, to - from],
-            }
+        let prism = |corners: &[Vector<f64>], from: f64, to: f64| Prism {
+            base: (corners.iter())
+                .map(|corner| spatial(*corner + self.place, from))
+                .collect(),
+            along: spatial(Vector::zero(), to - from),
         };
         let middle = |disc: &Disc| disc.level as f64 * pitch;
         let disc = |disc: &Disc| {
@@ -142,7 +142,7 @@ impl Joint {
             prism(&self.corners, z - half, z + half)
         };
         let side = 0.5 * self.column.sqrt();
-        let square = [[-side, -side], [side, -side], [side, side], [-side, side]];
+        let square = [[-side, -side], [side, -side], [side, side], [-side, side]].map(Vector::new);
         let column = |d: &[Disc]| {
             let from = middle(&d[0]) + 0.5 * d[0].height;
             prism(&square, from, middle(&d[1]) - 0.5 * d[1].height)
@@ -155,7 +155,7 @@ impl Joint {
 /// The joint of a node, without columns.
 pub(super) fn joint(
     node: usize,
-    place: [f64; 2],
+    place: Vector<f64>,
     members: &[Member],
     stack: &Stack,
     radii: &Radii,
@@ -175,10 +175,7 @@ pub(super) fn joint(
             trim = trim.max(radii.trim(node, a, b));
         }
     }
-    let angle = |(m, _): &(&Member, &usize)| {
-        let [x, y] = m.away_from(node);
-        y.atan2(x)
-    };
+    let angle = |(m, _): &(&Member, &usize)| m.away_from(node).angle();
     let mut joint = Joint {
         node,
         place,
@@ -209,7 +206,7 @@ pub(super) fn joint(
 /// The corners of a polygon around the origin with a side in each of these directions at a distance,
 /// and as many more sides as close it: the angle between two neighbouring directions is at most a
 /// right one.
-fn around(mut angles: Vec<f64>, distance: f64) -> Vec<[f64; 2]> {
+fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     angles.sort_by(f64::total_cmp);
     // Struts of different planes may lie over one another.
     angles.dedup_by(|a, b| *a - *b < 1e-6);
@@ -222,9 +219,8 @@ fn around(mut angles: Vec<f64>, distance: f64) -> Vec<[f64; 2]> {
     }
     let next = sides.iter().skip(1).copied().chain([sides[0] + TAU]);
     let corner = |(a, b): (&f64, f64)| {
-        let (sin, cos) = (0.5 * (a + b)).sin_cos();
         let far = distance / (0.5 * (b - a)).cos();
-        [far * cos, far * sin]
+        Vector::at_angle(0.5 * (a + b)) * far
     };
     sides.iter().zip(next).map(corner).collect()
 }
@@ -232,6 +228,7 @@ fn around(mut angles: Vec<f64>, distance: f64) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{around, corners_at};
+    use cosmic::geometry::Vector;
 
     #[test]
     fn a_joint_has_a_side_for_each_strut_and_is_closed() {
@@ -245,7 +242,7 @@ mod tests {
             let corners = around(angles.clone(), 2.0);
             assert!(corners.len() >= angles.len().max(4));
             for angle in angles {
-                let along = |[x, y]: &[f64; 2]| x * angle.cos() + y * angle.sin();
+                let along = |corner: &Vector<f64>| corner.dot(Vector::at_angle(angle));
                 // All corners are behind the side, and two are its ends.
                 let on_it = corners.iter().filter(|c| (along(c) - 2.0).abs() < 1e-12);
                 assert_eq!(on_it.count(), 2);

@@ -1,6 +1,7 @@
 //! Bars in layers, so that those in one layer do not touch.
 
 use super::member::Member;
+use cosmic::geometry::Vector;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -70,8 +71,8 @@ impl Stack {
 }
 
 /// The nodes at which bars end, and their places.
-pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, [f64; 2]> {
-    let ends = |m: &Member| [0, 1].map(|k| (m.nodes[k], m.ends[k]));
+pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
+    let ends = |m: &Member| [(m.nodes[0], m.axis.from), (m.nodes[1], m.axis.to)];
     members.iter().flat_map(ends).collect()
 }
 
@@ -80,7 +81,7 @@ fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {
         let others = joints.iter().filter(|(node, _)| !m.nodes.contains(node));
-        let near = others.filter(|(_, place)| m.distance_to(**place) < reach);
+        let near = others.filter(|(_, place)| m.axis.distance_to(**place) < reach);
         near.map(|(node, _)| *node).collect()
     };
     members.iter().map(of_member).collect()

@@ -4,7 +4,7 @@ use super::sizes::misfit;
 use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::lattice::cross;
+use cosmic::geometry::{Segment, Vector};
 
 /// Millimetres in a metre.
 pub(super) const MM: f64 = 1e3;
@@ -16,8 +16,8 @@ pub(super) struct Member {
     pub(super) edge: usize,
     /// The nodes that it joins.
     pub(super) nodes: [usize; 2],
-    /// Where it ends, mm along and above the ground.
-    pub(super) ends: [[f64; 2]; 2],
+    /// From one end to the other, mm along and above the ground.
+    pub(super) axis: Segment,
     /// Skeleton or actuator.
     pub(super) material: Material,
     /// Rest length, m.
@@ -36,23 +36,21 @@ impl Member {
 
     /// Distance of the ends, mm.
     pub(super) fn span(&self) -> f64 {
-        let [a, b] = self.ends;
-        (b[0] - a[0]).hypot(b[1] - a[1])
+        self.axis.length()
     }
 
     /// Unit vector from the first end to the second.
-    pub(super) fn direction(&self) -> [f64; 2] {
-        let [a, b] = self.ends;
-        [0, 1].map(|k| (b[k] - a[k]) / self.span())
+    pub(super) fn direction(&self) -> Vector<f64> {
+        self.axis.direction()
     }
 
     /// Unit vector away from one of its nodes.
-    pub(super) fn away_from(&self, node: usize) -> [f64; 2] {
+    pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
         let direction = self.direction();
         if node == self.nodes[0] {
             direction
         } else {
-            direction.map(|x| -x)
+            -direction
         }
     }
 
@@ -64,37 +62,27 @@ impl Member {
 
     /// How near the axes of two bars come to one another, mm; 0 where they cross.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        if cross(self.ends, other.ends) {
-            return 0.0;
-        }
-        let to_self = other.ends.map(|p| self.distance_to(p));
-        let to_other = self.ends.map(|p| other.distance_to(p));
-        to_self.into_iter().chain(to_other).fold(f64::MAX, f64::min)
-    }
-
-    /// Distance of a point from the axis between its ends, mm.
-    pub(super) fn distance_to(&self, p: [f64; 2]) -> f64 {
-        let ([a, _], u) = (self.ends, self.direction());
-        let along = (p[0] - a[0]) * u[0] + (p[1] - a[1]) * u[1];
-        let along = along.clamp(0.0, self.span());
-        (p[0] - a[0] - along * u[0]).hypot(p[1] - a[1] - along * u[1])
+        self.axis.distance(&other.axis)
     }
 }
 
 /// The place of a node, mm along and above the ground from the lower left corner of the lattice.
-pub(super) fn place(robot: &RobotFiles, node: usize) -> [f64; 2] {
-    robot.lattice.places[node].map(|x| x * robot.lattice.spacing * MM)
+pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
+    robot.lattice.places[node] * robot.lattice.spacing * MM
 }
 
 /// The solid edges of a robot, at least one.
 pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
     let edges = robot.design.materials.iter().zip(&robot.lattice.edges);
-    let member = |(edge, (&material, &nodes)): (usize, (&Material, &[usize; 2]))| Member {
-        edge,
-        nodes,
-        ends: nodes.map(|node| place(robot, node)),
-        material,
-        length: robot.lattice.rest_length[edge],
+    let member = |(edge, (&material, &nodes)): (usize, (&Material, &[usize; 2]))| {
+        let [from, to] = nodes.map(|node| place(robot, node));
+        Member {
+            edge,
+            nodes,
+            axis: Segment::new(from, to),
+            material,
+            length: robot.lattice.rest_length[edge],
+        }
     };
     let solid = edges.enumerate().filter(|(_, (m, _))| m.is_solid());
     let members: Vec<Member> = solid.map(member).collect();
@@ -105,11 +93,11 @@ pub(super) fn members(robot: &RobotFiles) -> Result<Vec<Member>> {
 }
 
 #[cfg(test)]
-pub(super) fn sample(edge: usize, nodes: [usize; 2], ends: [[f64; 2]; 2]) -> Member {
+pub(super) fn sample(edge: usize, nodes: [usize; 2], [from, to]: [[f64; 2]; 2]) -> Member {
     let mut member = Member {
         edge,
         nodes,
-        ends,
+        axis: Segment::new(from.into(), to.into()),
         material: Material::Skeleton,
         length: 0.0,
     };

@@ -8,7 +8,7 @@ use super::numpy::{NumpyArray, write_npz};
 use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
-use cosmic::ground::Ground;
+use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, NETWORK, Network, Weights};
@@ -265,7 +265,7 @@ impl<'c> Robot<'c> {
             return String::new();
         }
         let normal = spatial(self.ground.normal());
-        let place = spatial(self.ground.point_to_world([0.0, -RADIUS]));
+        let place = spatial(self.ground.point_to_world(Vector::new([0.0, -RADIUS])));
         format!(
             "    <geom name=\"ground\" type=\"plane\" pos=\"{place}\" zaxis=\"{normal}\" size=\"0 0 1\" \
              contype=\"0\" conaffinity=\"1\" rgba=\"0.9 0.9 0.9 1\"/>\n"
@@ -355,7 +355,10 @@ impl<'c> Robot<'c> {
 
     fn start(&self) -> String {
         let start = self.case.start.to_ground(&self.ground);
-        let list = |points: &[[f64; 2]]| words(self.nodes.iter().flat_map(|&node| points[node]));
+        let list = |points: &[Vector<f64>]| {
+            let own: Vec<Vector<f64>> = self.nodes.iter().map(|&node| points[node]).collect();
+            words(flat(&own).into_iter())
+        };
         let (x, v) = (list(&start.x), list(&start.v));
         format!("    <key name=\"start\" qpos=\"{x}\" qvel=\"{v}\"/>\n")
     }
@@ -450,7 +453,8 @@ fn reordered(
 }
 
 /// A vector of the plane as one of space.
-fn spatial([x, z]: [f64; 2]) -> String {
+fn spatial(vector: Vector<f64>) -> String {
+    let [x, z] = vector.array();
     format!("{x} 0 {z}")
 }
 

@@ -87,7 +87,7 @@ pub fn write_npz(path: &Path, arrays: &[(&str, NumpyArray)]) -> Result<()> {
     archive.extend(*b"PK\x05\x06\x00\x00\x00\x00");
     archive.extend([count, count].concat());
     archive.extend([size, begins].concat());
-    archive.extend([0; 2]);
+    archive.extend(0u16.to_le_bytes());
     write_atomic(path, |file| file.write_all(&archive))
 }
 
@@ -98,7 +98,7 @@ fn entry(name: &str, data: &[u8]) -> Vec<u8> {
     entry.extend(checksum(data).to_le_bytes());
     entry.extend([size, size].concat());
     entry.extend((name.len() as u16).to_le_bytes());
-    entry.extend([0; 2]);
+    entry.extend(0u16.to_le_bytes());
     entry
 }
 

@@ -9,6 +9,7 @@ use super::member::Member;
 use super::sizes::{Sizes, misfit};
 use cosmic::design::Material;
 use cosmic::error::Result;
+use cosmic::geometry::{Bounds, Segment, Vector};
 
 /// Space around each layer on the sheet, mm.
 const MARGIN: f64 = 10.0;
@@ -21,12 +22,12 @@ pub(super) struct Part {
     pub(super) edge: usize,
     /// The nodes of its holes.
     pub(super) nodes: [usize; 2],
-    /// The middles of its holes.
-    pub(super) ends: [[f64; 2]; 2],
+    /// From the middle of one hole to that of the other.
+    pub(super) axis: Segment,
     /// Corners of the straight sides, counterclockwise: two at the first end's right and the second
     /// end's right, two at the second's left and the first's. Half circles join second and third, and
     /// fourth and first.
-    pub(super) corners: [[f64; 2]; 4],
+    pub(super) corners: [Vector<f64>; 4],
     /// Angle of the bar to the sheet's lower edge, degrees.
     pub(super) angle: f64,
     /// True for an actuator, which is no strip of plate: the strip shows the room that it takes.
@@ -41,9 +42,13 @@ impl Part {
     }
 
     /// Where its label is.
-    pub(super) fn middle(&self) -> [f64; 2] {
-        let [a, b] = self.ends;
-        [0, 1].map(|k| 0.5 * (a[k] + b[k]))
+    pub(super) fn middle(&self) -> Vector<f64> {
+        self.axis.middle()
+    }
+
+    /// The middles of its holes.
+    pub(super) fn ends(&self) -> impl Iterator<Item = Vector<f64>> {
+        [self.axis.from, self.axis.to].into_iter()
     }
 }
 
@@ -52,7 +57,7 @@ pub(super) struct Layer {
     /// Its bars.
     pub(super) parts: Vec<Part>,
     /// Where its label begins.
-    pub(super) label: [f64; 2],
+    pub(super) label: Vector<f64>,
 }
 
 /// The sheet.
@@ -62,7 +67,7 @@ pub(super) struct Pattern {
     /// The layers of the bars and of the nodes.
     pub(super) stack: Stack,
     /// Width and height of the sheet, mm.
-    pub(super) size: [f64; 2],
+    pub(super) size: Vector<f64>,
     /// The sizes that it is drawn with.
     pub(super) sizes: Sizes,
 }
@@ -78,32 +83,33 @@ impl Pattern {
                 "the bar of edge {edge} lies across node {node}, whose pin would go through it"
             )));
         }
-        let [mut low, mut high] = [[f64::MAX; 2], [f64::MIN; 2]];
-        for end in members.iter().flat_map(|member| member.ends) {
-            low = [0, 1].map(|k| end[k].min(low[k]));
-            high = [0, 1].map(|k| end[k].max(high[k]));
-        }
-        let tile = [0, 1].map(|k| high[k] - low[k] + sizes.width + 2.0 * MARGIN);
-        let tile = [tile[0], tile[1] + LABEL];
+        let ends = members
+            .iter()
+            .flat_map(|member| [member.axis.from, member.axis.to]);
+        let bounds = Bounds::of(ends);
+        // The lower left corner of the tile to the lowest and leftmost end.
+        let inset = Vector::new([MARGIN + 0.5 * sizes.width; 2]);
+        let tile = bounds.size() + inset * 2.0 + Vector::new([0.0, LABEL]);
         let count = stack.height();
         let columns = (count as f64).sqrt().ceil() as usize;
         let rows = count.div_ceil(columns);
         let layer = |layer: usize| {
             // As on a page: from left to right, and rows downwards.
-            let left = (layer % columns) as f64 * tile[0];
-            let bottom = (rows - 1 - layer / columns) as f64 * tile[1];
-            let edge = MARGIN + 0.5 * sizes.width;
-            let shift = [left + edge - low[0], bottom + edge - low[1]];
+            let place = [layer % columns, rows - 1 - layer / columns].map(|k| k as f64);
+            let corner = tile.zip_with(Vector::new(place), |size, place| place * size);
+            let shift = corner + inset - bounds.low;
             let own = members.iter().zip(&stack.of_member);
             let own = own.filter(|(_, l)| **l == layer);
             Layer {
                 parts: own.map(|(m, _)| part(m, shift, sizes.width)).collect(),
-                label: [left + MARGIN, bottom + tile[1] - LABEL - 0.5 * MARGIN],
+                label: corner + Vector::new([MARGIN, tile.up() - LABEL - 0.5 * MARGIN]),
             }
         };
         Ok(Self {
             layers: (0..count).map(layer).collect(),
-            size: [columns as f64 * tile[0], rows as f64 * tile[1]],
+            size: tile.zip_with(Vector::new([columns, rows]), |size, count| {
+                count as f64 * size
+            }),
             sizes: *sizes,
             stack,
         })
@@ -116,18 +122,16 @@ impl Pattern {
 }
 
 /// A bar, moved to its place on the sheet.
-fn part(member: &Member, shift: [f64; 2], width: f64) -> Part {
-    let ends @ [a, b] = member.ends.map(|x| [x[0] + shift[0], x[1] + shift[1]]);
-    let [ux, uy] = member.direction();
-    let half = 0.5 * width;
-    let left = |x: [f64; 2]| [x[0] - half * uy, x[1] + half * ux];
-    let right = |x: [f64; 2]| [x[0] + half * uy, x[1] - half * ux];
+fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
+    let (a, b) = (member.axis.from + shift, member.axis.to + shift);
+    let direction = member.direction();
+    let left = direction.turned_left() * (0.5 * width);
     Part {
         edge: member.edge,
         nodes: member.nodes,
-        ends,
-        corners: [right(a), right(b), left(b), left(a)],
-        angle: uy.atan2(ux).to_degrees(),
+        axis: Segment::new(a, b),
+        corners: [a - left, b - left, b + left, a + left],
+        angle: direction.angle().to_degrees(),
         is_actuator: member.material == Material::Actuator,
     }
 }

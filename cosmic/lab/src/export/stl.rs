@@ -1,5 +1,7 @@
 //! Solids as binary STL, in millimetres: convex prisms, each a closed surface of its own.
 
+use cosmic::geometry::Vector;
+
 /// A convex prism.
 pub(super) struct Prism {
     /// The corners of its base, counterclockwise as seen from its top, mm.
@@ -47,6 +49,12 @@ fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     })
 }
 
+/// A point of the plane at a height.
+pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
+    let [x, y] = point.array();
+    [x, y, height]
+}
+
 /// The bytes of a binary STL file with these prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
@@ -58,7 +66,7 @@ pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
             .into_iter()
             .chain(corners.as_flattened().iter().copied());
         bytes.extend(numbers.flat_map(f32::to_le_bytes));
-        bytes.extend([0; 2]);
+        bytes.extend(0u16.to_le_bytes());
     }
     bytes
 }

@@ -1,6 +1,7 @@
 //! The flat pattern as SVG, to scale: a unit of the drawing is a millimetre.
 
 use super::pattern::{LABEL, Layer, Part, Pattern};
+use cosmic::geometry::Vector;
 use std::fmt::Write;
 
 /// Colours by which a laser cutter's program tells what is cut: skeleton, actuators, labels.
@@ -10,7 +11,7 @@ const LABELS: &str = "#00a000";
 
 /// The drawing. Nanometres are its last digit.
 pub(super) fn draw(pattern: &Pattern) -> String {
-    let [width, height] = pattern.size;
+    let [width, height] = pattern.size.array();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.6}mm\" height=\"{height:.6}mm\" \
          viewBox=\"0 0 {width:.6} {height:.6}\" fill=\"none\" stroke-width=\"0.1\" \
@@ -26,7 +27,6 @@ pub(super) fn draw(pattern: &Pattern) -> String {
 }
 
 fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize) {
-    let down = |[x, y]: [f64; 2]| [x, pattern.size[1] - y];
     for (class, colour, is_actuator) in
         [("skeleton", SKELETON, false), ("actuator", ACTUATOR, true)]
     {
@@ -38,13 +38,13 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
         *svg += "</g>\n";
     }
     let _ = writeln!(svg, "<g class=\"labels\" fill=\"{LABELS}\">");
-    let [x, y] = down(layer.label);
+    let [x, y] = down(pattern, layer.label).array();
     let _ = writeln!(
         svg,
         "<text x=\"{x:.6}\" y=\"{y:.6}\" font-size=\"{LABEL}\">layer {number}</text>"
     );
     for part in &layer.parts {
-        let [x, y] = down(part.middle());
+        let [x, y] = down(pattern, part.middle()).array();
         let _ = writeln!(
             svg,
             "<text transform=\"translate({x:.6} {y:.6}) rotate({:.6})\" font-size=\"{:.6}\" \
@@ -57,24 +57,27 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
     *svg += "</g>\n";
 }
 
+/// The place of a point in the drawing, whose second coordinate points down.
+fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
+    point.with_up(pattern.size.up() - point.up())
+}
+
 /// An outline and its two holes.
 fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
-    let down = |[x, y]: [f64; 2]| [x, pattern.size[1] - y];
-    let [a, b, c, d] = part.corners.map(down);
+    let [a, b, c, d] = part.corners.map(|corner| {
+        let [x, y] = down(pattern, corner).array();
+        format!("{x:.6} {y:.6}")
+    });
     let (half, hole) = (0.5 * pattern.sizes.width, 0.5 * pattern.sizes.hole);
-    let at = |[x, y]: [f64; 2]| format!("{x:.6} {y:.6}");
-    let arc = |to| format!("A {half:.6} {half:.6} 0 0 0 {}", at(to));
+    let arc = |to| format!("A {half:.6} {half:.6} 0 0 0 {to}");
     let _ = writeln!(
         svg,
-        "<g id=\"bar-{}\"><path d=\"M {} L {} {} L {} {} Z\"/>",
+        "<g id=\"bar-{}\"><path d=\"M {a} L {b} {} L {d} {} Z\"/>",
         part.edge,
-        at(a),
-        at(b),
-        arc(c),
-        at(d),
-        arc(a)
+        arc(&c),
+        arc(&a)
     );
-    for [x, y] in part.ends.map(down) {
+    for [x, y] in part.ends().map(|end| down(pattern, end).array()) {
         let _ = write!(svg, "<circle cx=\"{x:.6}\" cy=\"{y:.6}\" r=\"{hole:.6}\"/>");
     }
     *svg += "</g>\n";

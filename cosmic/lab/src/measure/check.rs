@@ -3,6 +3,7 @@
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
+use cosmic::geometry::Range;
 use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::{DesignFile, Summary, run};
 use cosmic::scene::Scene;
@@ -81,8 +82,7 @@ impl Check {
         behind.controller = scene.controller.turned_back();
         let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
         // A mean of a hundred shares is rounded at 1e-16.
-        let is_within =
-            |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
+        let is_within = |x: f64, bounds: Range| bounds.widened(1e-12).contains(x);
         Ok(Self {
             half_step: judged(&half)?,
             goal_behind: judged(&behind)?[1],

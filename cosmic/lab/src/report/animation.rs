@@ -9,18 +9,27 @@ use cosmic::record::TrajectoryFile;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::PremultipliedColorU8;
 
-use super::canvas::{Shot, TICK};
+use super::canvas::{Shot, Size, TICK};
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
 use crate::child::Printing;
 use crate::table::decimals;
 
 /// Width and height of a [`frame`], of a GIF and of a film, pixels.
-const FRAME_SIZE: [u16; 2] = [480, 240];
-const GIF_SIZE: [u16; 2] = [800, 334];
-const FILM_SIZE: [u16; 2] = [1600, 668];
+const FRAME_SIZE: Size = Size {
+    width: 480,
+    height: 240,
+};
+const GIF_SIZE: Size = Size {
+    width: 800,
+    height: 334,
+};
+const FILM_SIZE: Size = Size {
+    width: 1600,
+    height: 668,
+};
 /// The width of a [`frame`], pixels.
-pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
+pub const FRAME_WIDTH: usize = FRAME_SIZE.width as usize;
 
 /// Seconds from one picture to the next, and the most pictures of a walk; a longer one is shown faster.
 #[derive(Clone, Copy)]
@@ -50,10 +59,12 @@ pub(super) fn shots<'m>(
 ) -> Vec<Shot<'m>> {
     let every = pace.every.max(motion.duration().min(seconds) / pace.most);
     let (_, moments) = motion.every(every);
-    let start = motion.ground().point_to_ground(motion.states()[0].x[0]);
+    let along = |index: usize| {
+        let payload = motion.states()[index].x[0];
+        motion.ground().point_to_ground(payload).forward()
+    };
     let shot = |index: usize| {
-        let now = motion.ground().point_to_ground(motion.states()[index].x[0]);
-        let [time, metres] = [(motion.time(index), 1), (now[0] - start[0], 2)]
+        let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
             .map(|(x, digits)| decimals(x, digits));
         let label = format!("{says}{time} s   {metres} m").replace('\u{2212}', "-");
         Shot {
@@ -74,7 +85,7 @@ pub(super) fn shots<'m>(
 /// Errors of writing to `file`.
 pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> {
     let palette = Palette::new();
-    let [width, height] = GIF_SIZE;
+    let Size { width, height } = GIF_SIZE;
     let mut encoder = Encoder::new(file, width, height, palette.shades.as_flattened())
         .map_err(io::Error::other)?;
     encoder
@@ -117,7 +128,7 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         Err(error) => return Err(failed(error)),
     };
     let path = folder.path().join("film.mp4");
-    let [width, height] = FILM_SIZE;
+    let Size { width, height } = FILM_SIZE;
     let (size, rate) = (format!("{width}x{height}"), (1.0 / FILM.every).to_string());
     let given = [
         "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-",

@@ -1,8 +1,9 @@
 //! Bars of several experiments, each with its sample.
 
-use super::plot::{Axes, range};
+use super::plot::{Axes, Axis, range};
 use super::svg::{BOLD, END, MUTED_LINE, Svg};
 use crate::table::decimals;
+use cosmic::geometry::{Range, Vector};
 
 const WIDTH: f64 = 960.0;
 /// The least left edge of the bars, and the width of a letter of the names before it.
@@ -33,20 +34,19 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
         let single = [bar.value, bar.mark].into_iter().flatten();
         single.chain(bar.points.iter().copied())
     });
-    let [least, most] = range(numbers, [0.0, 0.0]);
+    let range = range(numbers, Range::default());
     let letters = bars.iter().map(|bar| bar.name.chars().count()).max();
     let left = LEFT.max(24.0 + LETTER * letters.unwrap_or(0) as f64);
     let width = WIDTH.max(left + 0.5 * WIDTH);
     let axes = Axes {
-        origin: [left, TOP],
-        size: [width - left - 40.0, height],
-        x: [least, most + 0.04 * (most - least)],
-        y: [0.0, 1.0],
-        log: [false; 2],
+        origin: Vector::new([left, TOP]),
+        size: Vector::new([width - left - 40.0, height]),
+        x: Axis::linear(range.with(range.high + 0.04 * range.size())),
+        y: Axis::linear(Range::new(0.0, 1.0)),
     };
     let mut svg = Svg::default();
     svg.text([24.0, 28.0], title, BOLD);
-    let across = |x: f64| axes.place([x, 0.0])[0];
+    let across = |x: f64| axes.across(x);
     let zero = across(0.0);
     for (k, bar) in bars.iter().enumerate() {
         let middle = TOP + ROW * (k as f64 + 0.5);

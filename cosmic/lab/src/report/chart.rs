@@ -1,6 +1,8 @@
 //! Charts with logarithmic axes, for errors against costs.
 
-use super::plot::Axes;
+use cosmic::geometry::{Range, Vector};
+
+use super::plot::{Axes, Axis};
 use super::svg::{BOLD, MUTED, Svg};
 
 pub use super::plot::Line;
@@ -26,24 +28,23 @@ pub struct LogChart {
     /// The lines.
     pub lines: Vec<Line>,
     /// A point with a ring, and its name.
-    pub marked: Option<([f64; 2], String)>,
+    pub marked: Option<(Vector<f64>, String)>,
 }
 
 impl LogChart {
     /// The chart as an SVG file.
     pub fn draw(&self) -> String {
         let axes = Axes {
-            origin: [LEFT, TOP],
-            size: [WIDTH - LEFT - NAMES, HEIGHT - TOP - 50.0],
-            x: self.range(0),
-            y: self.range(1),
-            log: [true; 2],
+            origin: Vector::new([LEFT, TOP]),
+            size: Vector::new([WIDTH - LEFT - NAMES, HEIGHT - TOP - 50.0]),
+            x: self.axis(Vector::forward),
+            y: self.axis(Vector::up),
         };
         let mut svg = Svg::default();
         axes.draw(&mut svg, &self.title);
         axes.draw_along(&mut svg, &self.along);
         for (k, line) in self.lines.iter().enumerate() {
-            let places: Vec<[f64; 2]> = shown(line).map(|p| axes.place(p)).collect();
+            let places: Vec<Vector<f64>> = shown(line).map(|p| axes.place(p)).collect();
             let stroke = line.stroke();
             svg.polyline(&places, &stroke);
             for place in places {
@@ -57,8 +58,7 @@ impl LogChart {
             let place = axes.place(*point);
             let ring = r##"fill="none" stroke="#1f2328" stroke-width="1.6""##;
             svg.circle(place, 8.0, ring);
-            let at = [place[0] + 12.0, place[1] - 10.0];
-            svg.text(at, name, BOLD);
+            svg.text(place + Vector::new([12.0, -10.0]), name, BOLD);
         }
         let note = [WIDTH - NAMES + 20.0, HEIGHT - 14.0];
         svg.text(note, "both axes logarithmic", &format!(r#"fill="{MUTED}""#));
@@ -66,30 +66,28 @@ impl LogChart {
     }
 
     /// The powers of ten around all points, along or up.
-    fn range(&self, k: usize) -> [f64; 2] {
+    fn axis(&self, number: fn(Vector<f64>) -> f64) -> Axis {
         let points = self.lines.iter().flat_map(shown);
-        let logs = points.map(|point| point[k].log10());
-        let [least, most] = logs.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
-            [a.min(v), b.max(v)]
-        });
-        if least > most {
-            return [0.1, 1.0];
+        let logs = Range::of(points.map(|point| number(point).log10()));
+        if logs.size() < 0.0 {
+            return Axis::logarithmic(Range::new(0.1, 1.0));
         }
         // Some room, so that no dot sits on the frame; at least a decade in all.
-        let room = 0.05_f64.max(0.5 * (1.0 - (most - least)));
-        [least - room, most + room].map(|v| 10f64.powf(v))
+        let room = 0.05_f64.max(0.5 * (1.0 - logs.size()));
+        Axis::logarithmic(logs.widened(room).map(|v| 10f64.powf(v)))
     }
 }
 
 /// The points of a line with two positive finite numbers.
-fn shown(line: &Line) -> impl Iterator<Item = [f64; 2]> {
-    let fits = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
+fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> {
+    let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Line, LogChart};
+    use cosmic::geometry::Vector;
 
     #[test]
     fn points_that_no_logarithm_has_are_left_out() {
@@ -99,8 +97,13 @@ mod tests {
             caption: String::new(),
             title: "error, m".to_owned(),
             along: "time, s".to_owned(),
-            lines: vec![Line::new("a < b".to_owned(), 0, "", points.into_iter())],
-            marked: Some(([1.0, 1e-3], "default".to_owned())),
+            lines: vec![Line::new(
+                "a < b".to_owned(),
+                0,
+                "",
+                points.into_iter().map(Vector::new),
+            )],
+            marked: Some((Vector::new([1.0, 1e-3]), "default".to_owned())),
         };
         let svg = chart.draw();
         assert_eq!(svg.matches("<circle").count(), 2 + 1);

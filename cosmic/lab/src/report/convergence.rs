@@ -2,15 +2,18 @@
 
 use super::data::horizon_diverged;
 use super::files::RunFiles;
-use super::plot::{Axes, Line, range};
+use super::plot::{Axes, Axis, Line, range};
 use super::svg::{MUTED_LINE, MUTED_MIDDLE, Svg};
 use cosmic::codesign::{Phase, Record};
+use cosmic::geometry::{Range, Vector};
 
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// Height of a chart, without and with its titles.
-const HEIGHT: [f64; 2] = [130.0, 182.0];
+/// Height of a chart without its titles.
+const HEIGHT: f64 = 130.0;
+/// Height of a chart with its titles.
+const PITCH: f64 = 182.0;
 
 /// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
 pub(super) fn draw(run: &RunFiles) -> String {
@@ -20,16 +23,18 @@ pub(super) fn draw(run: &RunFiles) -> String {
     let last = history.last().map_or(1, |record| record.iteration) as f64;
     for (k, chart) in charts(run).into_iter().enumerate() {
         let axes = Axes {
-            origin: [LEFT, TOP + k as f64 * HEIGHT[1]],
-            size: [WIDTH - LEFT - 24.0, HEIGHT[0]],
-            x: [first, last],
-            y: chart.range(),
-            log: [false, chart.log],
+            origin: Vector::new([LEFT, TOP + k as f64 * PITCH]),
+            size: Vector::new([WIDTH - LEFT - 24.0, HEIGHT]),
+            x: Axis::linear(Range::new(first, last)),
+            y: Axis {
+                range: chart.range(),
+                log: chart.log,
+            },
         };
         draw_phases(&mut svg, &axes, history, k == 0);
         axes.draw(&mut svg, chart.title);
         for level in &chart.levels {
-            let [from, to] = [first, last].map(|x| axes.place([x, *level]));
+            let [from, to] = [first, last].map(|x| axes.place(Vector::new([x, *level])));
             let dashed = format!(r#"{MUTED_LINE} stroke-dasharray="4 4""#);
             svg.line(from, to, &dashed);
         }
@@ -39,7 +44,7 @@ pub(super) fn draw(run: &RunFiles) -> String {
         }
     }
     svg.finish(
-        [WIDTH, TOP + 4.0 * HEIGHT[1] + 14.0],
+        [WIDTH, TOP + 4.0 * PITCH + 14.0],
         "Displacement, volumes, binarisation measures and gradients over the iterations",
     )
 }
@@ -56,15 +61,16 @@ struct Chart {
 impl Chart {
     /// The range up. A linear one begins at zero, or below its least number if that is negative. On a
     /// logarithmic one, an exactly zero number is drawn at the lower edge.
-    fn range(&self) -> [f64; 2] {
+    fn range(&self) -> Range {
         let points = self.lines.iter().flat_map(|line| &line.points);
-        let numbers = points.map(|point| point[1]);
+        let numbers = points.map(|point| point.up());
         if self.log {
-            return range(numbers.filter(|v| *v > 0.0), [0.1, 10.0]);
+            return range(numbers.filter(|v| *v > 0.0), Range::new(0.1, 10.0));
         }
-        let [low, high] = range(numbers.chain(self.levels.iter().copied()), [0.0; 2]);
-        let head = 0.06 * (high - low);
-        [if low < 0.0 { low - head } else { low }, high + head]
+        let range = range(numbers.chain(self.levels.iter().copied()), Range::default());
+        let wide = range.widened(0.06 * range.size());
+        let low = if range.low < 0.0 { wide.low } else { range.low };
+        Range::new(low, wide.high)
     }
 }
 
@@ -73,7 +79,7 @@ fn charts(run: &RunFiles) -> [Chart; 4] {
     type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
     // A line in the k-th colour through the records that have a number. Numbers that are not finite make gaps.
     let line = |name: &str, k: usize, number: Number| {
-        let point = |r: &Record| Some([r.iteration as f64, number(r)?]);
+        let point = |r: &Record| Some(Vector::new([r.iteration as f64, number(r)?]));
         let points = run.history.iter().filter_map(point);
         Line::new(name.to_owned(), k, "", points)
     };
@@ -133,18 +139,19 @@ fn draw_phases(svg: &mut Svg, axes: &Axes, history: &[Record], named: bool) {
         let (Some(first), Some(last)) = (part.first(), part.last()) else {
             continue;
         };
-        let from = axes.place([first.iteration as f64 - 1.0, 0.0])[0];
-        let to = axes.place([last.iteration as f64, 0.0])[0];
+        let from = axes.across(first.iteration as f64 - 1.0);
+        let to = axes.across(last.iteration as f64);
         let (name, colour) = match first.phase {
             Phase::CoDesign => ("co-design", "#f3f6fa"),
             Phase::Attraction => ("attraction", "#e6edf5"),
             Phase::Snap => ("snap", "#9fb3c8"),
             Phase::FineTuning => ("controller alone", "#f6f4ee"),
         };
-        let size = [(to - from).max(1.5), axes.size[1]];
-        svg.rect([from, axes.origin[1]], size, &format!(r#"fill="{colour}""#));
+        let top = axes.origin.up();
+        let size = [(to - from).max(1.5), axes.size.up()];
+        svg.rect([from, top], size, &format!(r#"fill="{colour}""#));
         if named {
-            let place = [0.5 * (from + to), axes.origin[1] - 34.0];
+            let place = [0.5 * (from + to), top - 34.0];
             svg.text(place, name, MUTED_MIDDLE);
         }
     }

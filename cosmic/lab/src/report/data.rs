@@ -4,8 +4,9 @@ use serde_json::{Map, Value, json};
 
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
-use super::motion::{Motion, bounds};
+use super::motion::Motion;
 use cosmic::codesign::Record;
+use cosmic::geometry::{Range, Vector};
 use cosmic::record::history::Walk;
 
 /// Seconds from one frame of the delivered robot to the next.
@@ -49,11 +50,11 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
 }
 
 /// The lattice, and the design that is delivered.
-pub(super) fn of_robot(robot: &RobotFiles, start: &[[f64; 2]]) -> Value {
+pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({
-        "start": start.as_flattened().iter().map(|x| brief(*x)).collect::<Vec<_>>(),
+        "start": start.iter().flatten().map(|x| brief(*x)).collect::<Vec<_>>(),
         "side": lattice.side(),
         "edges": robot.design.edges,
         "rest": lattice.rest_length.iter().map(|x| brief(*x)).collect::<Vec<_>>(),
@@ -76,15 +77,16 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
     let firsts = places.filter_map(|places| places.first().copied());
-    let [low, high] = bounds(firsts.chain([motion.states()[0].x[0]]));
-    let [cos, sin] = motion.ground().tangent();
+    let start = motion.states()[0].x[0].forward();
+    let across = Range::of(firsts.map(Vector::forward).chain([start])).widened(2.0 * width);
+    let [cos, sin] = motion.ground().tangent().array();
     json!({
         "width": width,
-        "ground": motion.ground_line([low[0] - 2.0 * width, high[0] + 2.0 * width]),
+        "ground": motion.ground_line(across),
         "cos": cos,
         "sin": sin,
         "limit": motion.limit,
-        "origin": motion.states()[0].x[0][0],
+        "origin": start,
     })
 }
 

@@ -5,6 +5,7 @@ use super::canvas::Shot;
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use cosmic::error::{Error, Result};
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
@@ -78,8 +79,8 @@ pub(super) fn in_turn<'m>(
 
 /// A walk as a trajectory, a step from each moment to the next.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
-    let state = |x: Vec<[f64; 2]>| State {
-        v: vec![[0.0; 2]; x.len()],
+    let state = |x: Vec<Vector<f64>>| State {
+        v: vec![Vector::zero(); x.len()],
         x,
     };
     let states: Vec<_> = walk.places().into_iter().map(state).collect();

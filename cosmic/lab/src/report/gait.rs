@@ -10,6 +10,7 @@ use super::files::RunFiles;
 use super::motion::Motion;
 use cosmic::case::Case;
 use cosmic::design::Material;
+use cosmic::geometry::Range;
 use cosmic::lattice::State;
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
@@ -90,7 +91,7 @@ impl<'r> Gait<'r> {
         };
         let peak = |&edge: &usize| {
             let load = &self.loads[edge];
-            let [low, high] = load.strains;
+            let Range { low, high } = load.strains;
             [low, high, load.compression, load.tension].map(brief)
         };
         let body = self.case.body();
@@ -114,8 +115,7 @@ impl<'r> Gait<'r> {
             .iter()
             .map(|state| {
                 let state = state.to_ground(&ground);
-                let height =
-                    |&node: &usize| state.x[node][1] - motion.profile.height(state.x[node][0]);
+                let height = |&node: &usize| motion.profile.above(state.x[node]);
                 motion.seen.iter().map(height).collect()
             })
             .collect();
@@ -156,12 +156,13 @@ impl<'r> Gait<'r> {
             nodes.map(|(node, mass)| mass * of(&states[k], node)).sum()
         };
         let kinetic = |&k: &usize| {
-            let square = |[x, y]: [f64; 2]| 0.5 * (x * x + y * y);
-            brief(sum(k, &|state, node| square(state.v[node])))
+            brief(sum(k, &|state, node| {
+                0.5 * state.v[node].dot(state.v[node])
+            }))
         };
         let gravity = motion.scene().physics.gravity;
         let height = |&k: &usize| {
-            let height = |state: &State<f64>, node: usize| state.x[node][1] - states[0].x[node][1];
+            let height = |state: &State<f64>, node: usize| (state.x[node] - states[0].x[node]).up();
             brief(gravity * sum(k, &height))
         };
         let all = |of: &dyn Fn(&usize) -> f64| shown.iter().map(of).collect::<Vec<f64>>();
@@ -231,7 +232,7 @@ mod tests {
         let lowest = motion
             .seen
             .iter()
-            .filter(|node| run.robot.lattice.places[**node][1] == 0.0);
+            .filter(|node| run.robot.lattice.places[**node].up() == 0.0);
         assert!(lowest.eq(&begins), "{begins:?}");
 
         // At the start nothing moves and nothing has sunk. Then energies are those of all nodes.
@@ -240,8 +241,7 @@ mod tests {
         assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
         let last = motion.states().last().unwrap();
         let mass = gait.case.body().mass;
-        let square = |v: &[f64; 2]| v[0].powi(2) + v[1].powi(2);
-        let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * square(v));
+        let kinetic = last.v.iter().zip(&mass).map(|(v, m)| 0.5 * m * v.dot(*v));
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
 

@@ -20,13 +20,13 @@ pub(super) fn colour(material: Material) -> String {
 /// The layout on the lattice at rest, in the ground's frame.
 pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     let (lattice, design) = (&robot.lattice, &robot.design);
-    let [width, height] = lattice.extent();
+    let [width, height] = lattice.extent().array();
     let cell = 320.0 / width.max(height).max(1.0);
     let size = [460.0, 420.0];
     let left = 0.5 * (size[0] - cell * width);
     let place = |node: usize| {
-        let [along, above] = lattice.places[node];
-        [left + cell * along, 370.0 - cell * above]
+        let [along, above] = (lattice.places[node] * cell).array();
+        [left + along, 370.0 - above]
     };
     let mut svg = Svg::default();
     svg.text([24.0, 26.0], "Layout at rest", BOLD);

@@ -1,5 +1,7 @@
 //! Letters made of strokes, for pictures whose rasteriser knows none: those that labels need.
 
+use cosmic::geometry::Vector;
+
 /// Height of a digit, in the units of glyphs.
 const DIGIT: f64 = 8.0;
 /// Space between two glyphs, and the width of a blank.
@@ -38,16 +40,22 @@ const GLYPHS: [(char, &[&str]); 25] = [
 
 /// The strokes of a text with digits of a height (px), which begins at a point of the picture, from its left and
 /// its top; what has no glyph is a blank.
-pub(super) fn lettered(text: &str, [x, y]: [f64; 2], height: f64) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn lettered(text: &str, begin: Vector<f64>, height: f64) -> Vec<Vec<Vector<f64>>> {
     let (scale, mut left, mut lines) = (height / DIGIT, 0.0, Vec::new());
     for letter in text.chars() {
         let glyph = GLYPHS.iter().find(|(of, _)| *of == letter);
         let strokes = glyph.map_or(Vec::new(), |(_, strokes)| {
             strokes.iter().map(|stroke| points(stroke)).collect()
         });
-        let widths = strokes.iter().flatten().map(|point: &[f64; 2]| point[0]);
+        let widths = strokes
+            .iter()
+            .flatten()
+            .map(|point: &Vector<f64>| point.forward());
         let width = widths.fold(0.0, f64::max);
-        let place = |[along, above]: [f64; 2]| [x + scale * (left + along), y - scale * above];
+        let place = |point: Vector<f64>| {
+            let [along, above] = point.array();
+            begin + Vector::new([left + along, -above]) * scale
+        };
         let placed = strokes
             .into_iter()
             .map(|stroke| stroke.into_iter().map(place).collect());
@@ -57,15 +65,19 @@ pub(super) fn lettered(text: &str, [x, y]: [f64; 2], height: f64) -> Vec<Vec<[f6
     lines
 }
 
-fn points(stroke: &str) -> Vec<[f64; 2]> {
+fn points(stroke: &str) -> Vec<Vector<f64>> {
     let number = |text: &str| text.parse().expect("a number");
-    let point = |pair: &str| pair.split_once(',').map(|(x, y)| [number(x), number(y)]);
+    let point = |pair: &str| {
+        pair.split_once(',')
+            .map(|(x, y)| Vector::new([number(x), number(y)]))
+    };
     stroke.split(' ').filter_map(point).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::{GLYPHS, lettered};
+    use cosmic::geometry::{Bounds, Vector};
 
     #[test]
     fn every_character_of_a_label_has_strokes() {
@@ -73,18 +85,15 @@ mod tests {
         for letter in label.chars().filter(|letter| *letter != ' ') {
             assert!(GLYPHS.iter().any(|(of, _)| *of == letter), "{letter}");
         }
-        let lines = lettered("10", [100.0, 50.0], 16.0);
+        let lines = lettered("10", Vector::new([100.0, 50.0]), 16.0);
         // The one stands left of the nought, both on the line and as high as digits are.
         assert_eq!(lines.len(), 2);
         let ends = lines.concat();
+        let bounds = Bounds::of(ends);
         assert!(
-            ends.iter()
-                .all(|[x, y]| *x > 100.0 && (34.0..=50.0).contains(y))
+            bounds.low.forward() > 100.0 && bounds.low.up() >= 34.0 && bounds.high.up() <= 50.0
         );
-        assert!(
-            lines[0]
-                .iter()
-                .all(|one| lines[1].iter().all(|nought| one[0] < nought[0]))
-        );
+        let [one, nought] = [&lines[0], &lines[1]].map(|line| Bounds::of(line.iter().copied()));
+        assert!(one.high.forward() < nought.low.forward());
     }
 }

@@ -45,8 +45,8 @@ pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     }
     let table = Table::of("", "", actuators)
         .column("edge", "its number in design.json", |edge| *edge)
-        .add(number("shortest", "", 3), |edge| loads[*edge].strains[0])
-        .add(number("longest", "", 3), |edge| loads[*edge].strains[1])
+        .add(number("shortest", "", 3), |edge| loads[*edge].strains.low)
+        .add(number("longest", "", 3), |edge| loads[*edge].strains.high)
         .add(number("strain, 99 %", "", 3), |edge| {
             loads[*edge].strain.p99
         })

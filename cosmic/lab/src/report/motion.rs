@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::files::RobotFiles;
-use cosmic::design::Material;
-use cosmic::ground::{Ground, Profile};
+use cosmic::design::{Material, joined_to_payload};
+use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
@@ -30,8 +30,8 @@ pub(super) const BEYOND: [u8; 3] = [0xb8, 0x00, 0xb8];
 /// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
-    pub(super) from: [f64; 2],
-    pub(super) to: [f64; 2],
+    /// From one node to the other, m.
+    pub(super) line: Segment,
     pub(super) colour: [u8; 3],
     pub(super) actuator: bool,
     /// More void than not.
@@ -40,20 +40,19 @@ pub(super) struct DrawnEdge {
 
 /// A window on the world: a point of it in metres, its place in the drawing, the scale.
 pub(super) struct View {
-    pub(super) corner: [f64; 2],
+    pub(super) corner: Vector<f64>,
     /// From the left and from the top, pixels.
-    pub(super) origin: [f64; 2],
+    pub(super) origin: Vector<f64>,
     /// Pixels per metre.
     pub(super) scale: f64,
 }
 
 impl View {
     /// Where a point of the world is drawn.
-    pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [
-            self.origin[0] + (x - self.corner[0]) * self.scale,
-            self.origin[1] - (y - self.corner[1]) * self.scale,
-        ]
+    pub(super) fn place(&self, point: Vector<f64>) -> Vector<f64> {
+        let away = (point - self.corner) * self.scale;
+        // Pixels are counted downwards.
+        self.origin + away.with_up(-away.up())
     }
 }
 
@@ -76,10 +75,13 @@ pub(super) struct Motion<'r> {
 impl<'r> Motion<'r> {
     pub(super) fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
         let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
+        let joined = joined_to_payload(&robot.lattice, &robot.design.materials);
         Self {
             robot,
             trajectory,
-            body: body(robot),
+            body: (0..robot.lattice.nodes())
+                .filter(|&node| joined[node])
+                .collect(),
             seen: seen(robot),
             presence: (robot.mixtures(&robot.design.z).iter())
                 .map(|mixture| 1.0 - mixture[Material::Void])
@@ -130,16 +132,15 @@ impl<'r> Motion<'r> {
         let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
             let [from, to] = design.edges[e].map(|node| state.x[node]);
-            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let strain = length / lattice.rest_length[e] - 1.0;
+            let line = Segment::new(from, to);
+            let strain = line.length() / lattice.rest_length[e] - 1.0;
             let colour = match material {
                 Material::Void => return None,
                 Material::Skeleton => SKELETON,
                 Material::Actuator => self.colour(strain),
             };
             Some(DrawnEdge {
-                from,
-                to,
+                line,
                 colour: mixed([255; 3], colour, self.presence[e]),
                 faint: self.presence[e] < 0.5,
                 actuator: *material == Material::Actuator,
@@ -158,63 +159,49 @@ impl<'r> Motion<'r> {
     }
 
     /// Positions of the payload, state by state.
-    pub(super) fn path(&self) -> Vec<[f64; 2]> {
+    pub(super) fn path(&self) -> Vec<Vector<f64>> {
         self.states().iter().map(|state| state.x[0]).collect()
     }
 
     /// The middle of the payload's body.
-    pub(super) fn centre(&self, state: &State<f64>) -> [f64; 2] {
-        let [low, high] = self.corners(state);
-        [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]
+    pub(super) fn centre(&self, state: &State<f64>) -> Vector<f64> {
+        self.bounds(state).centre()
     }
 
-    /// Width and height of the payload's body.
-    pub(super) fn extent(&self, state: &State<f64>) -> [f64; 2] {
-        let [low, high] = self.corners(state);
-        [high[0] - low[0], high[1] - low[1]]
-    }
-
-    /// Lower left and upper right corner of the payload's body.
-    pub(super) fn corners(&self, state: &State<f64>) -> [[f64; 2]; 2] {
-        bounds(self.body.iter().map(|&node| state.x[node]))
+    /// The bounds of the payload's body.
+    pub(super) fn bounds(&self, state: &State<f64>) -> Bounds {
+        Bounds::of(self.body.iter().map(|&node| state.x[node]))
     }
 
     /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let width = self.robot.lattice.width();
-        let [low, high] = self.corners(state);
-        let middle = 0.5 * (bar.from[0] + bar.to[0]);
-        (low[0] - width..high[0] + width).contains(&middle)
+        let Bounds { low, high } = self.bounds(state);
+        let middle = bar.line.middle().forward();
+        (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
     /// The places of a state at which something is drawn.
-    pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = [f64; 2]> {
+    pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
 
     /// The middle of the body for a camera: averaged over a second, so that it does not shake.
-    pub(super) fn camera(&self, index: usize) -> [f64; 2] {
+    pub(super) fn camera(&self, index: usize) -> Vector<f64> {
         let time = self.time(index);
         let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
-        let centres: Vec<[f64; 2]> = span.map(|i| self.centre(&self.states()[i])).collect();
-        let mean = |k: usize| centres.iter().map(|c| c[k]).sum::<f64>() / centres.len() as f64;
-        [mean(0), mean(1)]
+        let centres: Vec<Vector<f64>> = span.map(|i| self.centre(&self.states()[i])).collect();
+        mean(&centres)
     }
 
     /// The height of the ground in the world, where its line is at this x.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
-        let [cos, sin] = self.ground().tangent();
-        self.ground().height + x * sin / cos + self.profile.height(x / cos) * cos
+        self.profile.height_in_world(&self.ground(), x)
     }
 
     /// The ground from one x of its line to another, as points of the world.
-    pub(super) fn ground_line(&self, across: [f64; 2]) -> Vec<[f64; 2]> {
-        if self.profile.is_flat() {
-            return across.map(|x| [x, self.ground_height(x)]).to_vec();
-        }
-        let (ground, [cos, _]) = (self.ground(), self.ground().tangent());
-        let line = self.profile.between(across.map(|x| x / cos)).into_iter();
-        line.map(|point| ground.point_to_world(point)).collect()
+    pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
+        self.profile.in_world(&self.ground(), across)
     }
 
     /// The mean height of the ground around an x, for a camera that does not jump with every step.
@@ -235,7 +222,8 @@ impl<'r> Motion<'r> {
         let edges: Vec<[usize; 2]> = edges.collect();
         let depths = self.states().iter().flat_map(|state| {
             let state = state.to_ground(&ground);
-            let depth = |edge: &[usize; 2]| self.profile.depth(edge.map(|node| state.x[node]));
+            let depth =
+                |&[i, j]: &[usize; 2]| self.profile.depth(Segment::new(state.x[i], state.x[j]));
             edges.iter().map(depth).collect::<Vec<_>>()
         });
         has_corners.then(|| depths.fold(0.0, f64::max))
@@ -269,34 +257,11 @@ fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
     edges.filter(|(_, m)| m.is_solid()).map(|(e, _)| *e)
 }
 
-/// The nodes that solid edges join to node 0, ascending.
-fn body(run: &RobotFiles) -> Vec<usize> {
-    let mut joined = vec![false; run.lattice.nodes()];
-    joined[0] = true;
-    let solid: Vec<[usize; 2]> = solid_edges(run).collect();
-    // A lattice is small: sweep until nothing joins any more.
-    while let Some([i, j]) = solid.iter().find(|[i, j]| joined[*i] != joined[*j]) {
-        (joined[*i], joined[*j]) = (true, true);
-    }
-    (0..joined.len()).filter(|&node| joined[node]).collect()
-}
-
 /// The payload's node and the ends of solid edges, ascending.
 fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
     nodes.into_iter().collect()
-}
-
-/// Lower left and upper right corner of the bounding box of points.
-pub(super) fn bounds(points: impl IntoIterator<Item = [f64; 2]>) -> [[f64; 2]; 2] {
-    let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    points.into_iter().fold(none, |[low, high], p| {
-        [
-            [low[0].min(p[0]), low[1].min(p[1])],
-            [high[0].max(p[0]), high[1].max(p[1])],
-        ]
-    })
 }
 
 /// A colour in the notation of SVG and HTML.
@@ -306,10 +271,10 @@ pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
+    use super::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
     use crate::report::RunFiles;
     use cosmic::design::Material;
-    use cosmic::ground::Profile;
+    use cosmic::geometry::{Bounds, Profile, Range, Vector};
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{GroundSettings, Scene, StartKind};
 
@@ -348,7 +313,7 @@ mod tests {
             (-beyond, BEYOND),
         ] {
             let mut stretched = rest.clone();
-            for x in stretched.x.as_flattened_mut() {
+            for x in &mut stretched.x {
                 *x *= 1.0 + strain;
             }
             let bars = motion.bars(&stretched);
@@ -366,7 +331,7 @@ mod tests {
     fn bars_cut_into_ridges_between_their_nodes() {
         let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
         let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
-        let profile = Profile::new(points).unwrap();
+        let profile = Profile::new(points.into_iter().map(Vector::new).collect()).unwrap();
         let results = results_on(profile.into());
         let motion = Motion::new(&results.robot, &results.trajectory);
         let start = &motion.states()[0];
@@ -374,11 +339,11 @@ mod tests {
         // Sums of numbers below 1.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
-        let line = motion.ground_line([0.0, 0.36]);
+        let line = motion.ground_line(Range::new(0.0, 0.36));
         assert_eq!(line.len(), 7);
-        assert!(near(line[2][1], 0.11) && near(line[6][1], 0.115));
+        assert!(near(line[2].up(), 0.11) && near(line[6].up(), 0.115));
         let bar = [2, 3].map(|node| start.x[node]);
-        assert!(bar.iter().all(|x| near(x[1], 0.1)));
+        assert!(bar.iter().all(|x| near(x.up(), 0.1)));
         // The robot hardly moves in 0.13 s.
         let cut = motion.deepest_cut().unwrap();
         assert!((0.02..0.04).contains(&cut), "{cut}");
@@ -405,9 +370,9 @@ mod tests {
         let motion = Motion::new(&results.robot, &results.trajectory);
         // The short layout: legs two cells high under one body as wide as the lattice.
         let state = &motion.states()[0];
-        let [low, high] = bounds(motion.places(state));
-        assert_eq!(motion.corners(state), [low, high]);
+        let bounds = Bounds::of(motion.places(state));
+        assert_eq!(motion.bounds(state), bounds);
         // 0.6 - 0.1, rounded once.
-        assert!((motion.extent(state)[0] - 0.5).abs() < 1e-15);
+        assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
     }
 }

@@ -182,7 +182,7 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
         vec![Cell::from(&column.says[..]), number.into()]
     };
     let mut rows: Vec<_> = cells.map(row).collect();
-    let [x, y] = summary.displacement.map(|x| decimals(x, 3));
+    let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
     let says = "displacement of one unperturbed rollout, x and y of the world";
     rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
     rows.extend(deepest_cut.map(|depth| {

@@ -1,19 +1,62 @@
 //! Axes and lines of a chart.
 
+use cosmic::geometry::{Range, Vector};
+
 use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_END, MUTED_MIDDLE, RULE_LINE, Svg};
 
 /// A chart's place in the drawing and the numbers it spans.
 pub(super) struct Axes {
     /// Left and top edge, pixels.
-    pub(super) origin: [f64; 2],
+    pub(super) origin: Vector<f64>,
     /// Width and height, pixels.
-    pub(super) size: [f64; 2],
-    /// Least and largest number along.
-    pub(super) x: [f64; 2],
-    /// Least and largest number up.
-    pub(super) y: [f64; 2],
-    /// True for logarithmic axes, along and up. Their numbers must be positive.
-    pub(super) log: [bool; 2],
+    pub(super) size: Vector<f64>,
+    /// Along.
+    pub(super) x: Axis,
+    /// Up.
+    pub(super) y: Axis,
+}
+
+/// The numbers along an axis.
+#[derive(Clone, Copy)]
+pub(super) struct Axis {
+    /// From its beginning to its end.
+    pub(super) range: Range,
+    /// True for a logarithmic axis. Its numbers must be positive.
+    pub(super) log: bool,
+}
+
+impl Axis {
+    /// An axis in equal steps.
+    pub(super) fn linear(range: Range) -> Self {
+        Self { range, log: false }
+    }
+
+    /// An axis in equal factors.
+    pub(super) fn logarithmic(range: Range) -> Self {
+        Self { range, log: true }
+    }
+
+    /// How far along the axis a number is, from 0 to 1.
+    fn share(&self, number: f64) -> f64 {
+        let scale = |v: f64| {
+            if self.log {
+                v.max(f64::MIN_POSITIVE).ln()
+            } else {
+                v
+            }
+        };
+        let range = self.range.map(scale);
+        ((scale(number) - range.low) / range.size()).clamp(0.0, 1.0)
+    }
+
+    /// Round numbers, or powers of ten.
+    fn marks(&self, count: usize) -> Vec<f64> {
+        if self.log {
+            decades(self.range)
+        } else {
+            round_values(self.range, count)
+        }
+    }
 }
 
 /// Colours that colour-blind readers can tell apart.
@@ -31,7 +74,7 @@ pub struct Line {
     /// The pattern of its dashes as in SVG; empty for a whole line.
     pub dashes: &'static str,
     /// The points of the line. A point that is not finite makes a gap.
-    pub points: Vec<[f64; 2]>,
+    pub points: Vec<Vector<f64>>,
 }
 
 impl Line {
@@ -40,13 +83,13 @@ impl Line {
         name: String,
         k: usize,
         dashes: &'static str,
-        points: impl Iterator<Item = [f64; 2]>,
+        points: impl Iterator<Item = impl Into<Vector<f64>>>,
     ) -> Self {
         Self {
             name,
             colour: COLOURS[k % COLOURS.len()],
             dashes,
-            points: points.collect(),
+            points: points.map(Into::into).collect(),
         }
     }
 
@@ -61,26 +104,29 @@ impl Line {
 
 impl Axes {
     /// The place of a point in the drawing. A point beyond the range is drawn at its end.
-    pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let scale = |v: f64| v.max(f64::MIN_POSITIVE).ln();
-        let share = |v: f64, [from, to]: [f64; 2], log: bool| {
-            let ends = [v, from, to];
-            let [v, from, to] = if log { ends.map(scale) } else { ends };
-            ((v - from) / (to - from)).clamp(0.0, 1.0)
-        };
-        let [left, top] = self.origin;
-        [
-            left + self.size[0] * share(x, self.x, self.log[0]),
-            top + self.size[1] * (1.0 - share(y, self.y, self.log[1])),
-        ]
+    pub(super) fn place(&self, point: Vector<f64>) -> Vector<f64> {
+        let [x, y] = point.array();
+        Vector::new([self.across(x), self.down(y)])
+    }
+
+    /// How far from the left of the drawing a number along is.
+    pub(super) fn across(&self, x: f64) -> f64 {
+        let ([left, _], [width, _]) = (self.origin.array(), self.size.array());
+        left + width * self.x.share(x)
+    }
+
+    /// How far from the top of the drawing a number up is.
+    pub(super) fn down(&self, y: f64) -> f64 {
+        let ([_, top], [_, height]) = (self.origin.array(), self.size.array());
+        top + height * (1.0 - self.y.share(y))
     }
 
     /// Rulings and numbers at round values, the title above.
     pub(super) fn draw(&self, svg: &mut Svg, title: &str) {
-        let [left, top] = self.origin;
-        let [right, bottom] = [left + self.size[0], top + self.size[1]];
-        for value in marks(self.y, self.log[1], 4) {
-            let y = self.place([self.x[0], value])[1];
+        let [left, top] = self.origin.array();
+        let [right, bottom] = (self.origin + self.size).array();
+        for value in self.y.marks(4) {
+            let y = self.down(value);
             svg.line([left, y], [right, y], RULE_LINE);
             svg.text([left - 8.0, y + 4.0], &number(value), MUTED_END);
         }
@@ -90,21 +136,21 @@ impl Axes {
 
     /// Numbers below the chart.
     pub(super) fn draw_along(&self, svg: &mut Svg, label: &str) {
-        let [left, bottom] = [self.origin[0], self.origin[1] + self.size[1]];
-        for value in marks(self.x, self.log[0], 8) {
-            let x = self.place([value, self.y[0]])[0];
+        let [right, bottom] = (self.origin + self.size).array();
+        for value in self.x.marks(8) {
+            let x = self.across(value);
             svg.line([x, bottom], [x, bottom + 4.0], INK_LINE);
             svg.text([x, bottom + 18.0], &number(value), MUTED_MIDDLE);
         }
-        let middle = [left + 0.5 * self.size[0], bottom + 36.0];
-        svg.text(middle, label, MIDDLE);
+        let middle = 0.5 * (self.origin.forward() + right);
+        svg.text([middle, bottom + 36.0], label, MIDDLE);
     }
 
     /// Draws the lines, and their names right-aligned in the line of the title.
     pub(super) fn draw_lines(&self, svg: &mut Svg, lines: &[Line]) {
-        let mut left = self.origin[0] + self.size[0];
+        let mut left = (self.origin + self.size).forward();
         for Line { name, colour, .. } in lines.iter().rev() {
-            let y = self.origin[1] - 10.0;
+            let y = self.origin.up() - 10.0;
             // An average letter of 12 pixels is some 6 wide.
             left -= 6.4 * name.chars().count() as f64 + 12.0;
             svg.text([left, y], name, "");
@@ -113,8 +159,8 @@ impl Axes {
             svg.line([left, y - 4.0], [left + 16.0, y - 4.0], &key);
         }
         for line in lines {
-            for part in line.points.split(|[_, y]| !y.is_finite()) {
-                let places: Vec<[f64; 2]> = part.iter().map(|&p| self.place(p)).collect();
+            for part in line.points.split(|point| !point.up().is_finite()) {
+                let places: Vec<Vector<f64>> = part.iter().map(|&p| self.place(p)).collect();
                 if !places.is_empty() {
                     svg.polyline(&places, &line.stroke());
                 }
@@ -124,39 +170,31 @@ impl Axes {
 }
 
 /// The least and largest finite numbers, widened to contain `always`. The range has a width.
-pub(super) fn range(numbers: impl Iterator<Item = f64>, always: [f64; 2]) -> [f64; 2] {
-    let finite = numbers.filter(|v| v.is_finite());
-    let [least, most] = finite.fold(always, |[a, b], v| [a.min(v), b.max(v)]);
-    if least < most {
-        [least, most]
+pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
+    let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
+    if range.size() > 0.0 {
+        range
     } else {
-        [least - 0.5, most + 0.5]
-    }
-}
-
-/// Round values in a range, or powers of ten.
-fn marks(range: [f64; 2], log: bool, count: usize) -> Vec<f64> {
-    if log {
-        decades(range)
-    } else {
-        round_values(range, count)
+        range.widened(0.5)
     }
 }
 
 /// At most some `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
-fn round_values([from, to]: [f64; 2], count: usize) -> Vec<f64> {
-    let least = (to - from) / count as f64;
+fn round_values(range: Range, count: usize) -> Vec<f64> {
+    let Range { low, high } = range;
+    let least = range.size() / count as f64;
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
     // The last is above `least` but for rounding.
     let step = step.into_iter().find(|s| *s >= least).unwrap_or(step[3]);
-    let [first, last] = [(from / step).ceil() as i64, (to / step).floor() as i64];
+    let [first, last] = [(low / step).ceil() as i64, (high / step).floor() as i64];
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
 /// Powers of ten in a range, at most some six.
-fn decades([from, to]: [f64; 2]) -> Vec<f64> {
-    let [first, last] = [from.log10().ceil() as i32, to.log10().floor() as i32];
+fn decades(range: Range) -> Vec<f64> {
+    let Range { low, high } = range;
+    let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];
     let every = 1 + (last - first).max(0) / 5;
     let powers = (first..=last).step_by(every as usize);
     powers.map(|k| 10f64.powf(k.into())).collect()
@@ -175,16 +213,20 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axes, decades, number, range, round_values};
+    use super::{Axes, Axis, decades, number, range, round_values};
+    use cosmic::geometry::{Range, Vector};
 
     #[test]
     fn marks_are_round_and_inside() {
         assert_eq!(
-            round_values([0.0, 300.0], 8),
+            round_values(Range::new(0.0, 300.0), 8),
             [0.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0]
         );
-        assert_eq!(round_values([-0.9, 1.1], 4), [-0.5, 0.0, 0.5, 1.0]);
-        assert_eq!(decades([0.02, 500.0]), [0.1, 1.0, 10.0, 100.0]);
+        assert_eq!(
+            round_values(Range::new(-0.9, 1.1), 4),
+            [-0.5, 0.0, 0.5, 1.0]
+        );
+        assert_eq!(decades(Range::new(0.02, 500.0)), [0.1, 1.0, 10.0, 100.0]);
         assert_eq!(
             [0.1 + 0.2, -2.0, 0.0, 1e-6, 12345.0].map(number),
             ["0.3", "\u{2212}2", "0", "1e-6", "12345"]
@@ -194,29 +236,27 @@ mod tests {
     #[test]
     fn a_range_has_width_and_ignores_what_is_not_finite() {
         let numbers = [1.0, f64::NAN, f64::INFINITY, 3.0].into_iter();
-        assert_eq!(range(numbers, [2.0, 2.0]), [1.0, 3.0]);
-        assert_eq!(range([].into_iter(), [2.0, 2.0]), [1.5, 2.5]);
+        let two = Range::new(2.0, 2.0);
+        assert_eq!(range(numbers, two), Range::new(1.0, 3.0));
+        assert_eq!(range([].into_iter(), two), Range::new(1.5, 2.5));
     }
 
     #[test]
     fn points_are_placed_from_the_lower_left() {
         let axes = Axes {
-            origin: [10.0, 20.0],
-            size: [100.0, 50.0],
-            x: [0.0, 4.0],
-            y: [1.0, 100.0],
-            log: [false, true],
+            origin: Vector::new([10.0, 20.0]),
+            size: Vector::new([100.0, 50.0]),
+            x: Axis::linear(Range::new(0.0, 4.0)),
+            y: Axis::logarithmic(Range::new(1.0, 100.0)),
         };
-        let place = axes.place([2.0, 10.0]);
+        let middle = Vector::new([60.0, 45.0]);
         // Quotients of logarithms, rounded at 1e-16, times 50 pixels.
-        assert!((place[0] - 60.0).abs() < 1e-12 && (place[1] - 45.0).abs() < 1e-12);
-        assert_eq!(axes.place([9.0, 0.0]), [110.0, 70.0]);
+        assert!(axes.place(Vector::new([2.0, 10.0])).distance(middle) < 1e-12);
+        assert_eq!(axes.place(Vector::new([9.0, 0.0])), [110.0, 70.0]);
         let both = Axes {
-            x: [1e-2, 1.0],
-            log: [true; 2],
+            x: Axis::logarithmic(Range::new(1e-2, 1.0)),
             ..axes
         };
-        let place = both.place([0.1, 10.0]);
-        assert!((place[0] - 60.0).abs() < 1e-12 && (place[1] - 45.0).abs() < 1e-12);
+        assert!(both.place(Vector::new([0.1, 10.0])).distance(middle) < 1e-12);
     }
 }

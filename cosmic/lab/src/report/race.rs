@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 
 use super::data::of_robot;
 use super::files::{RobotFiles, read_trajectory};
-use super::motion::{Motion, bounds};
+use super::motion::Motion;
 use cosmic::error::Result;
+use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::Walk;
 use cosmic::record::run::DESIGN;
@@ -30,19 +31,22 @@ pub(super) fn lane(name: &str, folder: &Path) -> Result<Option<Value>> {
     let trajectory = read_trajectory(folder, &robot)?;
     let motion = Motion::new(&robot, &trajectory);
     let ground = motion.ground();
-    let [origin, _] = ground.point_to_ground(motion.states()[0].x[0]);
+    // Along the ground alone: heights stay those above its line.
+    let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
     let (seconds, indices) = motion.every(FRAME);
     let along = |k: usize| -> State<f64> {
         let mut state = motion.states()[k].to_ground(&ground);
-        state.x.iter_mut().for_each(|x| x[0] -= origin);
+        state.x.iter_mut().for_each(|x| *x -= origin);
         state
     };
     let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
-    let [low, high] = bounds(states.iter().map(|state| state.x[0]));
     let side = robot.lattice.side();
-    let across = [low[0] - 100.0 * side, high[0] + 100.0 * side];
-    let corners = motion.profile.between(across.map(|x| x + origin));
-    let corners: Vec<_> = corners.into_iter().map(|[x, y]| [x - origin, y]).collect();
+    let across = Range::of(states.iter().map(|state| state.x[0].forward())).widened(100.0 * side);
+    let corners = motion
+        .profile
+        .between(across.map(|x| x + origin.forward()))
+        .into_iter();
+    let corners: Vec<Vector<f64>> = corners.map(|corner| corner - origin).collect();
     let unit = robot.lattice.spacing / PARTS;
     Ok(Some(json!({
         "name": name,

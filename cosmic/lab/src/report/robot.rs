@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 use std::iter::once;
 use std::ops::RangeInclusive;
 
-use super::motion::{BEYOND, DrawnEdge, Motion, PAYLOAD, SKELETON, View, bounds, hex};
+use super::motion::{BEYOND, DrawnEdge, Motion, PAYLOAD, SKELETON, View, hex};
 use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
+use cosmic::geometry::{Bounds, Range, Vector};
 
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 24.0;
@@ -14,34 +15,34 @@ const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
 impl View {
     /// Draws the ground from one place along to another.
-    fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
+    fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: Range) {
         let line = motion.ground_line(across).into_iter();
-        let mut line: Vec<[f64; 2]> = line.map(|point| self.place(point)).collect();
+        let mut line: Vec<Vector<f64>> = line.map(|point| self.place(point)).collect();
         svg.polyline(&line, &format!(r#"{INK_LINE} stroke-width="1.5""#));
         for point in &mut line {
-            point[1] += 4.2;
+            *point += Vector::new([0.0, 4.2]);
         }
         let below = format!(r#"{MUTED_LINE} stroke-opacity="0.18" stroke-width="7""#);
         svg.polyline(&line, &below);
     }
 
-    fn draw_robot(&self, svg: &mut Svg, bars: &[DrawnEdge], payload: [f64; 2]) {
+    fn draw_robot(&self, svg: &mut Svg, bars: &[DrawnEdge], payload: Vector<f64>) {
         // Bars become thinner as the scale falls, to a least width that can be seen.
         let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
         svg.group(r#"stroke-linecap="round""#, |svg| {
             for bar in bars {
                 let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
                 let style = format!(r#"stroke="{}" stroke-width="{width:.1}""#, hex(bar.colour));
-                svg.line(self.place(bar.from), self.place(bar.to), &style);
+                svg.line(self.place(bar.line.from), self.place(bar.line.to), &style);
             }
         });
         draw_payload(svg, self.place(payload), 1.8 * thickness);
     }
 
-    fn draw_path(&self, svg: &mut Svg, path: &[[f64; 2]]) {
+    fn draw_path(&self, svg: &mut Svg, path: &[Vector<f64>]) {
         // More points than pixels show nothing more.
         let every = path.len().div_ceil(1000).max(1);
-        let mut points: Vec<[f64; 2]> =
+        let mut points: Vec<Vector<f64>> =
             path.iter().step_by(every).map(|&p| self.place(p)).collect();
         points.extend(path.last().map(|&p| self.place(p)));
         let colour = hex(PAYLOAD);
@@ -50,7 +51,7 @@ impl View {
     }
 }
 
-fn draw_payload(svg: &mut Svg, place: [f64; 2], radius: f64) {
+fn draw_payload(svg: &mut Svg, place: impl Into<Vector<f64>>, radius: f64) {
     let colour = hex(PAYLOAD);
     let style = format!(r##"fill="{colour}" stroke="#fff" stroke-width="1.2""##);
     svg.circle(place, radius + 1.0, &style);
@@ -75,18 +76,18 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
     let shown = states.flat_map(|state| motion.places(state));
-    let [low, high] = bounds(shown.chain(motion.path()));
-    let across = [low[0] - 0.1, high[0] + 0.1];
-    let [lowest, highest] = bounds(motion.ground_line(across));
-    let floor = low[1].min(lowest[1]);
-    let roof = high[1].max(highest[1]);
+    let shown = Bounds::of(shown.chain(motion.path()));
+    let across = Range::new(shown.low.forward(), shown.high.forward()).widened(0.1);
+    let ground = Bounds::of(motion.ground_line(across));
+    let up = Range::new(shown.low.up(), shown.high.up());
+    let up = up.with(ground.low.up()).with(ground.high.up());
     // As large as the page is wide, unless that would make it higher than a screen.
-    let scale = ((WIDTH - 2.0 * MARGIN) / (across[1] - across[0])).min(420.0 / (roof - floor));
-    let bottom = 64.0 + scale * (roof - floor);
-    let slack = WIDTH - scale * (across[1] - across[0]);
+    let scale = ((WIDTH - 2.0 * MARGIN) / across.size()).min(420.0 / up.size());
+    let bottom = 64.0 + scale * up.size();
+    let slack = WIDTH - scale * across.size();
     let view = View {
-        corner: [across[0], floor],
-        origin: [0.5 * slack, bottom],
+        corner: Vector::new([across.low, up.low]),
+        origin: Vector::new([0.5 * slack, bottom]),
         scale,
     };
     view.draw_ground(svg, motion, across);
@@ -99,20 +100,20 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
             bars.retain(|bar| motion.is_near(bar, state));
         }
         view.draw_robot(svg, &bars, state.x[0]);
-        let [_, top] = motion.corners(state)[1];
-        let [x, y] = view.place([motion.centre(state)[0], top]);
+        let top = motion.bounds(state).high.up();
+        let above = view.place(motion.centre(state).with_up(top)) - Vector::new([0.0, 8.0]);
         let time = format!("{:.1} s", motion.time(index));
-        svg.text([x, y - 8.0], &time, MUTED_MIDDLE);
+        svg.text(above, &time, MUTED_MIDDLE);
     }
     bottom + 12.0
 }
 
 /// The first state, the last, and as many in between as fit side by side along the way.
 fn moments(motion: &Motion) -> Vec<usize> {
-    let reached = |index: usize| motion.centre(&motion.states()[index])[0];
+    let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
-    let [wide, _] = motion.extent(&motion.states()[last]);
+    let wide = motion.bounds(&motion.states()[last]).size().forward();
     let width = 1.15 * wide.max(motion.robot.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
@@ -134,12 +135,13 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     let period = (TAU / motion.scene().controller.omega).min(motion.duration());
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
-    let extents = moments.map(|index| motion.extent(&motion.states()[index]));
-    let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
-    let scale = ((PANEL - 18.0) / most(0)).min(220.0 / most(1));
-    let middles = moments.map(|index| motion.centre(&motion.states()[index])[0]);
+    let sizes = moments.map(|index| motion.bounds(&motion.states()[index]).size());
+    let largest = sizes.into_iter().fold(Vector::new([0.05; 2]), Vector::max);
+    let [width, height] = largest.array();
+    let scale = ((PANEL - 18.0) / width).min(220.0 / height);
+    let middles = moments.map(|index| motion.centre(&motion.states()[index]).forward());
     let rise = scale * most_rise(motion, &middles, 0.5 * PANEL / scale);
-    let bottom = top + (scale * most(1) + 2.0 * rise + 16.0);
+    let bottom = top + (scale * height + 2.0 * rise + 16.0);
     let title = if period < motion.duration() {
         format!("One period of the clock, {period:.2} s, at the end")
     } else {
@@ -150,8 +152,8 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
         let left = MARGIN + PANEL * panel as f64;
         let middle = middles[panel];
         let view = View {
-            corner: [middle - 0.5 * PANEL / scale, motion.floor(middle)],
-            origin: [left, bottom - rise],
+            corner: Vector::new([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
+            origin: Vector::new([left, bottom - rise]),
             scale,
         };
         draw_panel(svg, motion, moments[0]..=index, &view);
@@ -165,10 +167,11 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let (line, floor) = (
-            motion.ground_line([middle - half, middle + half]),
+            motion.ground_line(Range::new(middle, middle).widened(half)),
             motion.floor(middle),
         );
-        line.into_iter().map(move |point| (point[1] - floor).abs())
+        line.into_iter()
+            .map(move |point| (point.up() - floor).abs())
     });
     rises.fold(0.0, f64::max)
 }
@@ -176,15 +179,15 @@ fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
 /// Draws the robot at the last of some states, and the payload's path through them, cut to the panel.
 fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, view: &View) {
     let state = &motion.states()[*states.end()];
-    let middle = motion.centre(state)[0];
+    let middle = motion.centre(state).forward();
     let half = 0.5 * (PANEL - 6.0) / view.scale;
-    view.draw_ground(svg, motion, [middle - half, middle + half]);
-    let inside = |p: &[f64; 2]| (p[0] - middle).abs() < half;
+    view.draw_ground(svg, motion, Range::new(middle, middle).widened(half));
+    let inside = |point: &Vector<f64>| (point.forward() - middle).abs() < half;
     let mut path = motion.path()[states].to_vec();
     path.retain(inside);
     view.draw_path(svg, &path);
     let mut bars = motion.bars(state);
-    bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
+    bars.retain(|bar| inside(&bar.line.from) && inside(&bar.line.to));
     view.draw_robot(svg, &bars, state.x[0]);
 }
 

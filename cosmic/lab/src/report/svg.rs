@@ -2,6 +2,7 @@
 //! file.
 
 use crate::table::escape;
+use cosmic::geometry::Vector;
 use std::fmt::Write;
 
 /// Colour of text and axes.
@@ -19,6 +20,9 @@ pub(super) const MIDDLE: &str = r#"text-anchor="middle""#;
 pub(super) const MUTED_END: &str = r##"text-anchor="end" fill="#656d76""##;
 pub(super) const MUTED_MIDDLE: &str = r##"text-anchor="middle" fill="#656d76""##;
 
+/// A place or a size in the drawing, pixels.
+type Place = Vector<f64>;
+
 /// A drawing under construction.
 #[derive(Default)]
 pub(super) struct Svg {
@@ -32,32 +36,40 @@ impl Svg {
         let _ = writeln!(self.body, "<{name} {attributes} {style}/>");
     }
 
-    pub(super) fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], style: &str) {
+    pub(super) fn line(&mut self, from: impl Into<Place>, to: impl Into<Place>, style: &str) {
+        let ([x1, y1], [x2, y2]) = (from.into().array(), to.into().array());
         let ends = format_args!(r#"x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}""#);
         self.element("line", ends, style);
     }
 
-    pub(super) fn rect(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], style: &str) {
+    pub(super) fn rect(&mut self, corner: impl Into<Place>, size: impl Into<Place>, style: &str) {
+        let ([x, y], [width, height]) = (corner.into().array(), size.into().array());
         let place =
             format_args!(r#"x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}""#);
         self.element("rect", place, style);
     }
 
-    pub(super) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, style: &str) {
+    pub(super) fn circle(&mut self, middle: impl Into<Place>, radius: f64, style: &str) {
+        let [x, y] = middle.into().array();
         let place = format_args!(r#"cx="{x:.1}" cy="{y:.1}" r="{radius:.1}""#);
         self.element("circle", place, style);
     }
 
     /// A line through points. One point shows as a dot if the style has round caps.
-    pub(super) fn polyline(&mut self, points: &[[f64; 2]], style: &str) {
-        let places = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}"));
+    pub(super) fn polyline(&mut self, points: &[Place], style: &str) {
+        let place = |point: &Place| {
+            let [x, y] = point.array();
+            format!("{x:.1},{y:.1}")
+        };
+        let places = points.iter().map(place);
         let points = places.collect::<Vec<_>>().join(" ");
         let points = format_args!(r#"points="{points}" fill="none""#);
         self.element("polyline", points, style);
     }
 
     /// A line of text; its anchor (`start`, `middle`, `end`) is part of the style.
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, style: &str) {
+    pub(super) fn text(&mut self, place: impl Into<Place>, text: &str, style: &str) {
+        let [x, y] = place.into().array();
         let text = escape(text);
         let _ = writeln!(
             self.body,
@@ -73,7 +85,8 @@ impl Svg {
     }
 
     /// The finished file, of this width and height.
-    pub(super) fn finish(self, [width, height]: [f64; 2], title: &str) -> String {
+    pub(super) fn finish(self, size: impl Into<Place>, title: &str) -> String {
+        let [width, height] = size.into().array();
         let title = escape(title);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \

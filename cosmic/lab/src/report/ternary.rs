@@ -6,14 +6,23 @@ use super::files::{RobotFiles, RunFiles};
 use super::layout::colour;
 use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_MIDDLE, RULE_LINE, Svg};
 use cosmic::design::Material;
+use cosmic::geometry::Vector;
 
 /// Width and height, pixels.
-const SIZE: [f64; 2] = [460.0, 420.0];
+const SIZE: Vector<f64> = Vector::new([460.0, 420.0]);
 /// The corners of the materials, pixels.
-const CORNERS: [[f64; 2]; 3] = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
+const CORNERS: [Vector<f64>; 3] = [
+    Vector::new([62.0, 362.0]),
+    Vector::new([398.0, 362.0]),
+    Vector::new([230.0, 79.0]),
+];
 
-fn place(mixture: &[f64; 3]) -> [f64; 2] {
-    [0, 1].map(|axis| (0..3).map(|k| mixture[k] * CORNERS[k][axis]).sum::<f64>())
+fn place(mixture: &[f64; 3]) -> Vector<f64> {
+    CORNERS
+        .into_iter()
+        .zip(mixture)
+        .map(|(corner, &share)| corner * share)
+        .sum()
 }
 
 /// The triangle with its rulings and names.
@@ -34,8 +43,8 @@ fn frame(title: &str) -> Svg {
         svg.line(CORNERS[k], CORNERS[l], INK_LINE);
     }
     let names = [("void", 34.0), ("skeleton", 34.0), ("actuator", -20.0)];
-    for ([x, y], (name, dy)) in CORNERS.into_iter().zip(names) {
-        svg.text([x, y + dy], name, MIDDLE);
+    for (corner, (name, dy)) in CORNERS.into_iter().zip(names) {
+        svg.text(corner + Vector::new([0.0, dy]), name, MIDDLE);
     }
     svg
 }
@@ -50,7 +59,7 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     let designs: Vec<Vec<_>> = designs.map(|z| robot.mixtures(z)).collect();
     let materials = &robot.design.materials;
     for edge in robot.edges_of(Material::is_solid) {
-        let path: Vec<[f64; 2]> = designs
+        let path: Vec<Vector<f64>> = designs
             .iter()
             .map(|design| place(&design[edge].0))
             .collect();
@@ -58,11 +67,11 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
         let style = format!(r#"stroke="{colour}" stroke-opacity="0.22" stroke-linejoin="round""#);
         svg.polyline(&path, &style);
     }
-    for ([x, y], count, material) in ends(robot) {
+    for (end, count, material) in ends(robot) {
         let colour = colour(material);
         let style = format!(r##"fill="#fff" stroke="{colour}" stroke-width="2""##);
-        svg.circle([x, y], 9.0, &style);
-        svg.text([x, y + 4.0], &count.to_string(), MIDDLE);
+        svg.circle(end, 9.0, &style);
+        svg.text(end + Vector::new([0.0, 4.0]), &count.to_string(), MIDDLE);
     }
     let iterations: Vec<usize> = run.designs.iter().map(|row| row.iteration).collect();
     let caption = match (iterations.first(), iterations.last()) {
@@ -77,14 +86,14 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
 }
 
 /// Where solid edges end in the picture: the place, their number, their material.
-fn ends(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
+fn ends(robot: &RobotFiles) -> Vec<(Vector<f64>, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);
     for edge in robot.edges_of(Material::is_solid) {
-        let [x, y] = place(&mixtures[edge].0);
-        let spot = [x, y].map(|pixels| (pixels / 18.0).round() as i64);
+        let end = place(&mixtures[edge].0);
+        let spot = end.map(|pixels| (pixels / 18.0).round() as i64).array();
         let material = robot.design.materials[edge];
-        let (_, count, _) = spots.entry(spot).or_insert(([x, y], 0, material));
+        let (_, count, _) = spots.entry(spot).or_insert((end, 0, material));
         *count += 1;
     }
     spots.into_values().collect()

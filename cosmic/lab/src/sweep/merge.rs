@@ -96,8 +96,10 @@ struct MergedRun {
 /// Merged results, and what they lack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
-    /// The files.
-    pub written: [PathBuf; 2],
+    /// All results, as JSON.
+    pub results: PathBuf,
+    /// The table of the results, as CSV.
+    pub table: PathBuf,
     /// The number of runs that are not over.
     pub missing: usize,
 }
@@ -132,7 +134,8 @@ pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
     failed.map_or(done, Err)?;
     write_text(&csv, &table)?;
     Ok(Merged {
-        written: [json, csv],
+        results: json,
+        table: csv,
         missing,
     })
 }

@@ -51,8 +51,7 @@ impl Chaos {
         let moved = groups.map(run).collect::<Vec<_>>().concat();
         let reach = |states: &[State<f64>]| {
             let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
-            let way = [0, 1].map(|k| last[k] - first[k]);
-            probe.task.ground().vector_to_ground(way)[0]
+            probe.task.ground().along(last - first)
         };
         let parting = moved.iter().map(|moved| {
             let pairs = moved.states.iter().zip(&unmoved);

@@ -9,11 +9,13 @@ use super::speed::Subject;
 use super::voids::{Voids, keep_all};
 use cosmic::case::Case;
 use cosmic::design::Design;
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind};
+use cosmic::scene::{
+    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses,
+};
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
 use std::iter::once;
@@ -256,7 +258,7 @@ impl<'a> Facts<'a> {
             (true, false) => "there is no controller: no edge strains".to_owned(),
             (true, true) => "the controller sees them".to_owned(),
         };
-        let [x, v] = self.case.observation.senses();
+        let Senses { x, v } = self.case.observation.senses();
         let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
         let why_idle = match all - some {
             0 => "there are none: every edge strains a little".to_owned(),

@@ -5,6 +5,7 @@ use autodiff::{Dual, Real, Var};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::domain::perturbed;
+use cosmic::geometry::Vector;
 use cosmic::inputs::{Block, Inputs};
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
@@ -111,7 +112,7 @@ pub(super) fn energies(case: &Case, states: &[State<f64>]) -> Option<Vec<f64>> {
 
 /// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
 /// it, and the rate at which forces dampen a vibration at most, 1/s.
-pub fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
+pub fn frequencies(case: &Case, positions: &[Vector<f64>]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
     [
@@ -124,7 +125,7 @@ pub fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
 /// The largest distance between the nodes of two states, m; NaN if any is NaN.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
-    most(pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])))
+    most(pairs.map(|(a, b)| a.distance(*b)))
 }
 
 /// The largest of 0 and some numbers; NaN, which `f64::max` would drop, if any is NaN.

@@ -39,7 +39,8 @@ pub(super) fn status(sweep: &Path, as_json: bool) -> Result<()> {
 
 pub(super) fn merge(sweep: &Path, output: &Output) -> Result<()> {
     let plan = PlanOutline::read(sweep)?;
-    let sweep::Merged { written, missing } = sweep::merge(sweep, &plan)?;
+    let merged = sweep::merge(sweep, &plan)?;
+    let (written, missing) = ([merged.results, merged.table], merged.missing);
     if missing > 0 && !output.quiet {
         note(&format!("{missing} of {} runs are not done", plan.runs()));
     }

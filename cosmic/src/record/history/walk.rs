@@ -1,5 +1,6 @@
 //! The walk of an intermediate design, coarsely sampled: enough for an animation.
 
+use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -43,7 +44,7 @@ impl Walk {
             // Such numbers and their differences are exact in f64.
             (count.abs() < 1e15).then_some(count as i64)
         };
-        let places = |state: &State<f64>| state.x.as_flattened().iter().map(count).collect();
+        let places = |state: &State<f64>| state.x.iter().flatten().map(count).collect();
         let mut counts = states.map(places).collect::<Option<Vec<Vec<i64>>>>()?;
         for k in (1..counts.len()).rev() {
             let (before, from_here) = counts.split_at_mut(k);
@@ -69,7 +70,7 @@ impl Walk {
     }
 
     /// The places of all nodes at every moment, m.
-    pub fn places(&self) -> Vec<Vec<[f64; 2]>> {
+    pub fn places(&self) -> Vec<Vec<Vector<f64>>> {
         let mut at = vec![0; self.counts.first().map_or(0, Vec::len)];
         let place = |moved: &Vec<i64>| {
             at.iter_mut()
@@ -78,7 +79,7 @@ impl Walk {
             let (pairs, _) = at.as_chunks::<2>();
             pairs
                 .iter()
-                .map(|xy| xy.map(|count| count as f64 * self.unit))
+                .map(|&xy| Vector::new(xy).map(|count| count as f64 * self.unit))
                 .collect()
         };
         self.counts.iter().map(place).collect()
@@ -88,19 +89,22 @@ impl Walk {
 #[cfg(test)]
 mod tests {
     use super::Walk;
+    use crate::geometry::Vector;
     use crate::lattice::State;
 
     #[test]
     fn a_walk_has_the_places_of_its_states_to_half_a_unit() {
         let state = |k: usize| State {
-            x: vec![[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]],
-            v: vec![[0.0; 2]; 2],
+            x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
+                .map(Vector::new)
+                .to_vec(),
+            v: vec![Vector::zero(); 2],
         };
         let states: Vec<_> = (0..4).map(state).collect();
         let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
         assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
         for (state, places) in states.iter().zip(walk.places()) {
-            let off = state.x.as_flattened().iter().zip(places.as_flattened());
+            let off = state.x.iter().flatten().zip(places.iter().flatten());
             assert!(
                 off.into_iter()
                     .all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit)

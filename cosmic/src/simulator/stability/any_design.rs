@@ -24,7 +24,7 @@ pub fn bound_of_any_design(
     let forces = physics.forces_on(lattice);
     let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
     for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let [stiffness, ratio] = most_of_any_mixture(materials, &forces, length);
+        let Most { stiffness, ratio } = most_of_any_mixture(materials, &forces, length);
         for &node in ends {
             let (largest, sum) = edges_of[node];
             edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
@@ -51,13 +51,8 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
         mass: vec![physics.node_mass; lattice.nodes()],
         presence: Vec::new(),
     };
-    let pose = Pose {
-        lattice,
-        body: &body,
-        state: &lattice.state_at_rest(),
-        activation: &[],
-        time: 0.0,
-    };
+    let at_rest = lattice.state_at_rest();
+    let pose = Pose::idle(lattice, &body, &at_rest, &physics.into());
     let mut stiffness = Stiffness::none(lattice.nodes(), edges);
     forces
         .iter()
@@ -65,14 +60,23 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
     stiffness.of_nodes(physics.node_mass)
 }
 
-/// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
+/// The most that an edge of any mixture has.
+#[derive(Default)]
+struct Most {
+    /// Stiffness, N/m.
+    stiffness: f64,
+    /// Stiffness over density.
+    ratio: f64,
+}
+
+/// The most that an edge of some length has in any mixture.
 fn most_of_any_mixture(
     materials: &MaterialSettings,
     forces: &[Arc<dyn Force>],
     length: f64,
-) -> [f64; 2] {
+) -> Most {
     let stroke = Material::Actuator.of(&materials.max_strain) * length;
-    let mut most = [0.0_f64; 2];
+    let mut most = Most::default();
     for other in Material::ALL {
         // Between two shares of actuator the ratio of sums is between those at them, and a spring
         // is at most as stiff as with the larger one.
@@ -91,7 +95,8 @@ fn most_of_any_mixture(
                 } else {
                     0.0
                 };
-                most = [most[0].max(stiffness), most[1].max(ratio)];
+                most.stiffness = most.stiffness.max(stiffness);
+                most.ratio = most.ratio.max(ratio);
             }
         }
     }

@@ -5,10 +5,11 @@
 //! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
 //! edge, is negative for a compressed one. Every [force](crate::laws::Force) says what it adds.
 
-use nalgebra::{DVector, Matrix2, Vector2};
+use nalgebra::DVector;
 
 use super::lanczos::largest_eigenpair;
-use crate::lattice::{Body, Lattice, State, length};
+use crate::geometry::{Ground, Matrix, Vector};
+use crate::lattice::{Body, EdgeVector, Lattice, State};
 use crate::laws::{Angle, Pose, Stiffness};
 use crate::scene::PhysicsSettings;
 
@@ -18,48 +19,41 @@ pub struct Vibration<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
     /// Per edge, the stiffness along it (`k n n^T`).
-    along: Vec<Matrix2<f64>>,
+    along: Vec<Matrix>,
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
-    across: Vec<Matrix2<f64>>,
+    across: Vec<Matrix>,
     /// All that forces add at the pose.
     stiffness: Stiffness,
 }
 
 impl<'a> Vibration<'a> {
-    /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the
-    /// physics the forces count.
+    /// A body whose nodes are at these positions of the world (m), its actuators idle. Of the physics the forces
+    /// count.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
         physics: &PhysicsSettings,
-        positions: &[[f64; 2]],
+        positions: &[Vector<f64>],
     ) -> Self {
         let state = State {
             x: positions.to_vec(),
-            v: vec![[0.0; 2]; positions.len()],
+            v: vec![Vector::zero(); positions.len()],
         };
-        let pose = Pose {
-            lattice,
-            body,
-            state: &state,
-            activation: &[],
-            time: 0.0,
-        };
+        let pose = Pose::idle(lattice, body, &state, &Ground::from(physics));
         let mut stiffness = Stiffness::none(lattice.nodes(), lattice.edges.len());
         for force in physics.forces_on(lattice) {
             force.stiffen(&pose, &mut stiffness);
         }
-        let edge = |(&[i, j], &[along, across]): (&[usize; 2], &[f64; 2])| {
-            let [tail, head] = [i, j].map(|node| Vector2::from(positions[node]));
-            let direction = (head - tail) / length(positions, [i, j]);
-            let projector = direction * direction.transpose();
-            (
-                along * projector,
-                across * (Matrix2::identity() - projector),
-            )
+        let projector = |&ends: &[usize; 2]| {
+            let edge = EdgeVector::of(&pose.state, ends);
+            Matrix::square(edge.d / edge.length())
         };
-        let edges = lattice.edges.iter().zip(&stiffness.bars);
-        let (along, across) = edges.map(edge).unzip();
+        let edges = lattice.edges.iter().map(projector).zip(&stiffness.bars);
+        let parts = edges.map(|(projector, bar)| {
+            let rest = Matrix::identity() + projector * -1.0;
+            (projector * bar.along, rest * bar.across)
+        });
+        let (along, across) = parts.unzip();
         Self {
             lattice,
             body,
@@ -75,8 +69,7 @@ impl<'a> Vibration<'a> {
     /// add at most the largest `nu_i`, where `nu_i` comes of `c |g_i| (|g_i| + |g_j| + |g_k|)`
     /// across each bar at node `i`.
     pub fn edge_bound(&self) -> f64 {
-        let of_edges = self.over_edges(&self.node_frequencies());
-        of_edges.hypot(self.of_bars().0)
+        self.with_bars(self.over_edges(&self.node_frequencies()))
     }
 
     /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
@@ -105,8 +98,7 @@ impl<'a> Vibration<'a> {
     /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
-        let of_edges = (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt();
-        of_edges.hypot(self.of_bars().0)
+        self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
     }
 
     /// The largest angular frequency, 1/s.
@@ -129,7 +121,7 @@ impl<'a> Vibration<'a> {
         match largest_eigenpair(&start, |v| self.product(v, &root)) {
             None => (f64::INFINITY, 0),
             Some((square, vector)) => {
-                let swing = |i: usize| root[i] * vector[2 * i].hypot(vector[2 * i + 1]);
+                let swing = |i: usize| root[i] * of_node(&vector, i).norm();
                 let node = (0..root.len()).max_by(|&a, &b| swing(a).total_cmp(&swing(b)));
                 (square.max(0.0).sqrt(), node.unwrap_or(0))
             }
@@ -139,42 +131,46 @@ impl<'a> Vibration<'a> {
     /// `M^-1/2 K M^-1/2 v`, two entries a node.
     fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
         let mut product = DVector::zeros(v.len());
-        let at = |node: usize| root[node] * Vector2::new(v[2 * node], v[2 * node + 1]);
-        let mut add = |node: usize, force: Vector2<f64>| {
-            let mut rows = product.fixed_rows_mut::<2>(2 * node);
-            rows += root[node] * force;
+        let at = |node: usize| of_node(v, node) * root[node];
+        let mut add = |node: usize, force: Vector<f64>| {
+            for (k, part) in (force * root[node]).into_iter().enumerate() {
+                product[2 * node + k] += part;
+            }
         };
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
-            let pull = (along + across) * (at(j) - at(i));
+            let pull = (*along + *across) * (at(j) - at(i));
             add(i, -pull);
             add(j, pull);
         }
         for Angle { nodes, by } in &self.stiffness.angles {
-            let by = by.map(Vector2::from);
-            let angle: f64 = nodes.iter().zip(by).map(|(&i, g)| g.dot(&at(i))).sum();
+            let angle: f64 = nodes.iter().zip(by).map(|(&i, g)| g.dot(at(i))).sum();
             for (&i, g) in nodes.iter().zip(by) {
-                add(i, g * angle);
+                add(i, *g * angle);
             }
         }
         for (i, of_node) in self.stiffness.nodes.iter().enumerate() {
-            add(i, Matrix2::from(*of_node) * at(i));
+            add(i, *of_node * at(i));
         }
         product
     }
 
+    /// A bound from the edges with the part of the bars, 1/s.
+    fn with_bars(&self, of_edges: f64) -> f64 {
+        of_edges.hypot(self.of_bars().0)
+    }
+
     /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
     fn of_bars(&self) -> (f64, usize) {
-        let mut sums = vec![Matrix2::zeros(); self.lattice.nodes()];
+        let mut sums = vec![Matrix::zero(); self.lattice.nodes()];
         for Angle { nodes, by } in &self.stiffness.angles {
-            let by = by.map(Vector2::from);
             let all: f64 = by.iter().map(|g| g.norm()).sum();
-            for (&i, g) in nodes.iter().zip(by).filter(|(_, g)| g.norm() > 0.0) {
-                sums[i] += g * g.transpose() * (all / g.norm());
+            for (&i, &g) in nodes.iter().zip(by).filter(|(_, g)| g.norm() > 0.0) {
+                sums[i] += Matrix::square(g) * (all / g.norm());
             }
         }
         let nodes = sums.into_iter().zip(&self.body.mass).enumerate();
-        let alone = nodes.map(|(i, (sum, mass))| (largest_eigenvalue(&sum) / mass, i));
+        let alone = nodes.map(|(i, (sum, mass))| (sum.largest_eigenvalue() / mass, i));
         let (square, node) = alone.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0));
         (square.sqrt(), node)
     }
@@ -182,18 +178,21 @@ impl<'a> Vibration<'a> {
     /// Per node the largest eigenvalue of its own and of its edges' stiffness over its mass, compressed
     /// edges counted along themselves alone.
     fn node_frequencies(&self) -> Vec<f64> {
-        let of_nodes = self.stiffness.nodes.iter();
-        let mut sums: Vec<Matrix2<f64>> = of_nodes.map(|&of_node| of_node.into()).collect();
+        let mut sums = self.stiffness.nodes.clone();
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
             let is_stretched = across.trace() > 0.0;
-            let part = if is_stretched { along + across } else { *along };
+            let part = if is_stretched {
+                *along + *across
+            } else {
+                *along
+            };
             sums[i] += part;
             sums[j] += part;
         }
         let nodes = sums.iter().zip(&self.body.mass);
         nodes
-            .map(|(sum, mass)| largest_eigenvalue(sum) / mass)
+            .map(|(sum, mass)| sum.largest_eigenvalue() / mass)
             .collect()
     }
 
@@ -226,8 +225,9 @@ impl<'a> Vibration<'a> {
     }
 }
 
-fn largest_eigenvalue(of: &Matrix2<f64>) -> f64 {
-    0.5 * of.trace() + (0.5 * (of.m11 - of.m22)).hypot(of.m12)
+/// The part of a vector of all nodes that is one node's.
+fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
+    Vector::from_fn(|k| vector[2 * node + k])
 }
 
 #[cfg(test)]
@@ -236,6 +236,7 @@ mod tests {
 
     use super::Vibration;
     use crate::design::{Design, Material};
+    use crate::geometry::Vector;
     use crate::lattice::{Body, Lattice};
     use crate::scene::{MaterialSettings, PhysicsSettings};
 
@@ -278,7 +279,8 @@ mod tests {
     /// Two springs that share no node, one stiffer than the other by a few parts in 1e8.
     #[test]
     fn the_largest_of_two_nearly_equal_frequencies_is_found() {
-        let positions = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
+        let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
+        let positions = positions.map(Vector::new).to_vec();
         let lattice = Lattice::between(positions, vec![[0, 1], [2, 3]]);
         for excess in [1e-6, 1e-7, 3e-8, 1e-8, 1e-9, 0.0] {
             let body = Body {

@@ -3,10 +3,16 @@
 use super::task::{GRACE, HandOver, Tasks, command, index, title};
 use cosmic::error::in_shell;
 
-/// The file for the output of a task, and the script lines that redirect the output if Slurm cannot use this
-/// file. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive
+/// Where the output of a task goes.
+struct Output {
+    file: String,
+    /// The script lines that redirect the output if Slurm cannot use the file.
+    redirect: String,
+}
+
+/// The output of tasks. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive
 /// ends at the end of its line.
-fn output(hand_over: &HandOver, tasks: &Tasks) -> [String; 2] {
+fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {
     let sweep = hand_over.sweep.display().to_string();
     let lower = sweep.to_ascii_lowercase();
     let is_other = |c: char| c == '\\' || c.is_control();
@@ -19,11 +25,17 @@ fn output(hand_over: &HandOver, tasks: &Tasks) -> [String; 2] {
             "exec >>{}/logs/\"$SLURM_ARRAY_TASK_ID\".log 2>&1\n\n",
             tasks.sweep
         );
-        return ["/dev/null".to_owned(), redirect];
+        return Output {
+            file: "/dev/null".to_owned(),
+            redirect,
+        };
     }
     // In this pattern `%a` is the task and `%%` is a percent sign.
     let sweep = in_shell(sweep.replace('%', "%%").as_ref());
-    [format!("{sweep}/logs/%a.log"), String::new()]
+    Output {
+        file: format!("{sweep}/logs/%a.log"),
+        redirect: String::new(),
+    }
 }
 
 pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
@@ -33,7 +45,10 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         command(hand_over, tasks),
     );
     let Tasks { numbers, name, .. } = tasks;
-    let [output, redirect] = output(hand_over, tasks);
+    let Output {
+        file: output,
+        redirect,
+    } = output(hand_over, tasks);
     let cores = hand_over.cores;
     let throttle = hand_over
         .throttle

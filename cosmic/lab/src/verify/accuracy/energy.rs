@@ -3,6 +3,7 @@
 use crate::verify::probe::{Probe, energies, most};
 use autodiff::Real;
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 use cosmic::laws::ForceLaws;
 
 /// The stretch of the lattice at the start.
@@ -49,9 +50,9 @@ fn released(case: &Case, steps: usize) -> Case {
     physics.ground_height -= DEPTH / physics.incline_deg.to_radians().cos();
     let origin = case.start.x[0];
     for x in &mut case.start.x {
-        *x = [0, 1].map(|k| origin[k] + (1.0 + STRETCH) * (x[k] - origin[k]));
+        *x = origin.towards(*x, 1.0 + STRETCH);
     }
-    case.start.v.fill([0.0; 2]);
+    case.start.v.fill(Vector::zero());
     case.controller.numbers_mut().fill(0.0);
     case
 }

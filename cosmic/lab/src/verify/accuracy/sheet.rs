@@ -5,6 +5,7 @@ use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table, TableOf};
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 use std::ops::Range;
 
 /// The index of the time that the figures show: the second, before chaos dominates.
@@ -172,7 +173,7 @@ impl Accuracy {
 
     fn work_precision(&self) -> LogChart {
         let time = self.times[SHOWN];
-        let point = |run: &Run| [run.time, shown(run.error)];
+        let point = |run: &Run| Vector::new([run.time, shown(run.error)]);
         LogChart {
             name: "work_precision",
             caption: format!(
@@ -188,7 +189,7 @@ impl Accuracy {
     }
 
     fn over_time(&self) -> LogChart {
-        let point = |run: &Run| [run.dt, shown(run.error)];
+        let point = |run: &Run| Vector::new([run.dt, shown(run.error)]);
         LogChart {
             name: "order",
             caption: "Error in f64 against the time step.".to_owned(),
@@ -200,9 +201,9 @@ impl Accuracy {
     }
 
     /// The default's point, if it has one.
-    fn marked(&self, point: impl Fn(&Run) -> [f64; 2]) -> Option<([f64; 2], String)> {
+    fn marked(&self, point: impl Fn(&Run) -> Vector<f64>) -> Option<(Vector<f64>, String)> {
         let default = Some(self.default_run()).filter(|run| run.is_sound());
-        let point = default.map(point).filter(|[_, error]| error.is_finite());
+        let point = default.map(point).filter(|point| point.up().is_finite());
         point.map(|point| (point, "default".to_owned()))
     }
 
@@ -210,7 +211,7 @@ impl Accuracy {
     pub(super) fn lines(
         &self,
         precisions: Range<usize>,
-        point: impl Fn(&Run) -> [f64; 2],
+        point: impl Fn(&Run) -> Vector<f64>,
     ) -> Vec<Line> {
         let mut methods: Vec<Method> = self.runs.iter().map(|run| run.method).collect();
         methods.dedup();

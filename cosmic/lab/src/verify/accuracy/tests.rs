@@ -13,7 +13,7 @@ fn falling() -> Case {
         scene.controller.gain = [0.0; 2];
     });
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = [0.1 * i as f64, 0.2 - 0.1 * i as f64];
+        *v = [0.1 * i as f64, 0.2 - 0.1 * i as f64].into();
     }
     case
 }
@@ -85,7 +85,7 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
         assert!(!astray.is_empty() && astray.iter().all(|run| run.order.is_none()));
         let mut orders = sound.iter().filter_map(|run| run.order);
         assert!(orders.all(|order| order.abs() < 10.0));
-        let lines = accuracy.lines(0..PRECISIONS.len(), |run| [run.dt, run.time]);
+        let lines = accuracy.lines(0..PRECISIONS.len(), |run| [run.dt, run.time].into());
         let points: usize = lines.iter().map(|line| line.points.len()).sum();
         assert_eq!(points, sound.len());
     }
@@ -130,8 +130,8 @@ fn errors_are_at_least_three_uncertainties_and_orders_medians_of_what_is_known()
         steps: vec![1, 2, 3, 4],
         states: x
             .map(|x| State {
-                x: vec![[x, 0.0]],
-                v: vec![[0.0; 2]],
+                x: vec![[x, 0.0].into()],
+                v: vec![[0.0; 2].into()],
             })
             .to_vec(),
     };

@@ -10,7 +10,7 @@ use autodiff::{Dual, Real};
 use super::probe::{Probe, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
-use cosmic::ground::Ground;
+use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
@@ -204,16 +204,15 @@ fn stands_and_touches(case: &Case) -> [bool; 2] {
 fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
     let profile = case.physics.ground.resolved();
-    let height = |x: &[f64; 2]| x[1] - profile.height(x[0]);
-    state.x.iter().map(height).collect()
+    state.x.iter().map(|&x| profile.above(x)).collect()
 }
 
 fn lifted(case: &Case) -> Case {
     let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
     let mut case = case.clone();
-    let [nx, ny] = Ground::from(&case.physics).normal();
+    let normal = Ground::from(&case.physics).normal();
     for x in &mut case.start.x {
-        *x = [x[0] + by * nx, x[1] + by * ny];
+        *x += normal * by;
     }
     case
 }
@@ -247,8 +246,8 @@ impl<'a> CaseLoss<'a> {
     fn rounding(&self) -> f64 {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.probe.case.physics.steps as f64;
-        let start = largest(self.probe.inputs.block(Block::X0));
-        f64::EPSILON * steps * norm(self.gradient.block(Block::X0)) * start
+        let start = largest(&self.probe.inputs.block(Block::X0));
+        f64::EPSILON * steps * norm(&self.gradient.block(Block::X0)) * start
     }
 
     /// Checks the gradient by a part of the numbers.
@@ -265,8 +264,8 @@ impl<'a> CaseLoss<'a> {
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {
-            x,
-            gradient,
+            x: &x,
+            gradient: &gradient,
             forward: Some(&forward),
         };
         let value = |x: &[f64]| {
@@ -274,7 +273,7 @@ impl<'a> CaseLoss<'a> {
             inputs.set_part(part, x);
             self.moved_loss(&inputs)
         };
-        let (report, norm) = (check_directions(value, &claim, options), norm(gradient));
+        let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
         // If the norm is below the rounding, a unit change of the parameters moves the robot by less
         // than rounding does.

@@ -5,6 +5,7 @@ use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 
 /// Gradients of a case in every way. Ways that only rounding limits are checked.
 pub fn gradients(case: &Case) -> Section {
@@ -105,14 +106,14 @@ impl Gradients {
             caption: "Error against the horizon.".to_owned(),
             title: "Relative error of the slopes".to_owned(),
             along: "steps of the horizon".to_owned(),
-            lines: self.lines(|row| [row.steps as f64, row.error]),
+            lines: self.lines(|row| Vector::new([row.steps as f64, row.error])),
             marked: None,
         }
     }
 
     fn by_time(&self) -> LogChart {
         let longest = self.rows.iter().rfind(|row| row.way == DRIVER);
-        let point = |row: &Row| [row.whole, row.error];
+        let point = |row: &Row| Vector::new([row.whole, row.error]);
         LogChart {
             name: "gradient_time",
             caption: "Error against the time of a whole gradient; along each line the horizon \
@@ -126,7 +127,7 @@ impl Gradients {
     }
 
     /// A line for every way.
-    fn lines(&self, point: impl Fn(&Row) -> [f64; 2]) -> Vec<Line> {
+    fn lines(&self, point: impl Fn(&Row) -> Vector<f64>) -> Vec<Line> {
         let line = |(k, way): (usize, &Way)| {
             let dashes = match way.limit {
                 Limit::Truncation => "1 5",

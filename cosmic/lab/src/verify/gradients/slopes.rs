@@ -61,7 +61,7 @@ impl<'a> Subject<'a> {
         let span = Span::from_start(steps.to_vec());
         let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         let ground = task.ground();
-        let loss = |state: &State<R>| -ground.vector_to_ground(state.x[0])[0];
+        let loss = |state: &State<R>| -ground.along(state.x[0]);
         seen.states.iter().map(loss).collect()
     }
 
@@ -106,7 +106,7 @@ impl<'a> Subject<'a> {
             let span = Span::from_start(vec![steps]);
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
-            -task.ground().vector_to_ground(seen.states[0].x[0])[0]
+            -task.ground().along(seen.states[0].x[0])
         })
     }
 

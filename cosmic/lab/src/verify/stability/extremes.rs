@@ -5,7 +5,7 @@ use crate::verify::probe::most;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::design::Material;
-use cosmic::lattice::length;
+use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
 
@@ -24,7 +24,8 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-    let strains = edges.map(|(&edge, rest)| (length(&case.start.x, edge) / rest - 1.0).abs());
+    let strains =
+        edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() / rest - 1.0).abs());
     let starts_at_rest = most(strains) < LINEAR;
     let own = Trial::new("scene", "its own time step", case.clone(), World::Driven);
     let free = Trial::new("scene", "without its world", case, World::Free);

@@ -2,7 +2,8 @@
 
 use crate::verify::probe::{energies, frequencies, most};
 use cosmic::case::Case;
-use cosmic::lattice::{State, length};
+use cosmic::geometry::Vector;
+use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Span};
@@ -159,7 +160,7 @@ impl Trial {
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
         let mut stream = stream(0, Purpose::Verification);
-        for x in case.start.x.as_flattened_mut() {
+        for x in case.start.x.iter_mut().flat_map(Vector::iter_mut) {
             *x += symmetric(&mut stream, limit);
         }
         case
@@ -173,11 +174,10 @@ impl Trial {
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
         let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
         let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-        let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
+        let off_rest =
+            edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() - rest).abs());
         let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
-        let speeds = states
-            .iter()
-            .flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
+        let speeds = states.iter().flat_map(State::speeds);
         match most(speeds) {
             // Nothing moves.
             0.0 => 0.0,

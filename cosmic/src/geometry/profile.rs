@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ground::Ground;
+use super::range::Range;
+use super::segment::Segment;
+use super::vector::Vector;
+
 /// The most points of a profile: every node looks at every segment in every step.
 pub const MOST_POINTS: usize = 64;
 
@@ -9,9 +14,9 @@ pub const MOST_POINTS: usize = 64;
 /// ground's frame: straight between points, level before the first and behind the last. Without points
 /// the ground is its line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+#[serde(try_from = "Vec<Vector<f64>>", into = "Vec<Vector<f64>>")]
 pub struct Profile {
-    points: Vec<[f64; 2]>,
+    points: Vec<Vector<f64>>,
 }
 
 impl Profile {
@@ -20,14 +25,14 @@ impl Profile {
     /// # Errors
     /// A sentence, if there are more than [`MOST_POINTS`], if one is not finite, or if one is not ahead of
     /// the one before it.
-    pub fn new(points: Vec<[f64; 2]>) -> Result<Self, String> {
+    pub fn new(points: Vec<Vector<f64>>) -> Result<Self, String> {
         if points.len() > MOST_POINTS {
             return Err(format!(
                 "has {} points, more than {MOST_POINTS}",
                 points.len()
             ));
         }
-        if points.as_flattened().iter().any(|x| !x.is_finite()) {
+        if points.iter().any(|point| !point.is_finite()) {
             return Err("has a point that is not finite".to_owned());
         }
         match Self::not_ahead(&points) {
@@ -41,14 +46,14 @@ impl Profile {
     }
 
     /// The first point that is not ahead of the one before it.
-    pub(crate) fn not_ahead(points: &[[f64; 2]]) -> Option<usize> {
+    pub(crate) fn not_ahead(points: &[Vector<f64>]) -> Option<usize> {
         // A NaN is ahead of nothing.
-        let is_ahead = |at: &usize| points[at - 1][0] < points[*at][0];
+        let is_ahead = |at: &usize| points[at - 1].forward() < points[*at].forward();
         (1..points.len()).find(|at| !is_ahead(at))
     }
 
     /// The points, ascending along the ground.
-    pub fn points(&self) -> &[[f64; 2]] {
+    pub fn points(&self) -> &[Vector<f64>] {
         &self.points
     }
 
@@ -62,50 +67,78 @@ impl Profile {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return 0.0;
         };
-        match self.points.partition_point(|point| point[0] <= along) {
-            0 => first[1],
-            ahead if ahead == self.points.len() => last[1],
-            ahead => height_of(self.points[ahead - 1], self.points[ahead], along),
+        match self
+            .points
+            .partition_point(|point| point.forward() <= along)
+        {
+            0 => first.up(),
+            ahead if ahead == self.points.len() => last.up(),
+            ahead => Segment::new(self.points[ahead - 1], self.points[ahead]).height(along),
         }
     }
 
+    /// How far a point of the ground's frame is above the terrain, m, measured along the normal of the ground
+    /// line; negative below it.
+    pub fn above(&self, point: Vector<f64>) -> f64 {
+        point.up() - self.height(point.forward())
+    }
+
     /// The terrain from one place along the ground to another: both ends, and the corners in between.
-    pub fn between(&self, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-        let end = |along: f64| [along, self.height(along)];
+    pub fn between(&self, along: Range) -> Vec<Vector<f64>> {
+        let Range { low, high } = along;
+        let end = |along: f64| Vector::new([along, self.height(along)]);
         let corners = self.points.iter().copied();
-        let corners = corners.filter(|corner| from < corner[0] && corner[0] < to);
-        let mut line = vec![end(from)];
+        let corners = corners.filter(|corner| low < corner.forward() && corner.forward() < high);
+        let mut line = vec![end(low)];
         line.extend(corners);
-        line.push(end(to));
+        line.push(end(high));
         line
+    }
+
+    /// The height of the terrain in the world, m, where the line of its ground is at this x.
+    pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
+        let [cos, sin] = ground.tangent().array();
+        ground.height + x * sin / cos + self.height(x / cos) * cos
+    }
+
+    /// The terrain in the world where the line of its ground goes from one x to another.
+    pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
+        if self.is_flat() {
+            let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
+            return vec![end(across.low), end(across.high)];
+        }
+        let cos = ground.tangent().forward();
+        let line = self.between(across.map(|x| x / cos)).into_iter();
+        line.map(|point| ground.point_to_world(point)).collect()
     }
 
     /// How far a bar is below the terrain at its deepest, m, measured along the normal of the ground line;
     /// 0 if it is nowhere.
-    pub fn depth(&self, [a, b]: [[f64; 2]; 2]) -> f64 {
-        let [from, to] = if a[0] <= b[0] { [a, b] } else { [b, a] };
+    pub fn depth(&self, bar: Segment) -> f64 {
+        let [from, to] = if bar.from.forward() <= bar.to.forward() {
+            [bar.from, bar.to]
+        } else {
+            [bar.to, bar.from]
+        };
+        let bar = Segment::new(from, to);
         // Between two corners the distance from bar to terrain changes at a constant rate.
-        let ends = [from, to].map(|[x, y]| self.height(x) - y);
+        let ends = [from, to].map(|end| -self.above(end));
         let corners = self.points.iter();
-        let corners = corners.filter(|corner| from[0] < corner[0] && corner[0] < to[0]);
-        let depths = corners.map(|corner| corner[1] - height_of(from, to, corner[0]));
+        let corners = corners
+            .filter(|corner| from.forward() < corner.forward() && corner.forward() < to.forward());
+        let depths = corners.map(|corner| corner.up() - bar.height(corner.forward()));
         depths.chain(ends).fold(0.0, f64::max)
     }
 }
 
-/// The height of the line through two points at a place along.
-fn height_of([x, y]: [f64; 2], [to_x, to_y]: [f64; 2], along: f64) -> f64 {
-    y + (to_y - y) * ((along - x) / (to_x - x))
-}
-
-impl TryFrom<Vec<[f64; 2]>> for Profile {
+impl TryFrom<Vec<Vector<f64>>> for Profile {
     type Error = String;
-    fn try_from(points: Vec<[f64; 2]>) -> Result<Self, String> {
+    fn try_from(points: Vec<Vector<f64>>) -> Result<Self, String> {
         Self::new(points)
     }
 }
 
-impl From<Profile> for Vec<[f64; 2]> {
+impl From<Profile> for Vec<Vector<f64>> {
     fn from(profile: Profile) -> Self {
         profile.points
     }
@@ -114,9 +147,14 @@ impl From<Profile> for Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{MOST_POINTS, Profile};
+    use crate::geometry::{Range, Segment, Vector};
+
+    fn of(points: &[[f64; 2]]) -> Result<Profile, String> {
+        Profile::new(points.iter().copied().map(Vector::new).collect())
+    }
 
     fn kerb() -> Profile {
-        Profile::new(vec![[1.0, 0.0], [1.5, 0.5], [2.0, 0.25]]).unwrap()
+        of(&[[1.0, 0.0], [1.5, 0.5], [2.0, 0.25]]).unwrap()
     }
 
     #[test]
@@ -134,7 +172,7 @@ mod tests {
             assert_eq!(kerb.height(along), height, "at {along}");
         }
         assert_eq!(Profile::default().height(3.0), 0.0);
-        let line = kerb.between([0.0, 1.75]);
+        let line = kerb.between(Range::new(0.0, 1.75));
         assert_eq!(line, [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5], [1.75, 0.375]]);
     }
 
@@ -151,7 +189,11 @@ mod tests {
             ([[1.5, 0.5], [1.5, 0.4]], 0.1),
         ] {
             // One division and a difference of numbers below 1.
-            assert!((kerb.depth(bar) - depth).abs() < 1e-15, "{bar:?}");
+            let [from, to] = bar.map(Vector::new);
+            assert!(
+                (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,
+                "{bar:?}"
+            );
         }
     }
 
@@ -163,10 +205,10 @@ mod tests {
             (vec![[0.0, f64::NAN]], "not finite"),
             (vec![[f64::INFINITY, 0.0]], "not finite"),
         ] {
-            let error = Profile::new(points).unwrap_err();
+            let error = of(&points).unwrap_err();
             assert!(error.contains(says), "{error}");
         }
-        let many = |n: usize| Profile::new((0..n).map(|k| [k as f64, 0.0]).collect());
+        let many = |n: usize| Profile::new((0..n).map(|k| Vector::new([k as f64, 0.0])).collect());
         assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
     }
 }

@@ -1,0 +1,119 @@
+//! The ground line and its frame.
+
+use autodiff::Real;
+
+use super::rotation::Rotation;
+use super::vector::Vector;
+
+/// The ground: a line through the point at `height` above the world's origin, inclined to the horizontal.
+///
+/// Its frame has that point as origin, the [tangent](Ground::tangent) as first axis and the
+/// [normal](Ground::normal) as last: the last coordinate is the height above the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Height of the ground at `x = 0`, in metres.
+    pub height: f64,
+    /// Angle to the horizontal in degrees, positive where the ground rises towards `+x`.
+    pub incline_deg: f64,
+}
+
+impl Ground {
+    /// Whether the ground is horizontal: then its frame is the world's, moved and not turned.
+    pub fn is_flat(&self) -> bool {
+        self.incline_deg == 0.0
+    }
+
+    /// The rotation from the world's axes to those of the ground.
+    fn axes(&self) -> Rotation<f64> {
+        Rotation::of_degrees(self.incline_deg)
+    }
+
+    /// The unit vector `s` along the ground, exactly `(1, 0)` on flat ground.
+    pub fn tangent(&self) -> Vector<f64> {
+        self.axes().tangent()
+    }
+
+    /// The unit vector `n` out of the ground, exactly `(0, 1)` on flat ground.
+    pub fn normal(&self) -> Vector<f64> {
+        self.axes().normal()
+    }
+
+    /// The world's vertical in the ground's frame: the unit vector against gravity.
+    pub fn vertical<const D: usize>(&self) -> Vector<f64, D> {
+        self.vector_to_ground(Vector::upright(0.0, 1.0))
+    }
+
+    /// A vector (a velocity, a force) of the world in the ground's frame.
+    pub fn vector_to_ground<R: Real, const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
+        if self.is_flat() {
+            return vector;
+        }
+        self.axes().lit().into_rotated(vector)
+    }
+
+    /// A vector of the ground's frame in the world's.
+    pub fn vector_to_world<R: Real, const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
+        if self.is_flat() {
+            return vector;
+        }
+        self.axes().lit().out_of_rotated(vector)
+    }
+
+    /// A point of the world in the ground's frame: how far along, and how high above the ground.
+    pub fn point_to_ground<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
+        self.vector_to_ground(point.with_up(point.up() - R::lit(self.height)))
+    }
+
+    /// A point of the ground's frame in the world's.
+    pub fn point_to_world<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
+        let vector = self.vector_to_world(point);
+        vector.with_up(vector.up() + R::lit(self.height))
+    }
+
+    /// How far a point of the world is along the ground from the world's origin, m.
+    pub fn along<R: Real, const D: usize>(&self, point: Vector<R, D>) -> R {
+        self.vector_to_ground(point).forward()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Ground;
+    use crate::geometry::Vector;
+
+    #[test]
+    fn there_and_back() {
+        for incline_deg in [-37.0, 0.0, 15.0, 90.0] {
+            let ground = Ground {
+                height: 0.1,
+                incline_deg,
+            };
+            let point = Vector::new([0.7, -0.3]);
+            let back = ground.point_to_world(ground.point_to_ground(point));
+            // Two rotations of numbers below 1: a few roundings of 1e-16.
+            assert!(back.distance(point) < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_normal_points_out_of_the_ground() {
+        let ground = Ground {
+            height: 0.1,
+            incline_deg: 30.0,
+        };
+        let origin = Vector::new([0.0, 0.1]);
+        let up = ground.point_to_ground(origin + ground.normal() * 2.0);
+        // One rotation of numbers near 2.
+        assert!(up.distance(Vector::new([0.0, 2.0])) < 1e-15);
+    }
+
+    #[test]
+    fn flat_ground_is_exact() {
+        let ground = Ground {
+            height: 0.1,
+            incline_deg: 0.0,
+        };
+        assert_eq!(ground.tangent(), [1.0, 0.0]);
+        assert_eq!(ground.normal(), [0.0, 1.0]);
+    }
+}

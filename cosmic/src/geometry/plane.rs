@@ -1,0 +1,65 @@
+//! Inclined planes.
+
+use autodiff::Real;
+
+use super::rotation::Rotation;
+use super::vector::Vector;
+
+/// A plane that rises along the first axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane<R> {
+    /// Turns the axes along the plane, and out of it.
+    pub axes: Rotation<R>,
+    /// The distance from the origin, along the normal, m.
+    offset: R,
+}
+
+impl Plane<f64> {
+    /// The level plane through the origin.
+    pub const LEVEL: Self = Self {
+        axes: Rotation::NONE,
+        offset: 0.0,
+    };
+
+    /// The plane through a point.
+    pub fn through(point: Vector<f64>, axes: Rotation<f64>) -> Self {
+        let offset = axes.tangent().cross(point);
+        Self { axes, offset }
+    }
+
+    /// The plane as constants.
+    #[inline(always)]
+    pub fn lit<R: Real>(&self) -> Plane<R> {
+        Plane {
+            axes: self.axes.lit(),
+            offset: R::lit(self.offset),
+        }
+    }
+}
+
+impl<R: Real> Plane<R> {
+    /// The height of a point above the plane, m.
+    #[inline(always)]
+    pub fn height<const D: usize>(&self, place: Vector<R, D>) -> R {
+        self.axes.height(place, self.offset)
+    }
+
+    /// One of two planes.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            axes: Rotation::select(mask, if_true.axes, if_false.axes),
+            offset: R::select(mask, if_true.offset, if_false.offset),
+        }
+    }
+
+    /// The plane without any derivative.
+    #[inline(always)]
+    #[must_use]
+    pub fn detach(self) -> Self {
+        Self {
+            axes: self.axes.detach(),
+            offset: self.offset.detach(),
+        }
+    }
+}

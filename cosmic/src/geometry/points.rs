@@ -1,0 +1,106 @@
+//! Many points: their mean, their bounds, and their components as flat numbers.
+
+use autodiff::Real;
+
+use super::vector::Vector;
+
+/// The mean of points, or of rows of `D` numbers.
+pub fn mean<R: Real, const D: usize>(points: &[impl Copy + Into<Vector<R, D>>]) -> Vector<R, D> {
+    let share = R::lit(1.0 / points.len() as f64);
+    let points: Vec<Vector<R, D>> = points.iter().map(|&point| point.into()).collect();
+    Vector::from_fn(|k| R::sum_of(&column(&points, k)) * share)
+}
+
+/// The mean of points, each of which counts by its weight.
+pub fn weighted_mean<R: Real, const D: usize>(
+    points: &[Vector<R, D>],
+    weights: &[R],
+) -> Vector<R, D> {
+    let sum = R::sum_of(weights);
+    Vector::from_fn(|k| R::dot(&column(points, k), weights) / sum)
+}
+
+/// Component `k` of all points.
+fn column<T: Copy, const D: usize>(points: &[Vector<T, D>], k: usize) -> Vec<T> {
+    points.iter().map(|point| point.0[k]).collect()
+}
+
+/// The components of points as `D` columns, one after the other: the first component of all points, then the
+/// second of all.
+pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
+    (0..D).flat_map(|k| column(points, k)).collect()
+}
+
+/// The points of [`columns`].
+pub fn from_columns<T: Copy, const D: usize>(columns: &[T]) -> Vec<Vector<T, D>> {
+    let count = columns.len() / D;
+    let point = |node: usize| Vector::from_fn(|k| columns[k * count + node]);
+    (0..count).map(point).collect()
+}
+
+/// The components of points, point by point.
+pub fn flat<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
+    points.iter().flatten().copied().collect()
+}
+
+/// The points of [`flat`].
+pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
+    numbers.as_chunks().0.iter().copied().map(Vector).collect()
+}
+
+/// Replaces the components of points by numbers, point by point.
+///
+/// # Panics
+/// Unless there are as many numbers as components.
+pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T]) {
+    let (rows, rest) = numbers.as_chunks();
+    assert!(
+        rest.is_empty() && rows.len() == points.len(),
+        "one number per component"
+    );
+    for (point, row) in points.iter_mut().zip(rows) {
+        point.0 = *row;
+    }
+}
+
+/// The smallest box along the axes that holds some points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<const D: usize = 2> {
+    /// The least of every component; infinite without points.
+    pub low: Vector<f64, D>,
+    /// The greatest of every component.
+    pub high: Vector<f64, D>,
+}
+
+impl<const D: usize> Bounds<D> {
+    /// The bounds of points.
+    pub fn of(points: impl IntoIterator<Item = Vector<f64, D>>) -> Self {
+        let none = Self {
+            low: Vector([f64::INFINITY; D]),
+            high: Vector([f64::NEG_INFINITY; D]),
+        };
+        points.into_iter().fold(none, |bounds, point| Self {
+            low: bounds.low.min(point),
+            high: bounds.high.max(point),
+        })
+    }
+
+    /// The box with all sides moved outwards.
+    #[must_use]
+    pub fn widened(&self, by: f64) -> Self {
+        Self {
+            low: self.low.map(|x| x - by),
+            high: self.high.map(|x| x + by),
+        }
+    }
+
+    /// The lengths of the sides.
+    pub fn size(&self) -> Vector<f64, D> {
+        self.high - self.low
+    }
+
+    /// The middle of the box.
+    pub fn centre(&self) -> Vector<f64, D> {
+        (self.low + self.high) * 0.5
+    }
+}

@@ -1,0 +1,100 @@
+//! Rotations in the vertical plane: of the first axis towards the last.
+
+use autodiff::Real;
+
+use super::vector::Vector;
+
+/// A rotation of the first axis towards the last. The other axes stay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation<R> {
+    cos: R,
+    sin: R,
+}
+
+impl Rotation<f64> {
+    /// No rotation.
+    pub const NONE: Self = Self { cos: 1.0, sin: 0.0 };
+
+    /// The rotation by an angle in degrees.
+    pub fn of_degrees(degrees: f64) -> Self {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Self { cos, sin }
+    }
+
+    /// The rotation that turns the first axis to the direction from one point to another.
+    pub fn towards(from: Vector<f64>, to: Vector<f64>) -> Self {
+        let [cos, sin] = (to - from).unit().0;
+        Self { cos, sin }
+    }
+
+    /// The first axis after the rotation.
+    pub fn tangent(&self) -> Vector<f64> {
+        Vector([self.cos, self.sin])
+    }
+
+    /// The last axis after the rotation.
+    pub fn normal(&self) -> Vector<f64> {
+        Vector([-self.sin, self.cos])
+    }
+
+    /// The rotation as constants.
+    #[inline(always)]
+    pub fn lit<R: Real>(&self) -> Rotation<R> {
+        Rotation {
+            cos: R::lit(self.cos),
+            sin: R::lit(self.sin),
+        }
+    }
+}
+
+impl<R: Real> Rotation<R> {
+    /// A vector by its components along the rotated axes.
+    #[inline(always)]
+    pub fn into_rotated<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
+        let mut rotated = vector;
+        rotated.0[0] = self.cos.fma(vector.forward(), self.sin * vector.up());
+        rotated.0[D - 1] = self.out(vector);
+        rotated
+    }
+
+    /// A vector from its components along the rotated axes.
+    #[inline(always)]
+    pub fn out_of_rotated<const D: usize>(&self, rotated: Vector<R, D>) -> Vector<R, D> {
+        let mut vector = rotated;
+        vector.0[0] = self.cos.fma(rotated.forward(), -(self.sin * rotated.up()));
+        vector.0[D - 1] = self.sin.fma(rotated.forward(), self.cos * rotated.up());
+        vector
+    }
+
+    /// The component of a vector along the rotated last axis.
+    #[inline(always)]
+    pub fn out<const D: usize>(&self, vector: Vector<R, D>) -> R {
+        self.cos.fma(vector.up(), -(self.sin * vector.forward()))
+    }
+
+    /// The height of a point above the plane at a distance from the origin along the rotated last axis.
+    #[inline(always)]
+    pub(super) fn height<const D: usize>(&self, place: Vector<R, D>, offset: R) -> R {
+        self.cos
+            .fma(place.up(), (-self.sin).fma(place.forward(), -offset))
+    }
+
+    /// One of two rotations.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        Self {
+            cos: R::select(mask, if_true.cos, if_false.cos),
+            sin: R::select(mask, if_true.sin, if_false.sin),
+        }
+    }
+
+    /// The rotation without any derivative.
+    #[inline(always)]
+    #[must_use]
+    pub fn detach(self) -> Self {
+        Self {
+            cos: self.cos.detach(),
+            sin: self.sin.detach(),
+        }
+    }
+}

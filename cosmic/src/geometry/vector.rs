@@ -1,0 +1,395 @@
+//! Vectors of `D` components.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::ops::{Index, IndexMut};
+
+use autodiff::Real;
+
+/// A vector, or a point, of `D` numbers (or arrays of numbers).
+///
+/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels may call them:
+/// [`Kernel`](autodiff::Kernel) says why.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
+
+impl<T, const D: usize> Vector<T, D> {
+    /// The vector with these components.
+    #[inline(always)]
+    pub const fn new(components: [T; D]) -> Self {
+        Self(components)
+    }
+
+    /// The vector whose component `k` is `of(k)`.
+    pub fn from_fn(of: impl FnMut(usize) -> T) -> Self {
+        Self(std::array::from_fn(of))
+    }
+
+    /// The components, for a file, a table or a picture.
+    #[inline(always)]
+    pub fn array(self) -> [T; D] {
+        self.0
+    }
+
+    /// The components as a slice.
+    pub fn as_slice(&self) -> &[T] {
+        &self.0
+    }
+
+    /// The components in order.
+    pub fn iter(&self) -> std::slice::Iter<'_, T> {
+        self.0.iter()
+    }
+
+    /// The components in order, to change them.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+        self.0.iter_mut()
+    }
+
+    /// The vector with every component replaced by a function of it. Kernels use loops or operators instead.
+    pub fn map<S>(self, of: impl FnMut(T) -> S) -> Vector<S, D> {
+        Vector(self.0.map(of))
+    }
+}
+
+impl<T: Copy, const D: usize> Vector<T, D> {
+    /// The first component: along the ground.
+    #[inline(always)]
+    pub fn forward(self) -> T {
+        self.0[0]
+    }
+
+    /// The last component: up, or out of the ground.
+    #[inline(always)]
+    pub fn up(self) -> T {
+        self.0[D - 1]
+    }
+
+    /// The vector with another last component.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_up(mut self, up: T) -> Self {
+        self.0[D - 1] = up;
+        self
+    }
+
+    /// The vector whose component `k` is a function of the components `k` of two vectors.
+    pub fn zip_with<S: Copy, U>(
+        self,
+        other: Vector<S, D>,
+        mut of: impl FnMut(T, S) -> U,
+    ) -> Vector<U, D> {
+        Vector::from_fn(|k| of(self.0[k], other.0[k]))
+    }
+}
+
+impl<R: Real, const D: usize> Vector<R, D> {
+    /// The zero vector.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self([R::zero(); D])
+    }
+
+    /// The constant vector with these components.
+    #[inline(always)]
+    pub fn lit(constant: Vector<f64, D>) -> Self {
+        let mut vector = Self::zero();
+        for k in 0..D {
+            vector.0[k] = R::lit(constant.0[k]);
+        }
+        vector
+    }
+
+    /// The vector with these first and last components; the others are zero.
+    #[inline(always)]
+    pub fn upright(forward: R, up: R) -> Self {
+        let mut vector = Self::zero();
+        vector.0[0] = forward;
+        vector.0[D - 1] = up;
+        vector
+    }
+
+    /// The part along the ground: the last component is zero.
+    #[inline(always)]
+    #[must_use]
+    pub fn along(self) -> Self {
+        self.with_up(R::zero())
+    }
+
+    /// The sum of the products of the components.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> R {
+        let mut sum = self.0[D - 1] * other.0[D - 1];
+        for k in (0..D - 1).rev() {
+            sum = self.0[k].fma(other.0[k], sum);
+        }
+        sum
+    }
+
+    /// The length. At the zero vector its derivative is 0.
+    #[inline(always)]
+    pub fn norm(self) -> R {
+        let mut norm = self.0[0].abs();
+        for k in 1..D {
+            norm = norm.hypot(self.0[k]);
+        }
+        norm
+    }
+
+    /// `sqrt(|self|^2 + softening)`: a length that is smooth at the zero vector.
+    #[inline(always)]
+    pub fn softened_norm(self, softening: f64) -> R {
+        let mut square = R::lit(softening);
+        for k in (0..D).rev() {
+            square = self.0[k].fma(self.0[k], square);
+        }
+        square.sqrt()
+    }
+
+    /// The vector of the same direction whose length is smaller by `by` (at least 0), or zero if it is not
+    /// that long.
+    #[inline(always)]
+    #[must_use]
+    pub fn shortened(self, by: R) -> Self {
+        // In a plane, a vector along the ground has one component.
+        if D == 2 {
+            let left = self.0[0].abs() - by;
+            return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
+        }
+        let length = self.norm();
+        let rests = length.less_equal(R::zero());
+        let safe = R::select(rests, R::one(), length);
+        self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
+    }
+
+    /// The part of another vector that is across this unit vector.
+    #[inline(always)]
+    #[must_use]
+    pub fn across(self, other: Self) -> Self {
+        // In a plane it is exactly zero for parallel vectors.
+        if D == 2 {
+            let sin = self.0[0] * other.0[1] - self.0[1] * other.0[0];
+            return Self::upright(-(sin * self.0[1]), sin * self.0[0]);
+        }
+        other - self * self.dot(other)
+    }
+
+    /// `self * factor + term`.
+    #[inline(always)]
+    #[must_use]
+    pub fn fma(self, factor: R, term: Self) -> Self {
+        let mut sum = term;
+        for k in 0..D {
+            sum.0[k] = factor.fma(self.0[k], term.0[k]);
+        }
+        sum
+    }
+
+    /// `if_true` where the mask holds, else `if_false`. The vector that is not chosen passes no derivative.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        let mut chosen = if_false;
+        for k in 0..D {
+            chosen.0[k] = R::select(mask, if_true.0[k], if_false.0[k]);
+        }
+        chosen
+    }
+
+    /// The point moved by the part of a vector that is along the ground.
+    #[inline(always)]
+    #[must_use]
+    pub fn moved_along(mut self, by: Self) -> Self {
+        for k in 0..D - 1 {
+            self.0[k] = self.0[k] + by.0[k];
+        }
+        self
+    }
+}
+
+impl<const D: usize> Vector<f64, D> {
+    /// The vector whose components are all NaN.
+    pub const NAN: Self = Self([f64::NAN; D]);
+
+    /// The distance between two points.
+    pub fn distance(self, other: Self) -> f64 {
+        let apart = self - other;
+        let rest = apart.0[1..].iter();
+        rest.fold(apart.0[0].abs(), |sum: f64, &component| {
+            sum.hypot(component)
+        })
+    }
+
+    /// The unit vectors along the axes.
+    pub fn axes() -> [Self; D] {
+        std::array::from_fn(|axis| Self::from_fn(|k| f64::from(u8::from(k == axis))))
+    }
+
+    /// The vector of length 1 in the direction of this one; NaN for the zero vector.
+    #[must_use]
+    pub fn unit(self) -> Self {
+        self / self.distance(Self::zero())
+    }
+
+    /// The point a share of the way from this point to another.
+    #[must_use]
+    pub fn towards(self, other: Self, share: f64) -> Self {
+        self + (other - self) * share
+    }
+
+    /// The smaller component of two vectors, one by one.
+    #[must_use]
+    pub fn min(self, other: Self) -> Self {
+        self.zip_with(other, f64::min)
+    }
+
+    /// The larger component of two vectors, one by one.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        self.zip_with(other, f64::max)
+    }
+
+    /// The order of two points along the axis in which `size` is largest, and where they are level along the
+    /// next one.
+    pub fn total_cmp_along(self, other: Self, size: Self) -> Ordering {
+        let mut axes: [usize; D] = std::array::from_fn(|k| k);
+        axes.sort_by(|&a, &b| size.0[b].total_cmp(&size.0[a]));
+        let orders = axes.into_iter().map(|k| self.0[k].total_cmp(&other.0[k]));
+        orders.fold(Ordering::Equal, Ordering::then)
+    }
+
+    /// The largest component.
+    pub fn largest(self) -> f64 {
+        self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// True if no component is infinite or NaN.
+    pub fn is_finite(self) -> bool {
+        self.0.iter().all(|component| component.is_finite())
+    }
+}
+
+impl Vector<f64, 2> {
+    /// The vector turned to the left by a right angle.
+    #[must_use]
+    pub fn turned_left(self) -> Self {
+        let [x, y] = self.0;
+        Self([-y, x])
+    }
+
+    /// The area of the parallelogram of two vectors: positive if `other` is to the left of this one.
+    pub fn cross(self, other: Self) -> f64 {
+        self.0[0] * other.0[1] - self.0[1] * other.0[0]
+    }
+
+    /// The unit vector at an angle (radians) from the first axis towards the second.
+    pub fn at_angle(angle: f64) -> Self {
+        Self([angle.cos(), angle.sin()])
+    }
+
+    /// The angle from the first axis towards the second, radians.
+    pub fn angle(self) -> f64 {
+        self.0[1].atan2(self.0[0])
+    }
+}
+
+/// Written like an array.
+impl<T: fmt::Debug, const D: usize> fmt::Debug for Vector<T, D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<T: Default, const D: usize> Default for Vector<T, D> {
+    fn default() -> Self {
+        Self::from_fn(|_| T::default())
+    }
+}
+
+impl<T, const D: usize> From<[T; D]> for Vector<T, D> {
+    fn from(components: [T; D]) -> Self {
+        Self(components)
+    }
+}
+
+impl<T, const D: usize> From<Vector<T, D>> for [T; D] {
+    fn from(vector: Vector<T, D>) -> Self {
+        vector.0
+    }
+}
+
+impl<T: PartialEq, const D: usize> PartialEq<[T; D]> for Vector<T, D> {
+    fn eq(&self, other: &[T; D]) -> bool {
+        self.0 == *other
+    }
+}
+
+impl<T, const D: usize> Index<usize> for Vector<T, D> {
+    type Output = T;
+    #[inline(always)]
+    fn index(&self, k: usize) -> &T {
+        &self.0[k]
+    }
+}
+
+impl<T, const D: usize> IndexMut<usize> for Vector<T, D> {
+    #[inline(always)]
+    fn index_mut(&mut self, k: usize) -> &mut T {
+        &mut self.0[k]
+    }
+}
+
+impl<T, const D: usize> IntoIterator for Vector<T, D> {
+    type Item = T;
+    type IntoIter = std::array::IntoIter<T, D>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl<'a, T, const D: usize> IntoIterator for &'a Vector<T, D> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Vector;
+
+    /// A law for a plane acts in a vertical plane of space too.
+    #[test]
+    fn a_plane_is_a_part_of_space() {
+        let planar = Vector::new([0.3, -0.4]);
+        let space = Vector::new([0.3, 0.0, -0.4]);
+        assert_eq!(planar.norm(), space.norm());
+        assert_eq!(
+            planar.distance(Vector::zero()),
+            space.distance(Vector::zero())
+        );
+        assert_eq!(planar.softened_norm(1e-12), space.softened_norm(1e-12));
+        assert_eq!(Vector::upright(0.3, -0.4), space);
+        assert_eq!(
+            [planar.up(), planar.forward()],
+            [space.up(), space.forward()]
+        );
+        for by in [0.1, 0.3, 0.5] {
+            let [planar, space] = [
+                planar.along().shortened(by).forward(),
+                space.along().shortened(by).forward(),
+            ];
+            // A division and a product of numbers below 1.
+            assert!((planar - space).abs() < 1e-16);
+        }
+        assert_eq!(Vector::<f64, 3>::zero().shortened(0.1), Vector::zero());
+    }
+
+    #[test]
+    fn vectors_turn_to_the_left() {
+        let vector = Vector::new([0.6, 0.8]);
+        assert_eq!(vector.turned_left(), [-0.8, 0.6]);
+        assert_eq!(vector.cross(vector.turned_left()), 1.0);
+        assert!((Vector::at_angle(vector.angle()).distance(vector)) < 1e-15);
+    }
+}
