@@ -125,7 +125,7 @@ fn kmeans_of_clusters() {
     assert_close(
         "kmeans",
         &answer("kmeans", "dir", &input),
-        &json!([[0.0; 2]; 9]),
+        &json!(vec![[0.0; 2]; 9]),
     );
 }
 
