@@ -1,5 +1,5 @@
 //! A network of 12 neurons learns, by Adam, which points of the plane lie on a ring.
-use autodiff::batch::{Sum, Summand};
+use autodiff::data::{Sum, Summand};
 use autodiff::{Real, gradient_of};
 
 /// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; one more bias stands last.
@@ -15,8 +15,7 @@ fn log_odds<R: Real>(net: &[R], [x, y]: [R; 2]) -> R {
 #[derive(Clone)]
 struct CrossEntropy;
 impl Summand for CrossEntropy {
-    #[inline(always)]
-    fn eval<R: Real>(&self, net: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, net: &[R], datum: &[R]) -> R {
         (-datum[2] * log_odds(net, [datum[0], datum[1]])).softplus() // labels are -1 or 1
     }
 }

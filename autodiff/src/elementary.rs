@@ -1,62 +1,94 @@
-//! The names of elementary functions of one number.
+//! The table of functions of one number.
 
-/// A function of one number for [`Real::elementary`](crate::Real::elementary): those that a number type
-/// need not have an implementation of, because they are made of others.
+/// Gives the table to a macro. Adding a function is adding an entry.
 ///
-/// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
-/// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
-/// the value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Elementary {
-    /// Inverse sine.
-    Asin,
-    /// Inverse cosine.
-    Acos,
-    /// Hyperbolic sine.
-    Sinh,
-    /// Hyperbolic cosine.
-    Cosh,
-    /// Inverse hyperbolic sine.
-    Asinh,
-    /// Inverse hyperbolic cosine.
-    Acosh,
-    /// Inverse hyperbolic tangent.
-    Atanh,
-    /// `e^x - 1`.
-    ExpM1,
-    /// `ln(1 + x)`.
-    Ln1p,
-    /// Logarithm to base 2.
-    Log2,
-    /// Logarithm to base 10.
-    Log10,
-    /// Cubic root of either sign.
-    Cbrt,
-    /// `1 / (1 + e^-x)`.
-    Sigmoid,
-    /// `ln(1 + e^x)`.
-    Softplus,
+/// - Every number type implements the *basic* functions. An entry has the method of
+///   [`Real`](crate::Real) and a variant of the recorded operations. The function of the module `rule` with the
+///   method's name has the derivative.
+/// - The others are *composed* of methods of [`Real`](crate::Real). An entry has the method, the variant of
+///   [`Elementary`] and the documentation; then the value at `x`, and the partial at `x` where the value is `y`.
+///   The formulas must select and not branch, so that they run in lanes, and their constants must be small integers
+///   and halves, so that they are as precise as the type. Longer ones are functions of `math/table.rs`.
+macro_rules! functions {
+    ($then:ident) => {
+        $then! {
+            basic {
+                recip Recip, sqrt Sqrt, rsqrt Rsqrt, exp Exp, ln Ln, sin Sin, cos Cos, tan Tan, tanh Tanh
+            }
+            composed {
+                asin Asin "Inverse sine.":
+                    |x| x.atan2(((R::one() - x) * (R::one() + x)).sqrt()),
+                    |x, y| rule::one_minus_square(x).sqrt().recip();
+                acos Acos "Inverse cosine.":
+                    |x| ((R::one() - x) * (R::one() + x)).sqrt().atan2(x),
+                    |x, y| -rule::one_minus_square(x).sqrt().recip();
+                sinh Sinh "Hyperbolic sine.": |x| sinh(x), |x, y| x.cosh();
+                cosh Cosh "Hyperbolic cosine.": |x| cosh(x), |x, y| x.sinh();
+                asinh Asinh "Inverse hyperbolic sine.": |x| asinh(x), |x, y| asinh_partial(x);
+                acosh Acosh "Inverse hyperbolic cosine.":
+                    |x| acosh(x),
+                    |x, y| ((x - R::one()).sqrt() * (x + R::one()).sqrt()).recip();
+                atanh Atanh "Inverse hyperbolic tangent.":
+                    |x| R::lit(0.5) * (ln_1p(x) - ln_1p(-x)),
+                    |x, y| R::select(R::one().less(x.abs()), y, rule::one_minus_square(x).recip());
+                exp_m1 ExpM1 "`e^x - 1`, accurate near 0.": |x| exp_m1(x), |x, y| x.exp();
+                ln_1p Ln1p "`ln(1 + x)`, accurate near 0.": |x| ln_1p(x), |x, y| rule::ln(R::one() + x).1;
+                log2 Log2 "Logarithm to base 2.":
+                    |x| x.ln() / R::lit(2.0).ln(),
+                    |x, y| rule::ln(x).1 / R::lit(2.0).ln();
+                log10 Log10 "Logarithm to base 10.":
+                    |x| x.ln() / R::lit(10.0).ln(),
+                    |x, y| rule::ln(x).1 / R::lit(10.0).ln();
+                cbrt Cbrt "Cubic root of either sign.": |x| cbrt(x), |x, y| (R::lit(3.0) * y * y).recip();
+                sinc Sinc "`sin(x) / x`, and 1 at 0.":
+                    |x| cardinal(x.sin(), x),
+                    |x, y| cardinal_partial((x.cos() - y) / x, x, -1.0);
+                sinhc Sinhc "`sinh(x) / x`, and 1 at 0.":
+                    |x| cardinal(x.sinh(), x),
+                    |x, y| cardinal_partial(y * (x.tanh().recip() - x.recip()), x, 1.0);
+                sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`: right everywhere, where that formula \
+                    differentiates to NaN as soon as `e^-x` overflows.":
+                    |x| sigmoid(x).0,
+                    |x, y| sigmoid(x).1;
+                softplus Softplus "`ln(1 + e^x)`, right everywhere: a smooth `max(x, 0)` with the slope \
+                    `sigmoid`.":
+                    |x| softplus(x),
+                    |x, y| x.sigmoid();
+            }
+        }
+    };
 }
 
-impl Elementary {
-    /// The name of the method.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Asin => "asin",
-            Self::Acos => "acos",
-            Self::Sinh => "sinh",
-            Self::Cosh => "cosh",
-            Self::Asinh => "asinh",
-            Self::Acosh => "acosh",
-            Self::Atanh => "atanh",
-            Self::ExpM1 => "exp_m1",
-            Self::Ln1p => "ln_1p",
-            Self::Log2 => "log2",
-            Self::Log10 => "log10",
-            Self::Cbrt => "cbrt",
-            Self::Sigmoid => "sigmoid",
-            Self::Softplus => "softplus",
+pub(crate) use functions;
+
+macro_rules! define {
+    (
+        basic { $($_basic:tt)* }
+        composed {
+            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
-    }
+    ) => {
+        /// A function of one number for [`Real::elementary`](crate::Real::elementary): those that a number type
+        /// need not have an implementation of, because they are made of others.
+        ///
+        /// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
+        /// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
+        /// the value is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Elementary {
+            $(#[doc = $about] $Function,)*
+        }
+
+        impl Elementary {
+            /// The name of the method.
+            pub(crate) fn name(self) -> &'static str {
+                match self {
+                    $(Self::$Function => stringify!($method),)*
+                }
+            }
+        }
+    };
 }
+
+functions!(define);

@@ -81,7 +81,7 @@ struct FiniteFloat;
 
 impl ByType for FiniteFloat {
     type Of<R: Real> = R;
-    type Output = bool;
+    type Output<R: Real> = bool;
     #[inline(always)]
     fn f64(self, partial: f64) -> bool {
         partial.is_finite()

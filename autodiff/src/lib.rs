@@ -57,9 +57,9 @@
 //! | trait | a function | taken by |
 //! | --- | --- | --- |
 //! | [`Function`], [`VectorFunction`] | of a slice, with one result or several | the drivers: [`gradient`], [`jacobian`], … |
-//! | [`Kernel`] | of a few numbers, for each element of some arrays | [`Program::map`], [`batch::jacobians`] |
+//! | [`Kernel`] | of a few numbers, for each element of some arrays | [`Program::map`], [`data::jacobians`] |
 //! | [`Model`] | one time step, of kernels and matrix products over arrays | [`Rollout`] |
-//! | [`batch::Summand`] | of parameters that all data share and of one datum | [`batch::Sum`] |
+//! | [`data::Summand`] | of parameters that all data share and of one datum | [`data::Sum`] |
 //! | [`implicit::Residual`] | zero at the solution of equations | [`implicit::root`] |
 //! | [`custom::Rule`] | with one result, whose partials you give | [`custom::apply`] |
 //! | [`Fused`] | of several slices, whose reverse sweep you write | [`Real::fused`] |
@@ -164,11 +164,10 @@
 //! | all of a Hessian | [`hessian`] | that for every four arguments |
 //! | a Hessian that is mostly zeros | [`sparse_hessian`] | a gradient's for every colour |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
-//! | the same from many starts with shared parameters | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts |
-//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
-//! | values and gradients of one function at many points | [`batch::Recorded`] | recorded once; a few, in lanes over the points |
-//! | gradient of a sum over data, of a network's loss for example | [`batch::Sum`] | a few, in lanes over the data |
-//! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
+//! | the same from many starts | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts; nine tenths for two starts |
+//! | values and gradients of one function at many points | [`data::Recorded`] | recorded once; a few, in lanes over the points |
+//! | gradient of a sum over data, of a network's loss for example | [`data::Sum`] | a few, in lanes over the data |
+//! | Jacobians of one small function at many points | [`data::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's adjoint is emitted ([`emit::adjoint`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -249,21 +248,21 @@
 //! - **Exact for the code as written.** That includes its constants, iteration counts and stopping
 //!   rules, and is not always the function meant. The derivative of a solver stopped early is that of
 //!   the last iterate; [`implicit::root`] has that of the solution.
-//! - **Builds without optimisation.** Kernels and sums over data are compiled into the calling crate,
-//!   each as one large function in which, without optimisation, every intermediate has a stack slot of
-//!   its own: with wide registers, megabytes of stack. So this crate uses scalars where it is itself
-//!   built without optimisation. Where only the dependencies are optimised, by
+//! - **Builds without optimisation.** Kernels are compiled into the calling crate, each as one large
+//!   function in which, without optimisation, every intermediate has a stack slot of its own: with wide
+//!   registers, megabytes of stack. So this crate uses scalars where it is itself built without
+//!   optimisation. Where only the dependencies are optimised, by
 //!   `[profile.dev.package."*"]`, it cannot tell: set `opt-level = 1` in `[profile.dev]` too.
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
 //!
 //! # Features
 //!
-//! None is on by default.
-//!
+//! - `data`, on by default: sums and maps over [`data`] are compiled for floats in this crate. Without it,
+//!   this crate compiles in half the time, and each crate that has such a sum compiles 7 s longer;
 //! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
-//! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
+//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.
 //!
 //! # Versions
 //!
@@ -300,22 +299,23 @@ mod restored;
 mod reverse;
 pub mod custom;
 pub mod arrays;
-pub mod rollout;
+pub mod steps;
 mod record;
 pub mod drivers;
+pub mod data;
 pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Array, Graph, Kernel, Matrix, Program};
+pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
 pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
 pub use drivers::{
-    Dense, Function, VectorFunction, batch, gradient, gradient_forward, gradient_forward_of,
-    gradient_of, hessian, hessian_of, hessian_vector, hessian_vector_of, implicit, jacobian,
-    jacobian_of, jvp, jvp_of, sparse,
+    Dense, Function, VectorFunction, gradient, gradient_forward, gradient_forward_of, gradient_of,
+    hessian, hessian_of, hessian_vector, hessian_vector_of, implicit, jacobian, jacobian_of, jvp,
+    jvp_of, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
     value_and_gradient, value_and_gradient_of, vjp, vjp_of,
 };
@@ -328,7 +328,7 @@ pub use parameters::Parameters;
 pub use real::{Fused, Mask, Real};
 pub use record::{AnyProgram, emit};
 pub use reverse::{Tape, Var};
-pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};
+pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

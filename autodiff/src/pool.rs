@@ -78,7 +78,7 @@ pub(crate) fn count() -> usize {
 #[cfg(test)]
 mod tests {
     use super::{MOST, POOL, Pool, Pooled, count};
-    use crate::batch::{Sum, Summand};
+    use crate::data::{Sum, Summand};
     use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
 
     /// A buffer with this number of bytes. The constant `TYPE` makes different types.
@@ -157,8 +157,7 @@ mod tests {
     struct Line;
 
     impl Summand for Line {
-        #[inline(always)]
-        fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
             let sum = shared.iter().fold(R::zero(), |sum, &x| sum + x);
             sum * datum[0]
         }

@@ -128,7 +128,7 @@ impl<R: Real> Product<'_, R> {
         }
     }
 
-    /// `T` rows of `H` registers: every load of `b` serves all of them.
+    /// `T` rows of `H` registers.
     ///
     /// # Safety
     /// As for [`add_columns`](Self::add_columns), and there are these rows.
@@ -139,22 +139,19 @@ impl<R: Real> Product<'_, R> {
         column: usize,
         last: usize,
     ) {
-        let (mut sums, mut b) = ([[L::zero(); H]; T], [L::zero(); H]);
         // SAFETY, here and below: the caller's promise.
-        let a = unsafe { self.a.numbers.get_unchecked(row * self.a.row..) };
-        for k in 0..self.depth {
-            for h in 0..H {
-                let n = if h + 1 == H { last } else { L::N };
-                b[h] = unsafe { L::load_n(self.b, k * self.b_row + column + h * L::N, n) };
-            }
-            for t in 0..T {
-                let at = t * self.a.row + k * self.a.column;
-                let a = L::splat(unsafe { *a.get_unchecked(at) });
-                for h in 0..H {
-                    sums[t][h] = b[h].fma(a, sums[t][h]);
-                }
-            }
-        }
+        let [sums] = unsafe {
+            let factors = Factors {
+                a: Strided {
+                    numbers: self.a.numbers.get_unchecked(row * self.a.row..),
+                    ..self.a
+                },
+                b: self.b.get_unchecked(column..),
+                b_row: self.b_row,
+                depth: self.depth,
+            };
+            factors.sums::<L, 1, T, H>(last)
+        };
         for t in 0..T {
             for h in 0..H {
                 let n = if h + 1 == H { last } else { L::N };
@@ -168,9 +165,81 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
+/// Rows of one matrix and registers of columns of another: the core of every product.
+pub(crate) struct Factors<'a, R> {
+    pub(crate) a: Strided<'a, R>,
+    /// The numbers of a row are adjacent.
+    pub(crate) b: &'a [R],
+    /// The distance from a row of `b` to the next.
+    pub(crate) b_row: usize,
+    /// Columns of `a` and rows of `b`.
+    pub(crate) depth: usize,
+}
+
+impl<R: Real> Factors<'_, R> {
+    /// The products of `T` rows and `H` registers of columns, the last of which holds `last` numbers: each as `P`
+    /// sums of every `P`-th term, so that consecutive additions need not wait for one another.
+    ///
+    /// # Safety
+    /// The slices hold these rows and columns.
+    #[inline(always)]
+    pub(crate) unsafe fn sums<L: Lane<R>, const P: usize, const T: usize, const H: usize>(
+        &self,
+        last: usize,
+    ) -> [[[L; H]; T]; P] {
+        let (mut sums, mut k) = ([[[L::zero(); H]; T]; P], 0);
+        // SAFETY: the caller's promise, and the terms end with the depth.
+        unsafe {
+            if const { fits_registers::<R, L>() } {
+                while k + P <= self.depth {
+                    for p in 0..P {
+                        self.add_term(k + p, last, &mut sums[p]);
+                    }
+                    k += P;
+                }
+                // Constant indices, or the sums would not stay in registers.
+                for p in 0..P {
+                    if k + p < self.depth {
+                        self.add_term(k + p, last, &mut sums[p]);
+                    }
+                }
+            } else {
+                for k in 0..self.depth {
+                    self.add_term(k, last, &mut sums[k % P]);
+                }
+            }
+        }
+        sums
+    }
+
+    /// # Safety
+    /// As for [`sums`](Self::sums), with more columns of `a` and rows of `b` than `k`.
+    #[inline(always)]
+    unsafe fn add_term<L: Lane<R>, const T: usize, const H: usize>(
+        &self,
+        k: usize,
+        last: usize,
+        sums: &mut [[L; H]; T],
+    ) {
+        let mut b = [L::zero(); H];
+        for h in 0..H {
+            let n = if h + 1 == H { last } else { L::N };
+            // SAFETY, here and below: the caller's promise.
+            b[h] = unsafe { L::load_n(self.b, k * self.b_row + h * L::N, n) };
+        }
+        for t in 0..T {
+            let at = t * self.a.row + k * self.a.column;
+            let a = L::splat(unsafe { *self.a.numbers.get_unchecked(at) });
+            for h in 0..H {
+                sums[t][h] = b[h].fma(a, sums[t][h]);
+            }
+        }
+    }
+}
+
 /// Whether a number, or a lane of them, is one register: of larger ones, duals for example, unrolled
 /// loops would only take longer to compile.
-const fn fits_registers<R, L: Lane<R>>() -> bool {
+pub(crate) const fn fits_registers<R, L: Lane<R>>() -> bool {
     L::N > 1 || size_of::<R>() <= size_of::<f64>()
 }
 

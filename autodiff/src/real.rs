@@ -77,18 +77,23 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
-use crate::elementary::Elementary;
+use crate::elementary::{Elementary, functions};
 pub use crate::literal::Literal;
 pub use crate::mask::Mask;
 
 /// A method for each [`Elementary`] function.
 macro_rules! elementary_methods {
-    ($($method:ident $function:ident $description:literal),*) => {
+    (
+        basic { $($_basic:tt)* }
+        composed {
+            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
+        }
+    ) => {
         $(
-            #[doc = $description]
+            #[doc = $about]
             #[inline(always)]
             fn $method(self) -> Self {
-                self.elementary(Elementary::$function)
+                self.elementary(Elementary::$Function)
             }
         )*
     };
@@ -227,24 +232,7 @@ pub trait Real:
     fn atan(self) -> Self {
         self.atan2(Self::one())
     }
-    elementary_methods! {
-        asin Asin "Inverse sine.",
-        acos Acos "Inverse cosine.",
-        sinh Sinh "Hyperbolic sine.",
-        cosh Cosh "Hyperbolic cosine.",
-        asinh Asinh "Inverse hyperbolic sine.",
-        acosh Acosh "Inverse hyperbolic cosine.",
-        atanh Atanh "Inverse hyperbolic tangent.",
-        exp_m1 ExpM1 "`e^x - 1`, accurate near 0.",
-        ln_1p Ln1p "`ln(1 + x)`, accurate near 0.",
-        log2 Log2 "Logarithm to base 2.",
-        log10 Log10 "Logarithm to base 10.",
-        cbrt Cbrt "Cubic root of either sign.",
-        sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`: right everywhere, where that formula \
-            differentiates to NaN as soon as `e^-x` overflows.",
-        softplus Softplus "`ln(1 + e^x)`, right everywhere: a smooth `max(x, 0)` with the slope \
-            [`sigmoid`](Real::sigmoid)."
-    }
+    functions!(elementary_methods);
     /// Absolute value.
     fn abs(self) -> Self;
     /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
@@ -347,7 +335,7 @@ pub trait Real:
     }
     /// Calls the method of `work` that is for this type.
     #[inline(always)]
-    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
+    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
         work.other(of)
     }
 }
@@ -358,13 +346,13 @@ pub trait ByType {
     /// The argument, for a number type.
     type Of<R: Real>;
     /// What the work returns.
-    type Output;
+    type Output<R: Real>;
     /// Does the work for `f64`.
-    fn f64(self, of: Self::Of<f64>) -> Self::Output;
+    fn f64(self, of: Self::Of<f64>) -> Self::Output<f64>;
     /// Does the work for `f32`.
-    fn f32(self, of: Self::Of<f32>) -> Self::Output;
+    fn f32(self, of: Self::Of<f32>) -> Self::Output<f32>;
     /// Does the work for any other type.
-    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output;
+    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output<R>;
 }
 
 /// A function of several slices that is differentiated as a whole.

@@ -100,7 +100,7 @@ impl Step for Truss {
     }
 }
 
-/// Values, gradients and second derivatives: floats by lanes, duals and tapes of duals interpreted.
+/// Values, gradients and second derivatives: floats in lanes; duals and tapes of duals replay recordings.
 #[test]
 fn steps_without_a_number_type_are_the_steps_written_out() {
     assert_same(Truss::new(true));
@@ -109,7 +109,7 @@ fn steps_without_a_number_type_are_the_steps_written_out() {
 
 /// The numbers of both recordings are equal, bit for bit, whatever their type.
 #[test]
-fn interpreted_numbers_are_those_of_the_code() {
+fn replayed_numbers_are_those_of_the_code() {
     fn run<R: Real>(any: bool) -> Vec<R> {
         let truss = Truss::new(any);
         let number = |i: usize| R::lit((1.3 * i as f64 + 0.4).sin());

@@ -2,8 +2,8 @@
 
 use crate::common::{forward_gradient, largest_difference};
 use autodiff::Elementary;
-use autodiff::batch::{Sum, Summand};
 use autodiff::custom::{Rule, apply};
+use autodiff::data::{Sum, Summand};
 use autodiff::{Dense, Function, Mask, Real, gradient, hessian};
 
 /// Every operation that a trace records, kinks and selections included.
@@ -11,14 +11,10 @@ use autodiff::{Dense, Function, Mask, Real, gradient, hessian};
 struct Everything;
 
 impl Summand for Everything {
-    fn scratch(&self) -> usize {
-        6
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let [a, b, c] = [shared[0], shared[1], shared[2]];
         let [x, y] = [datum[0], datum[1]];
+        let mut scratch = [R::zero(); 6];
         scratch[0] = (a * x + b).sin() - (b - y).cos() * (R::lit(0.3) * x).tan();
         scratch[1] = (a - x).tanh() + (-(b * b)).exp() / (R::lit(2.0) + y * y);
         scratch[1] += (b * x).elementary(Elementary::Asinh) * y.elementary(Elementary::Cosh);
@@ -37,7 +33,7 @@ impl Summand for Everything {
         // Shared and own, of which some data have no use.
         let dots = dots + R::dot(&shared[..2], datum);
         let dots = dots + R::select(inside, R::dot(&shared[1..], datum), x);
-        dots + R::sum_of(datum) * R::sum_of(&[a, y, c]) + R::sum_of(scratch)
+        dots + R::sum_of(datum) * R::sum_of(&[a, y, c]) + R::sum_of(&scratch)
     }
 }
 
@@ -89,10 +85,7 @@ fn replayed_gradients_are_those_of_forward_mode() {
 #[test]
 fn the_sum_is_that_of_its_terms() {
     let data = data(45);
-    let terms = data.iter().map(|datum| {
-        let mut scratch = [0.0; 6];
-        Everything.eval(&AT, datum, &mut scratch)
-    });
+    let terms = data.iter().map(|datum| Everything.eval(&AT, datum));
     let expected: f64 = terms.sum();
     let total = Total(Sum::new(Everything, &data));
     assert_close(&[Function::eval(&total, &AT)], &[expected], "value");
@@ -105,8 +98,7 @@ fn the_sum_is_that_of_its_terms() {
 struct Assigned;
 
 impl Summand for Assigned {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let mut term = shared[0];
         term += datum[0];
         term -= shared[1];
@@ -135,7 +127,7 @@ fn operators_that_assign_are_recorded() {
 struct Skips;
 
 impl Summand for Skips {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let (a, x) = (shared[0], datum[0]);
         let positive = R::zero().less(x);
         let mut term = R::lit(3.0) * a * x;
@@ -150,7 +142,7 @@ impl Summand for Skips {
 struct ChoosesByZero;
 
 impl Summand for ChoosesByZero {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let (a, x) = (shared[0], datum[0]);
         if x.is_zero() { a } else { a * a * x }
     }
@@ -195,9 +187,8 @@ struct Terms<S, const N: usize>(S, Vec<[f64; N]>);
 
 impl<S: Summand, const N: usize> Function for Terms<S, N> {
     fn eval<R: Real>(&self, shared: &[R]) -> R {
-        let mut scratch = vec![R::zero(); self.0.scratch()];
-        let mut term = |datum: &[f64; N]| self.0.eval(shared, &datum.map(R::lit), &mut scratch);
-        R::sum_of(&self.1.iter().map(&mut term).collect::<Vec<R>>())
+        let term = |datum: &[f64; N]| self.0.eval(shared, &datum.map(R::lit));
+        R::sum_of(&self.1.iter().map(term).collect::<Vec<R>>())
     }
 }
 
@@ -236,8 +227,7 @@ impl Rule for Softened {
 struct WithRule;
 
 impl Summand for WithRule {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         apply(Softened, &[shared[0] * datum[0]]) * shared[1]
     }
 }
@@ -258,8 +248,7 @@ fn a_custom_rule_inside_keeps_its_derivative() {
 struct Guarded;
 
 impl Summand for Guarded {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let root = (shared[0] * datum[0]).sqrt();
         let used = R::lit(0.5).less(datum[0]);
         R::select(used, R::dot(&[root], &[root * shared[0]]), R::zero())
@@ -277,18 +266,14 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
 struct Rows;
 
 impl Summand for Rows {
-    fn scratch(&self) -> usize {
-        4
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let own = [datum[0], datum[1], datum[1] * datum[0]];
+        let mut scratch = [R::zero(); 4];
         for i in 0..3 {
             scratch[i] = own[i] - shared[i];
         }
         scratch[3] = R::dot(&shared[..3], &scratch[..3]);
-        let with_the_one_before = R::dot(&shared[1..5], scratch);
+        let with_the_one_before = R::dot(&shared[1..5], &scratch);
         let elsewhere = R::dot(&shared[..2], &scratch[1..3]);
         let then_shorter = R::dot(&shared[3..], &scratch[..3]);
         let shorter = R::dot(&shared[2..4], &scratch[..2]);
@@ -320,13 +305,7 @@ fn rows_with_the_same_numbers_go_back_together() {
 struct RowsOfArguments;
 
 impl Summand for RowsOfArguments {
-    fn scratch(&self) -> usize {
-        1
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        assert_eq!(scratch.len(), 1);
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let first = R::dot(&shared[..1], datum);
         let with_the_one_before = R::dot(&shared[1..3], &[datum[0], first]);
         let second = R::dot(&shared[2..3], datum);
@@ -346,9 +325,7 @@ fn rows_of_a_datum_alone_go_back_together() {
 struct Inner;
 
 impl Summand for Inner {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        assert!(scratch.is_empty());
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         shared[0] * datum[0]
     }
 }
@@ -357,7 +334,7 @@ impl Summand for Inner {
 struct Outer;
 
 impl Summand for Outer {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let before = shared[0] * datum[0];
         let constant = gradient(&Total(Sum::new(Inner, &[[2.0], [3.0]])), &[4.0]);
         before.sin() * R::lit(constant[0]) + before
@@ -374,8 +351,7 @@ fn a_sum_s_gradient_may_be_taken_within_a_term() {
 struct GuardedRows;
 
 impl Summand for GuardedRows {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let own = [datum[0].recip()];
         let guarded = R::dot(&shared[..1], &own);
         let plain = R::dot(&shared[1..], &own);
@@ -402,14 +378,10 @@ impl Network {
 }
 
 impl Summand for Network {
-    fn scratch(&self) -> usize {
-        Self::INPUTS + 2 * Self::HIDDEN
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let (first, rest) = shared.split_at(Self::HIDDEN * Self::INPUTS);
         let (second, biases) = rest.split_at(Self::HIDDEN * (Self::INPUTS + Self::HIDDEN));
+        let mut scratch = vec![R::zero(); Self::INPUTS + 2 * Self::HIDDEN];
         let (x, y) = scratch.split_at_mut(Self::INPUTS + Self::HIDDEN);
         x[..Self::INPUTS].copy_from_slice(datum);
         for row in 0..Self::HIDDEN {
@@ -442,8 +414,8 @@ fn layers_of_a_network_have_the_gradient_of_their_rows() {
 
 /// The sum over a layer of eight rows, each of whose own numbers is computed by `own`; the first row counts
 /// only where the datum is above a half.
-#[inline(always)]
-fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R, scratch: &mut [R]) -> R {
+fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R) -> R {
+    let mut scratch = [R::zero(); 16];
     // One operation for each: a layer's own numbers lie apart.
     for place in &mut scratch[..8] {
         *place = own();
@@ -460,13 +432,8 @@ fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R, scratch:
 struct GuardedLayer;
 
 impl Summand for GuardedLayer {
-    fn scratch(&self) -> usize {
-        16
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        guarded_layer(shared, || datum[0].recip(), datum[0], scratch)
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
+        guarded_layer(shared, || datum[0].recip(), datum[0])
     }
 }
 
@@ -491,13 +458,8 @@ fn an_infinite_weight_of_a_row_that_is_not_selected_passes_nothing() {
 struct GuardedWeights;
 
 impl Summand for GuardedWeights {
-    fn scratch(&self) -> usize {
-        16
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        guarded_layer(shared, || shared[64] + datum[0], datum[0], scratch)
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
+        guarded_layer(shared, || shared[64] + datum[0], datum[0])
     }
 }
 
@@ -526,8 +488,7 @@ fn data_of_different_lengths_are_refused() {
 struct Above;
 
 impl Summand for Above {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         (datum[0] - shared[0]).max(R::zero()).sqrt()
     }
 }
@@ -546,8 +507,7 @@ fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
 struct Apart;
 
 impl Summand for Apart {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let (a, b) = (shared[0], shared[1]);
         let soft = (a * a * a).straight_through(a * b);
         a.detach() * b * datum[0] + soft * b

@@ -1,7 +1,7 @@
 //! Sums whose term is not the result of the record's last operation.
 
 use crate::common::{assert_close, forward_gradient};
-use autodiff::batch::{Recorded, Sum, Summand};
+use autodiff::data::{Recorded, Sum, Summand};
 use autodiff::{Function, Real, value_and_gradient};
 
 /// What a term is. The record also holds a layer of a network.
@@ -25,13 +25,8 @@ const WIDTH: usize = 8;
 const SHARED: usize = WIDTH * WIDTH + 7;
 
 impl Summand for Term {
-    fn scratch(&self) -> usize {
-        2 * WIDTH
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        let (own, rows) = scratch.split_at_mut(WIDTH);
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
+        let (mut own, mut rows) = ([R::zero(); WIDTH], [R::zero(); WIDTH]);
         for (own, &number) in own.iter_mut().zip(datum) {
             *own = match self {
                 // In these cases single operations read no parameter.
@@ -40,7 +35,7 @@ impl Summand for Term {
             };
         }
         for (row, weights) in rows.iter_mut().zip(shared.chunks(WIDTH)) {
-            *row = R::dot(weights, own);
+            *row = R::dot(weights, &own);
         }
         match *self {
             Term::Shared(at) | Term::SharedAmongRead(at) => shared[at],

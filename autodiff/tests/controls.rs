@@ -144,7 +144,7 @@ fn starts_together_are_as_each_alone() {
                     [Given::Shared(forces[0]), Given::Shared(winds[0])]
                 };
                 let given = [&[Given::Each(stiffness)][..], &controls].concat();
-                let seen = Squares::default().rollout().run_batch_with(starts, &given);
+                let seen = Squares::default().rollout().run_batch(starts, &given);
                 let squares: Vec<Var<f64>> = seen.iter().map(|seen| Var::dot(seen, seen)).collect();
                 Var::sum_of(&squares)
             };

@@ -1,7 +1,7 @@
 //! Graphs without some of their edges, and edges in the plane.
 
 use crate::steps::{Step, Turn, assert_same};
-use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient};
+use autodiff::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 
 const NODES: usize = 40;
 
@@ -65,7 +65,10 @@ impl Function for Loss {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let (start, stiffness) = x.split_at(2 * NODES);
         let moved: Vec<R> = start.iter().map(|&x| x * R::lit(1.1)).collect();
-        let seen = self.0.run_batch(&[start, &moved], &[stiffness]).concat();
+        let seen = self
+            .0
+            .run_batch(&[start, &moved], &[Given::Shared(stiffness)])
+            .concat();
         let weights = (0..seen.len()).map(|i| R::lit(1.0 + 0.01 * i as f64));
         let weighted: Vec<R> = seen.iter().zip(weights).map(|(&s, w)| s * w).collect();
         R::dot(&seen, &weighted)

@@ -1,7 +1,7 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
 use crate::common::{assert_refused, panic_message};
-use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
 #[derive(Clone)]
@@ -31,7 +31,10 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
     let rollout = Rollout::new(SetOutBefore, 2);
     assert_eq!(rollout.run(&[8.0], &[&[], &[0.25]]), [2.0]);
     assert_eq!(rollout.run(&[8.0_f32], &[&[], &[0.25]]), [2.0]);
-    let many = rollout.run_batch(&[&[8.0], &[4.0], &[12.0]], &[&[], &[0.25]]);
+    let many = rollout.run_batch(
+        &[&[8.0], &[4.0], &[12.0]],
+        &[Given::Shared(&[]), Given::Shared(&[0.25])],
+    );
     assert_eq!(many, [[2.0], [1.0], [3.0]]);
 }
 
@@ -72,7 +75,8 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
     for count in 1..=16 {
         leave_nan();
         let ends = Tape::new().record(&[0.5; 3], |x| {
-            let parameters = [&[Var::lit(1.0); 3] as &[Var<f64>], &[Var::lit(0.25)]];
+            let (weights, bias) = ([Var::lit(1.0); 3], [Var::lit(0.25)]);
+            let parameters = [Given::Shared(&weights), Given::Shared(&bias)];
             Rollout::new(Gapped, 2).run_batch(&vec![x; count], &parameters)
         });
         for end in ends {
@@ -194,14 +198,14 @@ fn starts_and_entries_that_do_not_fit_are_told() {
         || rollout.run(&[1.0, 2.0], &parameters),
     );
     assert_refused("one has 2 numbers, the first 1", || {
-        rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters)
+        rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters.map(Given::Shared))
     });
     let rollout = Rollout {
         entries: Some(vec![1 << (usize::BITS - 1)]),
         ..rollout
     };
     assert_refused("has 1 numbers in a state: the entries [", || {
-        rollout.run_batch(&[&[1.0], &[2.0]], &parameters)
+        rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared))
     });
 }
 

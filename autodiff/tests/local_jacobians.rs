@@ -1,6 +1,6 @@
 //! A small function at many points, with its Jacobian at each.
 
-use autodiff::{Kernel, Real, VectorFunction, batch};
+use autodiff::{Kernel, Real, VectorFunction, data};
 
 /// Two results of three inputs.
 struct Couple;
@@ -28,10 +28,10 @@ fn local_jacobians_are_the_jacobians() {
     for count in [0, 1, 8, 13] {
         let points: Vec<[f64; 3]> = (0..count).map(point).collect();
         let mut values = Vec::new();
-        batch::values(&Couple, count, |i| points[i], |i, y| values.push((i, y)));
+        data::values(&Couple, count, |i| points[i], |i, y| values.push((i, y)));
         assert!(values.iter().map(|(i, _)| *i).eq(0..count));
         let mut rows = 0;
-        batch::jacobians(
+        data::jacobians(
             &Couple,
             count,
             |i| points[i],

@@ -3,7 +3,6 @@
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{
     Dense, Dual, Function, Real, VectorFunction, gradient_of, hessian, jacobian, parallel,
-    value_and_gradient,
 };
 
 /// So many values of all arguments.
@@ -54,13 +53,6 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
                 assert_eq!(parallel::hessian(&function, &x), hessian(&function, &x));
             }
         }
-        let function = Waves { values: 4 };
-        let points: Vec<Vec<f64>> = (1..40).map(point).collect();
-        let serial: Vec<_> = points
-            .iter()
-            .map(|x| value_and_gradient(&function, x))
-            .collect();
-        assert_eq!(parallel::values_and_gradients(&function, &points), serial);
     });
 }
 

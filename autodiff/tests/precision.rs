@@ -100,6 +100,8 @@ functions! {
     "cbrt": FEW => x.elementary(Elementary::Cbrt);
     "sigmoid": FEW => x.elementary(Elementary::Sigmoid);
     "softplus": FEW => x.elementary(Elementary::Softplus);
+    "sinc": FEW => x.sinc();
+    "sinhc": FEW => x.sinhc();
     "add": FEW => x + y;
     "sub": FEW => x - y;
     "mul": FEW => x * y;
@@ -170,7 +172,6 @@ functions! {
     "sqrt_1px2": [2.0, 4.0, 8.0 + 4.0 * x * x] => (one + x * x).sqrt();
     "pseudo_huber": [2.0, 4.0, 8.0 + 4.0 * x * x] => x * x / (one + (one + x * x).sqrt());
     // Terms with `1/x` and `1/x^2` cancel where `x` is small.
-    "sinc": [3.0, 32.0, 96.0] => x.sin() / x;
     "tanhc": [3.0, 32.0, 96.0] => x.tanh() / x;
     "exp_m1_over_x": [3.0, 16.0, 256.0] => x.elementary(Elementary::ExpM1) / x;
     // A point is near a zero: of the value,

@@ -259,7 +259,7 @@ fn arrays_may_be_empty() {
         let slices: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
         let alone: Vec<Vec<f64>> = slices.iter().map(|s| rollout.run(s, &parameters)).collect();
         given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
-        assert_eq!(rollout.run_batch_with(&slices, &given), alone);
+        assert_eq!(rollout.run_batch(&slices, &given), alone);
         let gradient = |together: bool| {
             gradient_of(
                 |x: &[Var<f64>]| {
@@ -267,7 +267,7 @@ fn arrays_may_be_empty() {
                     let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
                     let starts: Vec<&[Var<f64>]> = x.chunks(NODES).collect();
                     let seen = if together {
-                        rollout.run_batch(&starts, &parameters)
+                        rollout.run_batch(&starts, &parameters.map(Given::Shared))
                     } else {
                         (starts.iter().map(|s| rollout.run(s, &parameters))).collect()
                     };

@@ -1,7 +1,7 @@
 //! A function recorded once, against the tape at every point.
 
 use crate::common::{assert_close, assert_refused};
-use autodiff::batch::Recorded;
+use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, lit, value_and_gradient};
 
 /// Every kind of operation, with a kink between the points.
@@ -70,6 +70,56 @@ fn recordings_nest_and_run_in_singles() {
     assert_close(&slope, &value_and_gradient(&Mixed, &x).1, 1e-4);
 }
 
+/// `Mixed` over points that are variables, column by column.
+struct Summed(Recorded);
+
+impl Function for Summed {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let columns: Vec<&[R]> = x.chunks(x.len() / 4).collect();
+        self.0.total(&columns)
+    }
+}
+
+/// The same, point by point.
+struct OneByOne;
+
+impl Function for OneByOne {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let count = x.len() / 4;
+        let term = |k: usize| Mixed.eval(&[0, 1, 2, 3].map(|i| x[i * count + k]));
+        R::sum_of(&(0..count).map(term).collect::<Vec<R>>())
+    }
+}
+
+#[test]
+fn a_total_is_the_sum_over_points_that_are_variables() {
+    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    for count in [1, 7, 50] {
+        let points = points(count);
+        let column = |i: usize| points.iter().map(move |x| x[i]);
+        let x: Vec<f64> = (0..4).flat_map(column).collect();
+        let summed = Summed(recorded.clone());
+        let (expected, slope) = value_and_gradient(&OneByOne, &x);
+        let (value, gradient) = value_and_gradient(&summed, &x);
+        // The same terms in another order, fifty of them.
+        assert_close(&[value, summed.eval(&x)], &[expected; 2], 1e-13);
+        assert_close(&gradient, &slope, 1e-13);
+        let moving: Vec<_> = (x.iter().zip(&slope))
+            .map(|(&value, &tangent)| Dual {
+                value,
+                tangent: [tangent],
+            })
+            .collect();
+        let second = |f: &dyn Fn() -> Vec<Dual<f64, 1>>| -> Vec<f64> {
+            f().iter().map(|bar| bar.tangent[0]).collect()
+        };
+        let expected = second(&|| value_and_gradient(&OneByOne, &moving).1);
+        let got = second(&|| value_and_gradient(&summed, &moving).1);
+        assert_close(&got, &expected, 1e-12);
+    }
+    assert_eq!(recorded.total(&[&[] as &[f64]; 4]), 0.0);
+}
+
 /// A loop whose length depends on the argument.
 struct Halving;
 
@@ -91,5 +141,8 @@ fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
     let recorded = Recorded::new(&Mixed, 4).expect("no values");
     assert_refused("3 numbers for a function of 4 arguments", || {
         recorded.value_and_gradient(&[1.0; 3])
+    });
+    assert_refused("3 columns for a function of 4 arguments", || {
+        recorded.total(&[&[1.0] as &[f64]; 3])
     });
 }

@@ -1,252 +1,235 @@
-//! The rule of every elementary function: forward against reverse, finite differences and
-//! num-dual, at benign and extreme arguments.
+//! What the table of `precision.rs` does not show of elementary functions: the bits of all modes, single precision,
+//! many arguments, and third derivatives.
+
+use autodiff::{DoubleDouble, Dual, Function, Real, gradient};
 
 use crate::common::assert_gradient;
-use autodiff::{Function, Real, gradient};
-use num_dual::{Dual64, DualNum};
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unary {
-    Exp,
-    Sin,
-    Cos,
-    Tan,
-    Tanh,
-    Sqrt,
-    Rsqrt,
-    Recip,
-    Ln,
-    Abs,
-    Cube,
-    InverseSquare,
+/// Functions of one number, and of two: the first and the last argument.
+macro_rules! functions {
+    ($($name:ident |$x:ident, $y:ident| $value:expr,)*) => {
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        enum Named {
+            $($name,)*
+        }
+
+        impl Function for Named {
+            fn eval<R: Real>(&self, x: &[R]) -> R {
+                match self {
+                    $(Self::$name => {
+                        let [$x, .., $y] = [x[0], x[x.len() - 1]];
+                        $value
+                    })*
+                }
+            }
+        }
+    };
 }
 
-use Unary::*;
+functions! {
+    Exp |x, _y| x.exp(),
+    Sin |x, _y| x.sin(),
+    Cos |x, _y| x.cos(),
+    Tan |x, _y| x.tan(),
+    Tanh |x, _y| x.tanh(),
+    Sqrt |x, _y| x.sqrt(),
+    Rsqrt |x, _y| x.rsqrt(),
+    Recip |x, _y| x.recip(),
+    Ln |x, _y| x.ln(),
+    Abs |x, _y| x.abs(),
+    Cube |x, _y| x.powi(3),
+    InverseSquare |x, _y| x.powi(-2),
+    Product |x, y| x * y,
+    Quotient |x, y| x / y,
+    Hypot |x, y| x.hypot(y),
+    Atan2 |x, y| x.atan2(y),
+    Powf |x, y| x.powf(y),
+    MulAdd |x, y| x.fma(y, x),
+    Difference |x, y| -(x - y),
+    Asin |x, _y| x.asin(),
+    Acos |x, _y| x.acos(),
+    Atan |x, _y| x.atan(),
+    Sinh |x, _y| x.sinh(),
+    Cosh |x, _y| x.cosh(),
+    Asinh |x, _y| x.asinh(),
+    Acosh |x, _y| x.acosh(),
+    Atanh |x, _y| x.atanh(),
+    ExpM1 |x, _y| x.exp_m1(),
+    Ln1p |x, _y| x.ln_1p(),
+    Log2 |x, _y| x.log2(),
+    Log10 |x, _y| x.log10(),
+    Cbrt |x, _y| x.cbrt(),
+    Sinc |x, _y| x.sinc(),
+    Sinhc |x, _y| x.sinhc(),
+}
 
-/// Functions that vary over a distance of at least 0.1, whatever the argument (tan at -30: 0.15
-/// from its pole).
-const BY_DISTANCE: [Unary; 5] = [Exp, Sin, Cos, Tan, Tanh];
+use Named::*;
+
+/// Functions that vary over a distance of at least 0.1, whatever the argument.
+const BY_DISTANCE: [Named; 5] = [Exp, Sin, Cos, Tan, Tanh];
 /// Functions that vary over a distance of the order of the argument.
-const BY_RATIO: [Unary; 7] = [Sqrt, Rsqrt, Recip, Ln, Abs, Cube, InverseSquare];
+const BY_RATIO: [Named; 7] = [Sqrt, Rsqrt, Recip, Ln, Abs, Cube, InverseSquare];
+const OF_TWO: [Named; 7] = [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference];
 
 const ANGLES: [f64; 9] = [-30.0, -1.0, -1e-8, 0.0, 1e-300, 1e-3, 0.5, 3.0, 12.0];
 const RATIOS: [f64; 9] = [1e-300, 1e-100, 1e-8, 0.3, 1.0, 7.5, 1e8, 1e90, 1e300];
 
-/// Every function of one number, with arguments of its own.
-fn unary() -> impl Iterator<Item = (Unary, f64)> {
-    let pairs = |(functions, arguments): (&'static [Unary], [f64; 9])| {
-        let of = move |&function: &Unary| arguments.map(|x| (function, x));
-        functions.iter().flat_map(of)
-    };
-    [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)]
-        .into_iter()
-        .flat_map(pairs)
-}
-
-impl Function for Unary {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let x = x[0];
-        match self {
-            Exp => x.exp(),
-            Sin => x.sin(),
-            Cos => x.cos(),
-            Tan => x.tan(),
-            Tanh => x.tanh(),
-            Sqrt => x.sqrt(),
-            Rsqrt => x.rsqrt(),
-            Recip => x.recip(),
-            Ln => x.ln(),
-            Abs => x.abs(),
-            Cube => x.powi(3),
-            InverseSquare => x.powi(-2),
-        }
-    }
-}
-
-impl Unary {
-    fn of_num_dual(self, x: Dual64) -> Dual64 {
-        match self {
-            Exp => x.exp(),
-            Sin => x.sin(),
-            Cos => x.cos(),
-            Tan => x.tan(),
-            Tanh => x.tanh(),
-            Sqrt => x.sqrt(),
-            Rsqrt => x.sqrt().recip(),
-            Recip => x.recip(),
-            Ln => x.ln(),
-            Abs => num_traits::Signed::abs(&x),
-            Cube => x.powi(3),
-            InverseSquare => x.powi(-2),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Binary {
-    Product,
-    Quotient,
-    Hypot,
-    Atan2,
-    Powf,
-    MulAdd,
-    Difference,
-}
-
-use Binary::*;
-
-/// Every function of two numbers at all pairs of these.
-fn binary(of: &[f64]) -> impl Iterator<Item = (Binary, [f64; 2])> {
-    let all = [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference];
-    let pairs = of.iter().flat_map(|&a| of.iter().map(move |&b| [a, b]));
-    pairs.flat_map(move |pair| all.map(|function| (function, pair)))
-}
-
-impl Function for Binary {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (a, b) = (x[0], x[1]);
-        match self {
-            Product => a * b,
-            Quotient => a / b,
-            Hypot => a.hypot(b),
-            Atan2 => a.atan2(b),
-            Powf => a.powf(b),
-            MulAdd => a.fma(b, a),
-            Difference => -(a - b),
-        }
-    }
-}
-
-/// A central difference by `x[i]` over a distance of about `cbrt(eps) size`, and its error.
-fn difference(function: &impl Function, x: &[f64], i: usize, size: f64) -> (f64, f64) {
-    let moved = |h: f64| {
-        let mut x = x.to_vec();
-        x[i] += h;
-        (x[i], function.eval(&x))
-    };
-    let h = f64::EPSILON.cbrt() * size;
-    let ((a, at_a), (b, at_b)) = (moved(-h), moved(h));
-    let slope = (at_b - at_a) / (b - a);
-    // Truncation: h^2 f''' / 6, where f''' size^2 is below 24 |f'| + |f| / size for all functions
-    // here. Rounding: a few ulps of each value.
-    let relative = f64::EPSILON.cbrt().powi(2);
-    let size_of_value = at_a.abs().max(at_b.abs()) / size;
-    let truncation = relative * (4.0 * slope.abs() + size_of_value);
-    (
-        slope,
-        truncation + 4.0 * f64::EPSILON * size_of_value * (size / h),
-    )
-}
-
-fn assert_close_to_difference(
-    function: &(impl Function + std::fmt::Debug),
-    x: &[f64],
-    sizes: &[f64],
-) {
-    for (i, &by) in gradient(function, x).iter().enumerate() {
-        let (slope, error) = difference(function, x, i, sizes[i]);
-        if !slope.is_finite() || !error.is_finite() {
-            continue; // Beyond the range of f64, where the modes are only held to one another.
-        }
-        assert!(
-            (by - slope).abs() <= error,
-            "{function:?} at {x:?}: {by:e} by {i}, differences {slope:e}"
-        );
-    }
-}
-
-#[test]
-fn unary_functions_agree_with_differences() {
-    for (function, x) in unary() {
-        let size = if BY_RATIO.contains(&function) { x } else { 0.1 };
-        assert_close_to_difference(&function, &[x], &[size]);
-    }
-}
-
-#[test]
-fn unary_functions_agree_with_num_dual() {
-    for (function, x) in unary() {
-        let other = function.of_num_dual(Dual64::from_re(x).derivative());
-        let ours = gradient(&function, &[x])[0];
-        if !other.eps.is_normal() || !ours.is_normal() {
-            continue; // Over- or underflow on the way, at another place in each crate.
-        }
-        // Both compute the textbook partial in a handful of operations. tanh alone
-        // cancels in 1 - tanh^2, where an ulp of 1 in each crate is the best to be had.
-        let floor = if matches!(function, Tanh) {
-            2.0 * f64::EPSILON
-        } else {
-            0.0
-        };
-        let error = (ours - other.eps).abs();
-        let allowed = 8.0 * f64::EPSILON * ours.abs() + floor;
-        assert!(
-            error <= allowed,
-            "{function:?} at {x}: {ours}, num-dual {}",
-            other.eps
-        );
-    }
-}
-
-#[test]
-fn binary_functions_agree_with_differences() {
-    let benign = [0.3, 1.0, 2.5, 40.0];
-    for (function, [a, b]) in binary(&benign) {
-        // x^y varies by x over x / y, by y over 1 / ln x, at least over 0.01 here.
-        let powf = matches!(function, Powf);
-        let sizes = if powf { [0.01 * a, 0.1] } else { [a, b] };
-        assert_close_to_difference(&function, &[a, b], &sizes);
-    }
-    // Squares of these leave the range of f64; angle, distance and their partials do not.
-    for (y, x) in [
-        (1e200, -2e200),
-        (-1e-200, 3e-200),
-        (1e-300, 1e300),
-        (5e300, 1e-300),
-    ] {
-        // An angle varies over distances of the order of the radius.
-        let radius = f64::max(f64::abs(x), f64::abs(y));
-        assert_close_to_difference(&Atan2, &[y, x], &[radius, radius]);
-        assert_close_to_difference(&Hypot, &[y, x], &[radius, radius]);
-        // Five roundings.
-        let (got, std) = (Hypot.eval(&[y, x]), f64::hypot(y, x));
-        assert!(
-            (got / std - 1.0).abs() < 5.0 * f64::EPSILON,
-            "{got:e}, {std:e}"
-        );
-    }
+/// Every function at every argument.
+fn all<'a>(functions: &'a [Named], at: &'a [f64]) -> impl Iterator<Item = (Named, f64)> + 'a {
+    functions
+        .iter()
+        .flat_map(|&f| at.iter().map(move |&x| (f, x)))
 }
 
 #[test]
 fn all_modes_agree_to_the_bit() {
-    let far = [-1e300, -800.0, 800.0, 1e16].map(|x| BY_DISTANCE.map(|f| (f, x)));
-    let ends = [f64::MIN_POSITIVE, 5e-324, f64::MAX].map(|x| BY_RATIO.map(|f| (f, x)));
-    let further = far.into_iter().flatten().chain(ends.into_iter().flatten());
-    for (function, x) in unary().chain(further) {
+    let far = [-1e300, -800.0, 800.0, 1e16];
+    let ends = [f64::MIN_POSITIVE, 5e-324, f64::MAX];
+    let near = all(&BY_DISTANCE, &ANGLES).chain(all(&BY_RATIO, &RATIOS));
+    let further = all(&BY_DISTANCE, &far).chain(all(&BY_RATIO, &ends));
+    for (function, x) in near.chain(further) {
         assert_gradient(&function, &[x], &gradient(&function, &[x]));
     }
-    for (function, at) in binary(&RATIOS) {
-        assert_gradient(&function, &at, &gradient(&function, &at));
+    for (function, a) in all(&OF_TWO, &RATIOS) {
+        for b in RATIOS {
+            assert_gradient(&function, &[a, b], &gradient(&function, &[a, b]));
+        }
     }
 }
 
 #[test]
 fn single_precision_follows_double() {
-    for (function, x) in unary() {
+    for (function, x) in all(&BY_DISTANCE, &ANGLES).chain(all(&BY_RATIO, &RATIOS)) {
         let x = x as f32;
         let single = gradient(&function, &[x])[0];
         let double = gradient(&function, &[f64::from(x)])[0];
         if !single.is_normal() || !(double as f32).is_normal() {
             continue; // Over- or underflow on the way.
         }
-        // A handful of operations, and the cancellation of tanh as above.
+        // A handful of operations; in tanh, 1 - tanh^2 cancels.
         let eps = f64::from(f32::EPSILON);
-        let floor = f64::from(u8::from(matches!(function, Tanh))) * 2.0 * eps;
+        let floor = f64::from(u8::from(function == Tanh)) * 2.0 * eps;
         let error = (f64::from(single) - double).abs();
         let allowed = 16.0 * eps * double.abs() + floor;
         assert!(
             error <= allowed,
             "{function:?} at {x}: {single}, f64 {double}"
         );
+    }
+}
+
+/// The distance from a reference, in units of the last place of the reference.
+fn ulps(a: f64, b: f64, epsilon: f64, least: f64) -> f64 {
+    (a - b).abs() / (b.abs().max(least) * epsilon)
+}
+
+/// At arguments of all sizes and both signs, dense where the functions bend. The system's functions are themselves
+/// right to within 1 ulp, and double precision is exact to single.
+#[test]
+fn functions_of_the_crate_are_within_the_documented_ulps() {
+    let double = |a: f64, b: f64| ulps(a, b, f64::EPSILON, f64::MIN_POSITIVE);
+    let single = |a: f32, b: f64| match a == b as f32 {
+        true => 0.0,
+        false => ulps(a.into(), b, f32::EPSILON.into(), f32::MIN_POSITIVE.into()),
+    };
+    // Near a zero of sine and cosine the reduction of the argument leaves an absolute error.
+    type Of<R> = (fn(R) -> R, fn(f64) -> f64, f64, f64, f64);
+    let of_double: [Of<f64>; 4] = [
+        (Real::exp, f64::exp, 700.0, 3.0, 0.0),
+        (Real::tanh, f64::tanh, 22.0, 5.0, 0.0),
+        (Real::sin, f64::sin, 2000.0, 3.0, 1e-19),
+        (Real::cos, f64::cos, 2000.0, 3.0, 1e-19),
+    ];
+    let of_single: [Of<f32>; 4] = [
+        (Real::exp, f64::exp, 80.0, 2.0, 0.0),
+        (Real::tanh, f64::tanh, 80.0, 4.0, 0.0),
+        (Real::sin, f64::sin, 80.0, 2.0, 1e-9),
+        (Real::cos, f64::cos, 80.0, 2.0, 1e-9),
+    ];
+    for k in 0..40_000 {
+        let t = f64::from(k) / 40_000.0;
+        let small = 1e-12_f64.powf(t) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        let at = |largest: f64| [largest * (t * 2.0 - 1.0) + 0.37e-3, small];
+        for (f, system, largest, allowed, floor) in of_double {
+            for x in at(largest) {
+                let (a, b) = (f(x), system(x));
+                assert!(
+                    a == b || double(a, b) <= allowed || (a - b).abs() < floor,
+                    "{x}: {a}, {b}"
+                );
+            }
+        }
+        for (f, system, largest, allowed, floor) in of_single {
+            for x in at(largest).map(|x| x as f32) {
+                let (a, b) = (f(x), system(x.into()));
+                let off = (f64::from(a) - b).abs();
+                assert!(single(a, b) <= allowed || off < floor, "{x}: {a}, {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn extremes_give_limits_and_nan_is_passed_on() {
+    let inf = f64::INFINITY;
+    assert_eq!(
+        [inf, -inf, 1e300, -1e300].map(Real::exp),
+        [inf, 0.0, inf, 0.0]
+    );
+    assert_eq!(
+        [inf, -inf, 1e300, 0.0].map(Real::tanh),
+        [1.0, -1.0, 1.0, 0.0]
+    );
+    assert!(Real::exp(709.78_f64) < inf && Real::exp(709.79_f64) == inf);
+    assert!(Real::exp(-745.0_f64) > 0.0 && Real::exp(-746.0_f64) == 0.0);
+    for f in [Real::exp, Real::tanh, Real::sin, Real::cos] as [fn(f64) -> f64; 4] {
+        assert!(f(f64::NAN).is_nan());
+    }
+    assert!(Real::sin(inf).is_nan());
+}
+
+/// The derivative as a function.
+#[derive(Clone, Copy)]
+struct Slope<F>(F);
+
+impl<F: Function> Function for Slope<F> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        self.0.eval(&[Dual::<R, 1>::variable(x[0], 0)]).tangent[0]
+    }
+}
+
+/// In 31 digits. A step of 1e-10: truncation leaves some 1e-20 of a fifth derivative, rounding 1e-31 / 1e-10.
+fn difference(function: &impl Function, x: f64) -> f64 {
+    let h = DoubleDouble::from(1e-10);
+    let [above, below] = [h, -h].map(|h| function.eval(&[DoubleDouble::from(x) + h]));
+    ((above - below) / (h + h)).to_f64()
+}
+
+/// Where the functions have series, and further out.
+const NEAR_ZERO: [f64; 9] = [0.0, 3.3e-16, -1e-14, 1e-10, -1e-8, 1e-5, -1e-3, 0.3, -0.7];
+const EVERYWHERE: [f64; 6] = [0.999, -1.0, 1.7, -4.0, 9.0, -20.0];
+/// Where those of positive numbers have them.
+const POSITIVE: [f64; 7] = [1.001, 1.0625, 1.5, 2.0, 10.0, 123.0, 1e4];
+
+/// Where formulas that are good for values cancel.
+#[test]
+fn three_derivatives_keep_their_digits() {
+    let of_all = [Atan, Sinh, Cosh, Asinh, ExpM1, Sinc, Sinhc];
+    let near_zero = [&of_all[..], &[Asin, Acos, Atanh, Tanh, Ln1p]].concat();
+    let points = all(&near_zero, &NEAR_ZERO).chain(all(&of_all, &EVERYWHERE));
+    for (f, x) in points.chain(all(&[Acosh, Log2, Log10, Cbrt], &POSITIVE)) {
+        let (first, second) = (Slope(f), Slope(Slope(f)));
+        let wide = second.eval(&[DoubleDouble::from(x)]).to_f64();
+        for (order, got, expected) in [
+            ("first", first.eval(&[x]), difference(&f, x)),
+            ("second", second.eval(&[x]), difference(&first, x)),
+            ("third", Slope(second).eval(&[x]), difference(&second, x)),
+            ("second, in DoubleDouble", wide, difference(&first, x)),
+        ] {
+            // Some dozens of roundings; what differences cannot see.
+            let error = 2e-14 * expected.abs() + 1e-17;
+            let close = (got - expected).abs() <= error;
+            assert!(close, "{f:?}, {order} at {x}: {got}, not {expected}");
+        }
     }
 }

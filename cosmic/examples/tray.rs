@@ -2,7 +2,8 @@
 
 use autodiff::Real;
 use cosmic::codesign::CoDesign;
-use cosmic::inputs::{CONTROLLER, Inputs};
+use cosmic::design::Design;
+use cosmic::inputs::CONTROLLER;
 use cosmic::scene::Scene;
 use cosmic::task::Horizon;
 use cosmic::{objective::Loss, projection::Projection, simulator::Trajectory};
@@ -26,17 +27,18 @@ fn main() -> Result<(), cosmic::Error> {
     let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 3")?;
     let codesign = CoDesign::new(&scene)?;
     let (task, first) = (codesign.task(), codesign.begin(1)?);
-    let mut inputs = Inputs {
-        z: first.z,
-        controller: first.controller,
-        start: task.lattice.state_at_rest(),
-    };
+    let mut inputs = codesign.inputs(&first);
     let horizon = Horizon::head(128);
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
-            let mixture = task.mixture(Projection::Performance, &robot.z);
-            task.loss(&mixture, robot, &Level([6, 8]), &horizon)
+            let mixtures = task.mixtures(Projection::Performance, &robot.z);
+            task.loss(
+                &Design::Undecided(mixtures),
+                robot,
+                &Level([6, 8]),
+                &horizon,
+            )
         });
         let mut weights = inputs.get(CONTROLLER);
         (weights.iter_mut().zip(gradient)).for_each(|(w, g)| *w -= 100.0 * g);

@@ -20,11 +20,11 @@ pub struct Domain<'a> {
 }
 
 impl Domain<'_> {
-    /// This domain for controllers without feedback.
+    /// This domain for controllers that see this state at all times: only their clock goes on.
     #[must_use]
-    pub fn without_feedback(&self) -> Domain<'static> {
+    pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {
         Domain {
-            task: Cow::Owned(self.task.without_feedback()),
+            task: Cow::Owned(self.task.without_feedback(seen)),
             start: self.start.clone(),
         }
     }
@@ -66,6 +66,7 @@ pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> 
 #[cfg(test)]
 mod tests {
     use super::draw;
+    use crate::design::{Design, Material};
     use crate::lattice::Lattice;
     use crate::random::{Purpose, stream};
     use crate::scene::{RobustSettings, Scene};
@@ -89,8 +90,8 @@ mod tests {
         let some = RobustSettings { mass: 0.1, ..none };
         let [a, b] =
             [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::DomainRandomisation)));
-        let mixture = vec![[0.0, 1.0, 0.0]; task.lattice.edges.len()];
-        let mass = |task: &Task| task.body(&mixture).mass;
+        let design = Design::Layout(vec![Material::Skeleton; task.lattice.edges.len()]);
+        let mass = |task: &Task| task.body::<f64>(&design).mass;
         assert_eq!(mass(&a.task), mass(&b.task));
         let pairs = mass(&a.task).into_iter().zip(mass(task));
         let shares: Vec<f64> = pairs.map(|(varied, nominal)| varied / nominal).collect();

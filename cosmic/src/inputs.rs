@@ -3,10 +3,12 @@
 //! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
 //! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
 
+use std::ops::Range;
+
 use autodiff::{Dual, Real, Tape, Var};
 
-use crate::controller::Controller;
 use crate::lattice::State;
+use crate::policy::Controller;
 
 /// All numbers that a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,14 +26,8 @@ pub struct Inputs<R> {
 pub enum Block {
     /// Design vectors.
     Z,
-    /// First weights of the controller.
-    W1,
-    /// First biases.
-    B1,
-    /// Second weights.
-    W2,
-    /// Second biases.
-    B2,
+    /// All numbers of the controller.
+    Controller,
     /// Initial positions.
     X0,
     /// Initial velocities.
@@ -40,34 +36,22 @@ pub enum Block {
 
 /// The design vectors.
 pub const DESIGN: &[Block] = &[Block::Z];
-/// The blocks of the controller.
-pub const CONTROLLER: &[Block] = &[Block::W1, Block::B1, Block::W2, Block::B2];
+/// The controller.
+pub const CONTROLLER: &[Block] = &[Block::Controller];
 /// No block.
 pub const NOTHING: &[Block] = &[];
 /// Everything, in the order in which files and tables list it.
-pub const ALL: &[Block] = &[
-    Block::Z,
-    Block::W1,
-    Block::B1,
-    Block::W2,
-    Block::B2,
-    Block::X0,
-    Block::V0,
-];
+pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-impl Block {
-    /// Its key in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Z => "z",
-            Self::W1 => "w1",
-            Self::B1 => "b1",
-            Self::W2 => "w2",
-            Self::B2 => "b2",
-            Self::X0 => "x0",
-            Self::V0 => "v0",
-        }
-    }
+/// The numbers of a key in files: a block, or one of the controller's own blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The key.
+    pub name: String,
+    /// The block that it is of.
+    pub block: Block,
+    /// Its place among the numbers of the block.
+    pub range: Range<usize>,
 }
 
 impl<R: Real> Inputs<R> {
@@ -75,10 +59,7 @@ impl<R: Real> Inputs<R> {
     pub fn block(&self, block: Block) -> &[R] {
         match block {
             Block::Z => self.z.as_flattened(),
-            Block::W1 => &self.controller.w1,
-            Block::B1 => &self.controller.b1,
-            Block::W2 => &self.controller.w2,
-            Block::B2 => &self.controller.b2,
+            Block::Controller => self.controller.numbers(),
             Block::X0 => self.start.x.as_flattened(),
             Block::V0 => self.start.v.as_flattened(),
         }
@@ -92,10 +73,7 @@ impl<R: Real> Inputs<R> {
         for block in blocks {
             let block = match block {
                 Block::Z => self.z.as_flattened_mut(),
-                Block::W1 => &mut self.controller.w1,
-                Block::B1 => &mut self.controller.b1,
-                Block::W2 => &mut self.controller.w2,
-                Block::B2 => &mut self.controller.b2,
+                Block::Controller => self.controller.numbers_mut(),
                 Block::X0 => self.start.x.as_flattened_mut(),
                 Block::V0 => self.start.v.as_flattened_mut(),
             };
@@ -108,6 +86,37 @@ impl<R: Real> Inputs<R> {
             "{} numbers are left over",
             numbers.len()
         );
+    }
+
+    /// The parts of all numbers, in the order of [`ALL`].
+    pub fn parts(&self) -> Vec<Part> {
+        let part = |name: &str, block: Block, range: Range<usize>| Part {
+            name: name.to_owned(),
+            block,
+            range,
+        };
+        let whole = |name: &str, block: Block| part(name, block, 0..self.block(block).len());
+        let own = self.controller.blocks();
+        [whole("z", Block::Z)]
+            .into_iter()
+            .chain(own.map(|(name, _, range)| part(name, Block::Controller, range)))
+            .chain([whole("x0", Block::X0), whole("v0", Block::V0)])
+            .collect()
+    }
+
+    /// The numbers of a part.
+    pub fn part(&self, part: &Part) -> &[R] {
+        &self.block(part.block)[part.range.clone()]
+    }
+
+    /// Replaces the numbers of a part.
+    ///
+    /// # Panics
+    /// If there is another count of numbers.
+    pub fn set_part(&mut self, part: &Part, numbers: &[R]) {
+        let mut block = self.block(part.block).to_vec();
+        block[part.range.clone()].copy_from_slice(numbers);
+        self.set(&[part.block], &block);
     }
 
     /// The numbers of some blocks in one vector.
@@ -247,9 +256,9 @@ mod tests {
         let case = Case::of_scene(&scene, 1).unwrap();
         let (task, inputs) = (case.task(), case.inputs());
         fn seen<R: Real>(case: &Case, task: &crate::task::Task, inputs: &Inputs<R>) -> Vec<R> {
-            let mixture = case.mixture(case.projection, &inputs.z);
+            let design = case.projected(case.projection, &inputs.z);
             let span = Span::from_start(vec![8, 32]);
-            let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, &span);
+            let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
             let states = seen.states.iter();
             states
                 .flat_map(|s| [s.x.as_flattened(), s.v.as_flattened()].concat())

@@ -5,7 +5,7 @@
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
 //! - The robot: [`ground`] and [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
-//!   materials and a body), [`controller`].
+//!   materials and a body), [`policy`].
 //! - Its motion and score: [`simulator`], [`objective`]; [`inputs`], the numbers that losses are
 //!   differentiated by, and [`task`], which joins all of these; [`domain`] draws other robots and
 //!   surroundings; [`case`] is one rollout with all its numbers in a file.
@@ -30,7 +30,7 @@ pub mod scene;
 pub mod generator;
 pub mod design;
 pub mod projection;
-pub mod controller;
+pub mod policy;
 pub mod simulator;
 pub mod objective;
 pub mod inputs;

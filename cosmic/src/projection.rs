@@ -1,11 +1,11 @@
-//! From design vectors to a mixture of materials, and from the mixture to a body.
+//! From design vectors to mixtures of materials, and from a design to a body.
 
 use std::borrow::Cow;
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::design::{self, Material};
+use crate::design::{Design, Material, Mixture, filled};
 use crate::lattice::{Body, Lattice, mean};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
@@ -20,17 +20,30 @@ pub enum Projection {
     Stability,
 }
 
+/// The design with the mixtures that a projection makes of its vectors. A layout stays as it is (D7).
+pub fn projected(
+    projection: Projection,
+    design: &Design<[f64; 3]>,
+    settings: &ProjectionSettings,
+    holds: &Holds,
+) -> Design<Mixture<f64>> {
+    match design {
+        Design::Undecided(z) => Design::Undecided(mixtures(projection, z, settings, holds)),
+        Design::Layout(layout) => Design::Layout(layout.clone()),
+    }
+}
+
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to one.
 ///
 /// The design vectors of [tied](Holds) edges count as their mean. The amounts that are held back, if
 /// there are any, are taken off the design vectors before every softmax: in the stability projection
 /// after the centring, which would take them out again.
-pub fn mixture<R: Real>(
+pub fn mixtures<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
     settings: &ProjectionSettings,
     holds: &Holds,
-) -> Vec<[R; 3]> {
+) -> Vec<Mixture<R>> {
     let z = &*holds.tied(z);
     let lower = |edge: usize, z: [R; 3]| match holds.amounts.get(edge) {
         Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
@@ -39,7 +52,7 @@ pub fn mixture<R: Real>(
     let rows = z.iter().enumerate();
     match projection {
         Projection::Performance => rows
-            .map(|(edge, &z)| softmax(lower(edge, z), settings.beta))
+            .map(|(edge, &z)| Mixture(softmax(lower(edge, z), settings.beta)))
             .collect(),
         Projection::Stability => {
             let mean = mean(z);
@@ -48,7 +61,7 @@ pub fn mixture<R: Real>(
                 let centred = lower(edge, centred);
                 let sharp = softmax(centred.map(R::detach), settings.beta_stability);
                 let soft = softmax(centred, settings.beta_straight_through);
-                [0, 1, 2].map(|k| sharp[k].straight_through(soft[k]))
+                Mixture([0, 1, 2].map(|k| sharp[k].straight_through(soft[k])))
             };
             rows.map(project).collect()
         }
@@ -94,14 +107,14 @@ impl Holds {
                 }
             })
         };
-        let filled = design::filled(lattice).into_iter().enumerate();
+        let filled = filled(lattice).into_iter().enumerate();
         let amounts = filled.map(hold).collect();
         Self { amounts, ties }
     }
 
     /// True if the edge has next to no share of a material.
     pub fn is_held(&self, edge: usize, material: Material) -> bool {
-        (self.amounts.get(edge)).is_some_and(|hold| hold[material as usize] > 0.0)
+        (self.amounts.get(edge)).is_some_and(|hold| material.of(hold) > 0.0)
     }
 
     /// Design vectors with those of tied edges replaced by their mean.
@@ -115,28 +128,6 @@ impl Holds {
         }
         z
     }
-}
-
-/// The mixture of a layout: exactly one material per edge (D7).
-pub fn one_hot<R: Real>(materials: &[Material]) -> Vec<[R; 3]> {
-    let vectors = design::one_hot(materials);
-    vectors.into_iter().map(|m| m.map(R::lit)).collect()
-}
-
-/// True if every edge has exactly one material (D7) and all shares are constants. Variables of a
-/// derivative never are, nor is a softmax exactly one-hot.
-pub fn is_layout<R: Real>(mixture: &[[R; 3]]) -> bool {
-    let is_one_hot = |m: &[R; 3]| {
-        let whole = m.iter().filter(|share| is_whole(**share)).count();
-        let none = m.iter().filter(|share| share.is_zero()).count();
-        (whole, none) == (1, 2)
-    };
-    mixture.iter().all(is_one_hot)
-}
-
-/// True if a share is one and a constant: `is_zero` is false for variables, whatever their value.
-fn is_whole<R: Real>(share: R) -> bool {
-    (share - R::one()).is_zero()
 }
 
 /// `softmax(beta z)`.
@@ -162,68 +153,82 @@ pub struct Variation {
 }
 
 impl<R: Real> Body<R> {
-    /// The body of a mixture: every property of an edge is the mixture's mean of its materials'.
-    ///
-    /// Where the physics drop void edges, those of a [layout](is_layout) have no stiffness at all.
+    /// The body of a design: every property of an edge is that of its material, or the mean over its
+    /// mixture. If the physics drop void edges, those of a layout have no stiffness at all.
     pub fn new(
-        mixture: &[[R; 3]],
+        design: &Design<Mixture<R>>,
         lattice: &Lattice,
         materials: &MaterialSettings,
         physics: &PhysicsSettings,
     ) -> Self {
-        let strain = R::lit(materials.max_strain[Material::Actuator as usize]);
-        let edge_mass =
-            |(m, &length): (&[R; 3], &f64)| mean_property(m, &materials.density) * R::lit(length);
-        let edges = mixture.iter().zip(&lattice.rest_length);
-        let edge_masses: Vec<R> = edges.map(edge_mass).collect();
-        let drops = physics.void_edges == VoidEdges::Drop && is_layout(mixture);
-        let stiffness = |m: &[R; 3]| {
-            if drops && is_whole(m[Material::Void as usize]) {
-                R::zero()
-            } else {
-                mean_property(&penalised(m, materials), &materials.stiffness)
-            }
-        };
+        let MaterialSettings {
+            density, stiffness, ..
+        } = materials;
+        let density = design.each(|m| m.mean_of(density), |m| m.of(density));
+        let edge_mass = |(&density, &length): (&R, &f64)| density * R::lit(length);
+        let edge_masses: Vec<R> = (density.iter().zip(&lattice.rest_length))
+            .map(edge_mass)
+            .collect();
+        let strain = Material::Actuator.of(&materials.max_strain);
+        let drops = physics.void_edges == VoidEdges::Drop;
         Self {
-            stiffness: mixture.iter().map(stiffness).collect(),
-            strain: mixture
-                .iter()
-                .map(|m| m[Material::Actuator as usize] * strain)
-                .collect(),
+            stiffness: design.each(
+                |m| penalised(m, materials).mean_of(stiffness),
+                |m| match m {
+                    Material::Void if drops => 0.0,
+                    m => m.of(stiffness),
+                },
+            ),
+            strain: design.each(
+                |m| m[Material::Actuator] * R::lit(strain),
+                |m| match m {
+                    Material::Actuator => strain,
+                    Material::Void | Material::Skeleton => 0.0,
+                },
+            ),
             mass: node_masses(&edge_masses, lattice, physics),
             presence: Vec::new(),
         }
     }
 
-    /// This body of a mixture; if it is to be in one piece, with nodes that belong to the robot as much as
-    /// their edges are solid: by one minus the product of the shares of void, and wholly where payload is. A
-    /// [layout](is_layout) leaves nodes without a bar to themselves.
+    /// This body of a design; if it is to be in one piece, with nodes that belong to the robot as much as
+    /// their edges are solid: by one minus the product of the shares of void, and wholly where payload is.
+    /// A layout has no forces at nodes without a bar.
     #[must_use]
     pub fn with_one_piece(
         mut self,
         one_piece: bool,
-        mixture: &[[R; 3]],
+        design: &Design<Mixture<R>>,
         lattice: &Lattice,
     ) -> Self {
         if !one_piece {
             return self;
         }
-        let mut absent = vec![R::one(); lattice.nodes()];
-        for (ends, m) in lattice.edges.iter().zip(mixture) {
-            ends.iter()
-                .for_each(|&node| absent[node] *= m[Material::Void as usize]);
-        }
-        for payload in &lattice.payload {
-            absent[payload.node] = R::zero();
-        }
-        if is_layout(mixture) {
-            let is_dead = |node: &usize| is_whole(absent[*node]);
-            let edges = self.stiffness.iter_mut().zip(&lattice.edges);
-            for (stiffness, _) in edges.filter(|(_, ends)| ends.iter().any(is_dead)) {
-                *stiffness = R::zero();
+        let payload = lattice.payload.iter().map(|payload| payload.node);
+        match design {
+            Design::Undecided(mixtures) => {
+                let mut absent = vec![R::one(); lattice.nodes()];
+                for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
+                    (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
+                }
+                payload.for_each(|node| absent[node] = R::zero());
+                self.presence = absent.into_iter().map(|a| R::one() - a).collect();
+            }
+            Design::Layout(layout) => {
+                let mut is_live = vec![false; lattice.nodes()];
+                for (ends, material) in lattice.edges.iter().zip(layout) {
+                    (ends.iter()).for_each(|&node| is_live[node] |= material.is_solid());
+                }
+                payload.for_each(|node| is_live[node] = true);
+                for (k, ends) in self.stiffness.iter_mut().zip(&lattice.edges) {
+                    if !ends.iter().all(|&node| is_live[node]) {
+                        *k = R::zero();
+                    }
+                }
+                let presence = |is_live| if is_live { R::one() } else { R::zero() };
+                self.presence = is_live.into_iter().map(presence).collect();
             }
         }
-        self.presence = absent.into_iter().map(|a| R::one() - a).collect();
         self
     }
 
@@ -257,20 +262,17 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
 
 /// The shares as they count in the stiffness: to the power of `penalisation` (SIMP). Above 1 small
 /// ones count less than in proportion, whole ones as ever.
-fn penalised<R: Real>(mixture: &[R; 3], materials: &MaterialSettings) -> [R; 3] {
+fn penalised<R: Real>(mixture: &Mixture<R>, materials: &MaterialSettings) -> Mixture<R> {
     match materials.penalisation {
         1 => *mixture,
-        exponent => mixture.map(|share| share.powi(exponent as i32)),
+        exponent => Mixture(mixture.0.map(|share| share.powi(exponent as i32))),
     }
-}
-
-fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
-    R::dot(mixture, &property.map(R::lit))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Body, Holds, Projection, mixture, one_hot};
+    use super::{Body, Holds, Projection, mixtures};
+    use crate::design::Design;
     use crate::design::Material::{Actuator, Skeleton, Void};
     use crate::lattice::Lattice;
     use crate::scene::{ProjectionSettings, Scene};
@@ -278,8 +280,8 @@ mod tests {
     #[test]
     fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
         let (scene, lattice) = (Scene::paper(), Lattice::sample(2, 2, 0.0));
-        let layout = one_hot::<f64>(&[Void, Skeleton, Actuator, Void, Void, Void]);
-        let body = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+        let layout = Design::Layout(vec![Void, Skeleton, Actuator, Void, Void, Void]);
+        let body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
         assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);
         assert_eq!(body.strain[..3], [0.0, 0.0, 0.35]);
         let weight: f64 = body.mass.iter().sum();
@@ -292,14 +294,19 @@ mod tests {
     #[test]
     fn the_stability_projection_leaves_equal_edges_undecided() {
         let z = vec![[0.9, 0.1, 0.4]; 3];
-        for row in mixture(
+        for mixture in mixtures(
             Projection::Stability,
             &z,
             &ProjectionSettings::default(),
             &Holds::default(),
         ) {
             // The mean of three equal numbers is off by a rounding, which 500 multiplies.
-            assert!(row.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));
+            assert!(
+                mixture
+                    .0
+                    .iter()
+                    .all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13)
+            );
         }
     }
 }

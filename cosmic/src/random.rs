@@ -27,8 +27,6 @@ pub enum Purpose {
     Terrain = 8,
     /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
     Bootstrap = 16,
-    /// Layouts drawn at random, to tell a pattern from chance.
-    Shuffle = 17,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

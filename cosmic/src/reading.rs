@@ -210,7 +210,7 @@ fn with_keys(keys: &str, what: &str) -> String {
 }
 
 /// The expected value in words, in place of the name of a Rust type.
-fn in_words(expected: &str) -> &str {
+pub(crate) fn in_words(expected: &str) -> &str {
     match expected {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
         "a nonzero usize" => "a whole number from 1 on",

@@ -4,11 +4,12 @@ use std::borrow::Borrow;
 
 use autodiff::{CotangentBound, Memory, Real};
 
-use crate::controller::Controller;
+use crate::design::{Design, Mixture};
 use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
+use crate::policy::Controller;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
@@ -116,11 +117,11 @@ impl Task {
         }
     }
 
-    /// This task for controllers [without feedback](Controller::without_feedback).
+    /// This task for controllers that see this state at all times: only their clock goes on.
     #[must_use]
-    pub fn without_feedback(&self) -> Self {
+    pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
-            simulator: self.simulator.without_feedback(),
+            simulator: self.simulator.without_feedback(seen),
             ..self.clone()
         }
     }
@@ -134,24 +135,27 @@ impl Task {
         }
     }
 
-    /// The body of a mixture, as designed or as built.
-    pub fn body<R: Real>(&self, mixture: &[[R; 3]]) -> Body<R> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics)
-            .with_one_piece(self.one_piece, mixture, &self.lattice);
+    /// The body of a design, as designed or as built.
+    pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
+        let body = Body::new(design, &self.lattice, &self.materials, &self.physics).with_one_piece(
+            self.one_piece,
+            design,
+            &self.lattice,
+        );
         match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),
         }
     }
 
-    /// What the edges of a mixture's robot do in the states of a trajectory.
+    /// What the edges of a robot do in the states of a trajectory.
     pub fn moments(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         trajectory: &Trajectory<f64>,
     ) -> Vec<EdgeMoments> {
-        let body = self.body(mixture);
+        let body = self.body(design);
         self.simulator.moments(&body, controller, trajectory)
     }
 
@@ -160,96 +164,104 @@ impl Task {
         Ground::from(&self.physics)
     }
 
-    /// The mixture of design vectors.
-    pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        projection::mixture(projection, z, &self.sharpness, &self.holds)
+    /// The mixtures that a projection makes of design vectors.
+    pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
+        projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }
 
-    /// Steps the robot of a mixture.
+    /// The design with the mixtures that a projection makes of its vectors.
+    pub fn projected(
+        &self,
+        projection: Projection,
+        design: &Design<[f64; 3]>,
+    ) -> Design<Mixture<f64>> {
+        projection::projected(projection, design, &self.sharpness, &self.holds)
+    }
+
+    /// Steps the robot of a design.
     pub fn rollout<R: Real>(
         &self,
-        mixture: &[[R; 3]],
+        design: &Design<Mixture<R>>,
         controller: &Controller<R>,
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
         self.simulator
-            .rollout(&self.body(mixture), controller, start, span)
+            .rollout(&self.body(design), controller, start, span)
     }
 
-    /// Steps robots from several starts, all of one mixture or each of its own, with the bits of as
-    /// many single [rollouts](Task::rollout) in less time.
+    /// Steps robots from several starts, all of one design or each of its own. The results are
+    /// bit-identical to single [rollouts](Task::rollout), but faster.
     pub fn rollout_many<R: Real>(
         &self,
-        mixtures: &[impl AsRef<[[R; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<R>>>],
         controller: &Controller<R>,
         starts: &[impl Borrow<State<R>>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let bodies = self.bodies(mixtures);
+        let bodies = self.bodies(designs);
         self.simulator
             .rollout_many(&bodies, controller, starts, span)
     }
 
-    /// Steps the robot of a mixture with the guard on: no absurd state goes unnoticed.
+    /// Steps the robot of a design with the guard on: no absurd state goes unnoticed.
     pub fn guarded(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
         self.simulator
-            .guarded(&self.body(mixture), controller, start, span)
+            .guarded(&self.body(design), controller, start, span)
     }
 
-    fn bodies<R: Real>(&self, mixtures: &[impl AsRef<[[R; 3]]>]) -> Vec<Body<R>> {
-        mixtures.iter().map(|m| self.body(m.as_ref())).collect()
+    fn bodies<R: Real>(&self, designs: &[impl Borrow<Design<Mixture<R>>>]) -> Vec<Body<R>> {
+        designs.iter().map(|d| self.body(d.borrow())).collect()
     }
 
-    /// The time step against the vibrations of a mixture's robot at rest in these positions, and of
+    /// The time step against the vibrations of a robot at rest in these positions, and of
     /// robots drawn around it that vibrate up to so many times [`faster`](crate::scene::RobustSettings::faster).
     pub fn step_check(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         positions: &[[f64; 2]],
         faster: f64,
     ) -> StepCheck {
-        let body = self.body(mixture);
+        let body = self.body(design);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
         let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// The loss of a mixture's robot over a horizon, with the controller and the start of the inputs.
+    /// The loss of a robot over a horizon, with the controller and the start of the inputs.
     /// In the mode "tail" the steps before the horizon are done without derivatives.
     pub fn loss<R: Real>(
         &self,
-        mixture: &[[R; 3]],
+        design: &Design<Mixture<R>>,
         inputs: &Inputs<R>,
         loss: &(impl Loss + LossOf<R> + ?Sized),
         horizon: &Horizon,
     ) -> R {
-        self.losses(&[mixture], inputs, loss, horizon).remove(0)
+        self.losses(&[design], inputs, loss, horizon).remove(0)
     }
 
-    /// The losses of robots with one controller from one start: the bits of as many single ones, in
-    /// less time.
+    /// The losses of robots with one controller from one start: bit-identical to single losses, but faster.
     pub fn losses<R: Real>(
         &self,
-        mixtures: &[impl AsRef<[[R; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<R>>>],
         inputs: &Inputs<R>,
         loss: &(impl Loss + LossOf<R> + ?Sized),
         horizon: &Horizon,
     ) -> Vec<R> {
-        let trajectories = self.over_horizon(mixtures, inputs, loss, horizon);
+        let trajectories = self.over_horizon(designs, inputs, loss, horizon);
         trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
     }
 
     /// What a loss looks at, of robots with one controller from one start.
     pub(crate) fn over_horizon<R: Real>(
         &self,
-        mixtures: &[impl AsRef<[[R; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<R>>>],
         inputs: &Inputs<R>,
         loss: &(impl Loss + ?Sized),
         horizon: &Horizon,
@@ -260,26 +272,24 @@ impl Task {
             cotangent_bound: horizon.cotangent_bound,
             ..Span::from_start(loss.observed(steps))
         };
-        self.over_span(mixtures, inputs, seen, horizon.mode)
+        self.over_span(designs, inputs, seen, horizon.mode)
     }
 
     /// Robots with one controller over the steps of a horizon. Nothing in it depends on the loss: it is
     /// compiled once.
     fn over_span<R: Real>(
         &self,
-        mixtures: &[impl AsRef<[[R; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<R>>>],
         inputs: &Inputs<R>,
         mut span: Span,
         mode: HorizonMode,
     ) -> Vec<Trajectory<R>> {
         let (simulator, controller) = (&self.simulator, &inputs.controller);
-        let bodies = self.bodies(mixtures);
+        let bodies = self.bodies(designs);
         let mut starts = vec![inputs.start.clone(); bodies.len()];
         if mode == HorizonMode::Tail {
             span.first = self.physics.steps - span.steps();
             let head = Span::from_start(vec![span.first]);
-            // Bodies are made before they are detached: a layout whose derivative is asked for
-            // keeps its void edges, before the horizon too.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
             let at_first = vec![inputs.start.map(R::detach); bodies.len()];
             let detached = controller.map(R::detach);

@@ -1,9 +1,9 @@
 //! Properties of every design: projections, measures and the snap.
 
-use cosmic::design::{LayoutRules, Material, Structure, VolumeBounds, snap};
+use cosmic::design::{LayoutRules, Material, Mixture, Structure, VolumeBounds, snap};
 use cosmic::lattice::Lattice;
 use cosmic::objective::measures;
-use cosmic::projection::{Holds, Projection, mixture};
+use cosmic::projection::{Holds, Projection, mixtures};
 use cosmic::scene::{DesignSettings, ProjectionSettings, Scene, VolumeSettings};
 use proptest::prelude::*;
 
@@ -13,9 +13,10 @@ fn vectors(entries: std::ops::Range<f64>) -> impl Strategy<Value = Vec<[f64; 3]>
 
 const BOTH: [Projection; 2] = [Projection::Performance, Projection::Stability];
 
-/// `[sum over entries, largest entry]` of the difference of two mixtures' rows.
-fn largest_change(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+/// The largest difference of two shares.
+fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
+    let shares = |of: &[Mixture<f64>]| of.iter().flat_map(|m| m.0).collect::<Vec<_>>();
+    let pairs = shares(a).into_iter().zip(shares(b));
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
@@ -26,7 +27,7 @@ proptest! {
     #[test]
     fn a_mixture_is_shares_of_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
-            for row in mixture(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
+            for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
                 // Three roundings of quotients, two of the sum.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
@@ -44,12 +45,12 @@ proptest! {
     ) {
         let settings = ProjectionSettings::default();
         let shifted: Vec<[f64; 3]> = z.iter().map(|z| z.map(|z| z + shift)).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Performance, z, &settings, &Holds::default()));
+        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Performance, z, &settings, &Holds::default()));
         // Shifted entries near 2 are rounded at 2e-16, times a sharpness of 20.
         prop_assert!(largest_change(&a, &b) < 1e-14);
         let moved = |z: &[f64; 3]| [0, 1, 2].map(|k| z[k] + column[k]);
         let shifted: Vec<[f64; 3]> = z.iter().map(moved).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Stability, z, &settings, &Holds::default()));
+        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Stability, z, &settings, &Holds::default()));
         // The means of 40 numbers are off by some 1e-15, times a sharpness of 500.
         prop_assert!(largest_change(&a, &b) < 1e-11);
     }
@@ -58,7 +59,7 @@ proptest! {
     fn volumes_and_measures_keep_their_ranges(z in vectors(0.0..1.0)) {
         let settings = ProjectionSettings::default();
         for projection in BOTH {
-            let found = measures(&mixture(projection, &z, &settings, &Holds::default()), settings.delta);
+            let found = measures(&mixtures(projection, &z, &settings, &Holds::default()), settings.delta);
             let rounding = 1e-14;
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
@@ -81,7 +82,7 @@ proptest! {
         let asked = DesignSettings { one_piece, ..scene.design };
         let rules = LayoutRules::new(&lattice, &asked);
         let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
-        let found = snap(&mixture(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &rules);
+        let found = snap(&mixtures(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &rules);
         let edges = z.len() as f64;
         let share = |is: fn(Material) -> bool| {
             found.iter().filter(|m| is(**m)).count() as f64 / edges

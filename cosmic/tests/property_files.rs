@@ -2,7 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::ground::Profile;
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
@@ -40,14 +40,12 @@ proptest! {
     ) {
         let scene = scene();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let mut controller = cosmic::controller::Controller::xavier(&scene.controller, &lattice, 0);
+        let mut controller = cosmic::policy::Controller::xavier(&scene.controller, &lattice, 0);
         let mut weights = weights.into_iter().cycle();
         controller = controller.map(|_| 0.0);
-        for w in [&mut controller.w1, &mut controller.b1, &mut controller.w2, &mut controller.b2] {
-            w.iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
-        }
+        controller.numbers_mut().iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
         let materials: Vec<Material> = materials.iter().map(|m| Material::ALL[*m]).collect();
-        let design = DesignFile::new(&lattice, &z, &materials, &controller);
+        let design = DesignFile::new(&lattice, &Design::Undecided(z), &materials, &controller);
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("design.json");
         design.write(&file).unwrap();
@@ -67,7 +65,11 @@ proptest! {
         heights in prop::collection::vec(numbers(), 0..9),
     ) {
         let mut case = Case::of_scene(&scene(), seed).unwrap();
-        case.z = z;
+        case.design = if layout {
+            Design::Layout(vec![Material::Skeleton; 6])
+        } else {
+            Design::Undecided(z)
+        };
         let physics = &mut case.physics;
         [physics.dt, physics.gravity, physics.damping, physics.friction] =
             [world[0], world[1], world[2], world[3]];
@@ -83,8 +85,7 @@ proptest! {
             physics.void_edges = VoidEdges::Drop;
         }
         physics.speed_bound = layout.then_some(7.5);
-        case.design.one_piece = layout;
-        case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
+        case.rules.one_piece = layout;
         let read = Case::parse("case.json", &case.to_json()).unwrap();
         // A case holds no settings of an optimisation or of the start of its controller.
         let expected = Case {

@@ -3,7 +3,7 @@
 use crate::errors::refused;
 use crate::memory::has_room;
 use autodiff::Real;
-use cosmic::controller::{Controller, observation_length};
+use cosmic::policy::{Block, Controller, NETWORK, blocks_of, observation_length};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Lattice, State};
 use cosmic::scene::ControllerSettings;
@@ -19,16 +19,23 @@ impl Number for f32 {}
 impl Number for f64 {}
 
 /// The sizes of a robot: what arrays have to fit.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Sizes {
     pub(crate) nodes: usize,
     pub(crate) edges: usize,
     pub(crate) inputs: usize,
-    pub(crate) hidden: usize,
+    /// The blocks of the controller, which are those of a network.
+    pub(crate) blocks: Vec<Block>,
 }
 
+/// How many arrays a controller has.
+const CONTROLLER: usize = NETWORK.len();
+
 /// Names of the arrays of [`Inputs`], in their order.
-pub(crate) const NAMES: [&str; 7] = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
+pub(crate) const NAMES: [&str; 3 + CONTROLLER] = {
+    let [first, second, third, fourth] = NETWORK;
+    ["z", first, second, third, fourth, "x0", "v0"]
+};
 
 impl Sizes {
     /// The sizes of robots on a lattice.
@@ -37,7 +44,7 @@ impl Sizes {
             nodes: lattice.nodes(),
             edges: lattice.edges.len(),
             inputs: observation_length(controller, lattice.nodes()),
-            hidden: controller.hidden,
+            blocks: blocks_of(controller, lattice.nodes(), lattice.edges.len()),
         }
     }
 
@@ -52,21 +59,11 @@ impl Sizes {
 
     /// The shapes of the arrays of [`Inputs`].
     pub(crate) fn shapes(&self) -> [Vec<usize>; 7] {
-        let Self {
-            nodes,
-            edges,
-            inputs,
-            hidden,
-        } = *self;
-        [
-            vec![edges, 3],
-            vec![hidden, inputs],
-            vec![hidden],
-            vec![edges, hidden],
-            vec![edges],
-            vec![nodes, 2],
-            vec![nodes, 2],
-        ]
+        let points = vec![self.nodes, 2];
+        let mut own = self.blocks.iter().map(|block| block.shape.axes());
+        let mut next = || own.next().expect("a network has four blocks");
+        let z = vec![self.edges, 3];
+        [z, next(), next(), next(), next(), points.clone(), points]
     }
 }
 
@@ -207,13 +204,10 @@ impl<R: Number> Batch<R> {
         };
         let many = |blocks: &[usize]| blocks.iter().map(|&k| counts[k]).max().unwrap_or(1);
         let pairs = |k: usize, robot: usize| part(k, robot).as_chunks().0.to_vec();
-        let controller = |robot: usize| Controller {
-            hidden: sizes.hidden,
-            inputs: sizes.inputs,
-            w1: part(1, robot).to_vec(),
-            b1: part(2, robot).to_vec(),
-            w2: part(3, robot).to_vec(),
-            b2: part(4, robot).to_vec(),
+        let own: Vec<usize> = (1..=CONTROLLER).collect();
+        let controller = |robot: usize| {
+            let numbers = own.iter().flat_map(|&k| part(k, robot));
+            Controller::new(&sizes.blocks, numbers.copied().collect())
         };
         let start = |robot: usize| State {
             x: pairs(5, robot),
@@ -223,7 +217,7 @@ impl<R: Number> Batch<R> {
             z: (0..counts[0])
                 .map(|robot| part(0, robot).as_chunks().0.to_vec())
                 .collect(),
-            controllers: (0..many(&[1, 2, 3, 4])).map(controller).collect(),
+            controllers: (0..many(&own)).map(controller).collect(),
             starts: (0..many(&[5, 6])).map(start).collect(),
             size: size.map(|(count, _)| count),
         })

@@ -4,10 +4,11 @@ use crate::arrays::{Batch, Given, NAMES, Number, Sizes, flattened};
 use crate::errors::{InternalError, refused};
 use crate::pool;
 use autodiff::Real;
+use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
-use cosmic::projection::{Projection, is_layout};
+use cosmic::projection::Projection;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic::task::{Task, together};
 use pyo3::prelude::*;
@@ -17,33 +18,36 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How design vectors become mixtures of materials.
-#[derive(Clone, Copy)]
+/// What an array of design vectors is.
 pub(crate) enum Mixing {
-    /// By a projection.
+    /// Design vectors, which a projection turns into mixtures.
     By(Projection),
-    /// They are mixtures themselves.
+    /// Mixtures.
     AsGiven,
+    /// The mixtures of this layout.
+    Layout(Vec<Material>),
 }
 
 impl Mixing {
-    /// By its name; `auto` takes those of a layout as they are (D7).
+    /// By its name; `auto` takes the vectors of a layout as they are (D7).
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
-        match name {
-            "auto" if is_layout(z) => Ok(Self::AsGiven),
-            "auto" | "performance" => Ok(Self::By(Projection::Performance)),
-            "stability" => Ok(Self::By(Projection::Stability)),
-            "none" => Ok(Self::AsGiven),
+        let z = z.iter().map(|row| row.map(Into::into)).collect();
+        match (name, Design::of_vectors(z)) {
+            ("auto" | "none", Design::Layout(layout)) => Ok(Self::Layout(layout)),
+            ("auto" | "performance", _) => Ok(Self::By(Projection::Performance)),
+            ("stability", _) => Ok(Self::By(Projection::Stability)),
+            ("none", _) => Ok(Self::AsGiven),
             _ => Err(refused(format!(
                 "projection: {name:?}: allowed: \"auto\", \"performance\", \"stability\", \"none\""
             ))),
         }
     }
 
-    fn mixture<R: Real>(self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+    /// The design to differentiate by. A layout is its mixtures, whose void edges keep their stiffness.
+    fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::By(projection) => task.mixture(projection, z),
-            Self::AsGiven => z.to_vec(),
+            Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
+            Self::AsGiven | Self::Layout(_) => Design::of_shares(z),
         }
     }
 }
@@ -76,9 +80,12 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// The mixture of a robot.
-    fn mixture(&self, task: &Task, robot: usize) -> Vec<[R; 3]> {
-        self.mixing[robot].mixture(task, self.batch.z(robot))
+    /// The design of a robot.
+    fn design(&self, task: &Task, robot: usize) -> Design<Mixture<R>> {
+        match &self.mixing[robot] {
+            Mixing::Layout(layout) => Design::Layout(layout.clone()),
+            mixing => mixing.design(task, self.batch.z(robot)),
+        }
     }
 
     /// How many robots a thread steps side by side.
@@ -91,11 +98,11 @@ impl<R: Number> Asked<R> {
 
     /// Steps some robots, of which several share the controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let mixtures = robots.clone().map(|robot| self.mixture(task, robot));
-        let mixtures: Vec<_> = mixtures.collect();
+        let designs = robots.clone().map(|robot| self.design(task, robot));
+        let designs: Vec<_> = designs.collect();
         let controller = self.batch.controller(robots.start);
         let starts: Vec<&State<R>> = robots.map(|robot| self.batch.start(robot)).collect();
-        task.rollout_many(&mixtures, controller, &starts, &self.span)
+        task.rollout_many(&designs, controller, &starts, &self.span)
     }
 
     /// The states of every robot that are looked at, by the library alone.
@@ -152,12 +159,8 @@ impl<R: Number> Asked<R> {
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-        let mixture = self.mixture(task, robot);
-        let mixture: Vec<[f64; 3]> = mixture
-            .iter()
-            .map(|shares| shares.map(Into::into))
-            .collect();
-        let guarded = task.guarded(&mixture, &controller, &start, &self.span);
+        let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
+        let guarded = task.guarded(&design, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
             || Error::NoFigure("diverged in single precision, and not in double".to_owned()),
             Error::from,
@@ -204,12 +207,12 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
 /// The observed positions of a robot, then the velocities.
 pub(crate) fn seen<R: Real>(
     task: &Task,
-    mixing: Mixing,
+    mixing: &Mixing,
     inputs: &Inputs<R>,
     span: &Span,
 ) -> Vec<R> {
-    let mixture = mixing.mixture(task, &inputs.z);
-    let seen = task.rollout(&mixture, &inputs.controller, &inputs.start, span);
+    let design = mixing.design(task, &inputs.z);
+    let seen = task.rollout(&design, &inputs.controller, &inputs.start, span);
     flattened(&[seen]).concat()
 }
 

@@ -6,10 +6,11 @@ use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
-use cosmic::controller::observation;
+use cosmic::design::Design;
+use cosmic::policy::observation;
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, State};
-use cosmic::projection::{Projection, is_layout};
+use cosmic::projection::Projection;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
@@ -68,14 +69,8 @@ impl Driven {
         if z.batch(&[sizes.edges, 3])?.is_some() {
             return Err(refused("z: expected one design".to_owned()));
         }
-        let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
-        // A layout is its own mixture (D7).
-        let mixture = if is_layout(&z) {
-            z
-        } else {
-            task.mixture(Projection::Performance, &z)
-        };
-        let body = task.body(&mixture);
+        let design = Design::of_vectors(z.finite()?.as_chunks().0.to_vec());
+        let body = task.body(&task.projected(Projection::Performance, &design));
         let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
         Ok(Self {
             driven: Library::new(lattice, &scene.physics, &scene.controller),

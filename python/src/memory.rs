@@ -112,12 +112,7 @@ pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
 
 /// The bytes that a gradient records of a rollout: for every step, the state and the results of the operations.
 pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64 {
-    let Sizes {
-        nodes,
-        edges,
-        hidden,
-        ..
-    } = *sizes;
+    let (nodes, edges, hidden) = (sizes.nodes, sizes.edges, scene.controller.hidden);
     // Measured on lattices of 6 x 6 and 16 x 16 nodes with 32 and 512 hidden neurons.
     let row = 5 * nodes + 4 * edges + 6 * hidden;
     let all = steps as f64 * row as f64 * size;

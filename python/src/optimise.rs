@@ -62,7 +62,7 @@ pub(crate) fn optimise(
             Some(path) => {
                 let design = DesignFile::read(&path)?;
                 let controller = design.robot(&plan.scene, &path.display().to_string())?;
-                codesign.begin_with(plan.seed, design.z, controller)
+                codesign.begin_with(plan.seed, design.design(), controller)
             }
         }?;
         Ok((codesign, progress))

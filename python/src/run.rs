@@ -2,8 +2,8 @@
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
-use cosmic::controller::Controller;
-use cosmic::design::{dominant, one_hot};
+use cosmic::design::{Design, Material};
+use cosmic::policy::Controller;
 use cosmic::lattice::{Lattice, State};
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
@@ -28,7 +28,6 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     let (design, trajectory) = (&run.robot.design, &run.trajectory);
     let weights = &design.controller;
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
-    let (hidden, inputs) = (weights.b1.len(), weights.w1.first().map_or(0, Vec::len));
     let floats = |numbers: &[f64], shape: &[usize]| array(py, numbers.to_vec(), shape);
     let states = trajectory.states.len();
     let coordinates = |of: fn(&State<f64>) -> &[[f64; 2]]| -> Vec<f64> {
@@ -49,10 +48,9 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     read.set_item("edges", whole(ends.collect(), &[edges, 2])?)?;
     read.set_item("materials", whole(materials.collect(), &[edges])?)?;
     read.set_item("z", floats(design.z.as_flattened(), &[edges, 3])?)?;
-    read.set_item("w1", floats(&weights.w1.concat(), &[hidden, inputs])?)?;
-    read.set_item("b1", floats(&weights.b1, &[hidden])?)?;
-    read.set_item("w2", floats(&weights.w2.concat(), &[edges, hidden])?)?;
-    read.set_item("b2", floats(&weights.b2, &[edges])?)?;
+    for (name, axes, numbers) in weights.blocks() {
+        read.set_item(name, floats(&numbers, &axes)?)?;
+    }
     read.set_item("rest", floats(rest.as_flattened(), &[nodes, 2])?)?;
     read.set_item("steps", whole(steps.collect(), &[states])?)?;
     read.set_item(
@@ -104,10 +102,11 @@ pub(crate) fn frame<'py>(
             steps.len()
         )));
     }
-    let z: Vec<[f64; 3]> = z.finite()?.as_chunks().0.to_vec();
-    let materials: Vec<_> = z.iter().map(dominant).collect();
+    let z: &[[f64; 3]] = z.finite()?.as_chunks().0;
+    let materials: Vec<_> = z.iter().map(Material::dominant).collect();
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
-    let design = DesignFile::new(&lattice, &one_hot(&materials), &materials, &controller);
+    let layout = Design::Layout(materials.clone());
+    let design = DesignFile::new(&lattice, &layout, &materials, &controller);
     let state = |x: &[f64]| {
         let x: Vec<[f64; 2]> = x.as_chunks().0.to_vec();
         State {

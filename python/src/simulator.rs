@@ -150,7 +150,7 @@ impl Simulator {
         let product = |robot: usize| {
             let part = |bar: &[R]| bar[robot * length..][..length].to_vec();
             let cotangents = [part(&x_bar), part(&v_bar)].concat();
-            let mixing = asked.mixing[robot];
+            let mixing = &asked.mixing[robot];
             let inputs = asked.batch.inputs(robot);
             let function = |inputs: &Inputs<_>| seen(&self.task, mixing, inputs, &asked.span);
             let (values, mut gradient) = inputs.vjp(ALL, function, &cotangents);
@@ -203,7 +203,7 @@ impl Simulator {
         }
         let robots = asked.batch.robots();
         let product = |robot: usize| {
-            let (mixing, inputs) = (asked.mixing[robot], asked.batch.inputs(robot));
+            let (mixing, inputs) = (&asked.mixing[robot], asked.batch.inputs(robot));
             let tangents = along.batch.inputs(robot % along.batch.robots());
             let (mut values, mut slopes) = inputs.jvp(&tangents, |inputs| {
                 seen(&self.task, mixing, inputs, &asked.span)
@@ -341,14 +341,11 @@ impl Simulator {
             start_fits(&self.scene, &self.sizes, 3.0)?;
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
-            let inputs = Inputs {
-                z: progress.z,
-                controller: progress.controller,
-                start: self.task.lattice.state_at_rest(),
-            };
-            let blocks = ALL.iter().zip(self.sizes.shapes());
-            blocks
-                .map(|(&block, shape)| array(py, inputs.block(block).to_vec(), &shape))
+            let inputs = codesign.inputs(&progress);
+            let parts = inputs.parts();
+            let arrays = parts.iter().zip(self.sizes.shapes());
+            arrays
+                .map(|(part, shape)| array(py, inputs.part(part).to_vec(), &shape))
                 .collect()
         })
     }

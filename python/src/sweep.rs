@@ -6,12 +6,11 @@ use crate::loss::Failure;
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::error::{Error, Result};
-use cosmic_lab::study::Measurement;
 use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadPlan, on_grid};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -88,18 +87,11 @@ pub(crate) fn sweep_run(
                 "there is no run {index}: the plan has {runs}, from 0 on"
             )));
         }
-        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
         let stop = watch.stop();
         let is_stopped = || stop.load(Ordering::Relaxed);
-        let measure = |run: &Path| {
-            measurement
-                .as_ref()
-                .map_or(Ok(()), |of| of.keep(run, &is_stopped).map(drop))
-        };
         let sweep = Sweep {
             folder: &folder,
             plan,
-            measure: &measure,
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

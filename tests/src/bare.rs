@@ -1,9 +1,9 @@
 //! Robots without a design: stiffness and masses given directly, the controller silent.
 
 use autodiff::Real;
-use cosmic::controller::{Controller, observation_length};
 use cosmic::lattice::Body;
 use cosmic::lattice::{Lattice, State};
+use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 
@@ -64,16 +64,7 @@ impl Bare {
             steps: observed.last().copied().unwrap_or(0),
             ..self.physics.clone()
         };
-        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
-        let inputs = observation_length(&settings, nodes);
-        let silent = Controller {
-            hidden: 1,
-            inputs,
-            w1: vec![R::zero(); inputs],
-            b1: vec![R::zero()],
-            w2: vec![R::zero(); edges],
-            b2: vec![R::zero(); edges],
-        };
+        let silent = Controller::xavier(&settings, &self.lattice, 0).map(|_| R::zero());
         let simulator = Simulator::new(&self.lattice, &physics, &settings);
         simulator.rollout(
             &self.body.map(R::lit),

@@ -9,13 +9,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use cosmic::case::Case;
-use cosmic::design::Material;
-use cosmic::lattice::Body;
-use cosmic::lattice::Lattice;
-use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
-use cosmic::scene::{MaterialSettings, PhysicsSettings};
-use serde_json::{Value, from_value};
+use serde_json::Value;
 
 /// The folder of reference cases: `REFERENCE_DIR` where that is set, else the project's own.
 pub fn reference_folder() -> PathBuf {
@@ -134,111 +128,6 @@ fn read(path: PathBuf) -> Reference {
     Reference { path, text, json }
 }
 
-/// A stability case, and the file that it is of.
-#[derive(Clone, Debug)]
-pub struct StabilityCase {
-    /// The file's content, tolerances among it.
-    pub file: Value,
-    /// The case.
-    pub case: Value,
-}
-
-impl StabilityCase {
-    /// A number of the case.
-    ///
-    /// # Panics
-    /// Where the case has none of that name.
-    pub fn number(&self, key: &str) -> f64 {
-        number(&self.case, key)
-    }
-
-    /// A number of the file, such as a tolerance.
-    ///
-    /// # Panics
-    /// Where the file has none of that name.
-    pub fn of_file(&self, key: &str) -> f64 {
-        number(&self.file, key)
-    }
-
-    /// The case's lattice of regular places, with these edges.
-    ///
-    /// # Panics
-    /// If the case has no sizes.
-    pub fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
-        let [columns, rows] = self.sizes();
-        let spacing = self.number("spacing");
-        let place = |node: usize| [node % columns, node / columns].map(|n| n as f64 * spacing);
-        self.lattice_at((0..columns * rows).map(place).collect(), edges)
-    }
-
-    /// The case's lattice with these edges, which are at rest between these positions.
-    ///
-    /// # Panics
-    /// If an edge has a node that does not exist.
-    pub fn lattice_at(&self, positions: Vec<[f64; 2]>, edges: Vec<[usize; 2]>) -> Lattice {
-        Lattice::between(positions, edges)
-    }
-
-    /// The case's edges: pairs of nodes.
-    ///
-    /// # Panics
-    /// If it has none.
-    pub fn edges(&self) -> Vec<[usize; 2]> {
-        from_value(self.case["edges"].clone()).expect("pairs")
-    }
-
-    /// The lattice's stiffnesses and masses, every edge of the case's material.
-    ///
-    /// # Panics
-    /// If the case has no materials, or other masses.
-    pub fn body(&self, lattice: &Lattice, physics: &PhysicsSettings) -> Body<f64> {
-        let materials: Vec<Material> = from_value(self.case["state"].clone()).expect("materials");
-        let mixture = one_hot(&materials);
-        let body = Body::new(&mixture, lattice, &MaterialSettings::default(), physics);
-        // A dozen roundings of sums.
-        assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
-        body
-    }
-
-    /// The world of the case: without a height of the ground there is none, and what else it does
-    /// not state is flat, frictionless and undamped.
-    ///
-    /// # Panics
-    /// If the case has no time step or gravity, or an unknown contact.
-    pub fn world(&self) -> PhysicsSettings {
-        let case = &self.case;
-        let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
-        let usual = PhysicsSettings::default();
-        PhysicsSettings {
-            dt: self.number("dt"),
-            gravity: self.number("gravity"),
-            damping: or("gamma", 0.0),
-            node_mass: or("m_eps", usual.node_mass),
-            payload_mass: or("payload_mass", usual.payload_mass),
-            ground_height: or("ground_height", 0.0),
-            incline_deg: or("alpha_deg", 0.0),
-            contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
-                (None, _) => ContactLaw::none(),
-                (_, Some("coulomb")) => ContactLaw::coulomb(),
-                (_, Some("infinite") | None) => ContactLaw::infinite(),
-                (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
-            },
-            friction: or("mu", 0.0),
-            ..usual
-        }
-    }
-
-    /// Columns and rows.
-    fn sizes(&self) -> [usize; 2] {
-        ["columns", "rows"].map(|key| self.number(key) as usize)
-    }
-
-    /// Numbers of the case, nested lists from first to last.
-    pub fn numbers(&self, key: &str) -> Vec<f64> {
-        numbers(&self.case[key])
-    }
-}
-
 /// A number of an object.
 ///
 /// # Panics
@@ -247,39 +136,6 @@ pub fn number(object: &Value, key: &str) -> f64 {
     object[key]
         .as_f64()
         .unwrap_or_else(|| panic!("no number `{key}` in {object}"))
-}
-
-/// Stability cases of one kind, told by a key that only this kind has, from whatever files; the
-/// project's own where the folder has none of that kind.
-///
-/// # Panics
-/// Where there is none: a test that reads no case shows nothing.
-pub fn stability_cases(kind: &str) -> Vec<StabilityCase> {
-    stability_lists("cases", kind)
-}
-
-/// The same of another list of the files than their `cases`.
-///
-/// # Panics
-/// As [`stability_cases`].
-pub fn stability_lists(list: &str, kind: &str) -> Vec<StabilityCase> {
-    let of_kind = |file: Reference| {
-        let cases = file.json[list].as_array().cloned().unwrap_or_default();
-        let of_kind = cases.into_iter().filter(|case| case.get(kind).is_some());
-        let with_file = |case| StabilityCase {
-            file: file.json.clone(),
-            case,
-        };
-        of_kind.map(with_file).collect::<Vec<_>>()
-    };
-    let folders = [
-        reference_subfolder("stability"),
-        own_reference_folder().join("stability"),
-    ];
-    let mut found =
-        (folders.iter()).map(|folder| references(folder).into_iter().flat_map(of_kind).collect());
-    let cases: Option<Vec<_>> = found.find(|cases: &Vec<_>| !cases.is_empty());
-    cases.unwrap_or_else(|| panic!("no case with `{kind}` in {}", folders[0].display()))
 }
 
 /// All numbers of a JSON value, nested lists from first to last.

@@ -57,7 +57,7 @@ pub fn case(bytes: &[u8]) -> Result<()> {
     case.listed_steps.clear();
     let again = Case::parse("again.json", &case.to_json());
     assert_eq!(again.expect("a case's own text is a case"), case);
-    if case.lattice.nodes() <= FEW && case.controller.hidden <= FEW {
+    if case.lattice.nodes() <= FEW && case.observation.hidden <= FEW {
         case.physics.steps = case.physics.steps.min(FEW);
         case.evaluate(false, &[])?;
         case.step_check();
@@ -78,7 +78,7 @@ pub fn design(bytes: &[u8]) -> Result<()> {
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
     (scene.controller.hidden, scene.controller.clocks) = (1, 1);
     let case = design.case(&scene, "design.json")?;
-    assert_eq!(case.frozen.is_some(), design.is_snapped());
+    assert_eq!(case.design, design.design());
     Ok(())
 }
 

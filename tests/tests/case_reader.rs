@@ -285,7 +285,7 @@ fn a_robot_written_as_a_case_is_that_robot() {
     scene.physics.stiffening = 2.0;
     let case = Case::of_scene(&scene, 1).expect("any lattice starts so");
     let again = Case::parse("written", &case.to_json()).expect("it was just written");
-    assert_eq!(again.own_mixture(), case.own_mixture());
+    assert_eq!(again.own_design(), case.own_design());
     assert_eq!(again.body().stiffness, case.body().stiffness);
     assert_eq!(again.task().physics, case.task().physics);
 }

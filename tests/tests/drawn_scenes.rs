@@ -3,7 +3,7 @@
 
 use autodiff::check::Options;
 use cosmic::case::Case;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
 use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
@@ -77,7 +77,8 @@ fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
 fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     let seed = rng.random();
     let mut case = Case::of_scene(scene, seed).unwrap_or_else(|error| panic!("{error}"));
-    for z in case.z.as_flattened_mut() {
+    let z = case.design.undecided_mut().expect("a start of mixtures");
+    for z in z.as_flattened_mut() {
         *z += rng.random_range(0.0..0.05);
     }
     let moves = one_of(rng, &[0.0, 0.0, 0.3]);
@@ -85,7 +86,8 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         *v = moves * rng.random_range(-1.0..1.0);
     }
     if rng.random_range(0..3) == 0 {
-        case.frozen = Some(case.z.iter().map(|_| one_of(rng, &Material::ALL)).collect());
+        let material = |_| one_of(rng, &Material::ALL);
+        case.design = Design::Layout((0..case.design.edges()).map(material).collect());
     }
     // Beside the sharp projection's shares of nothing, what bends changes its slope within a
     // millionth: differences do not see the point alone.
@@ -114,7 +116,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         assert!(
             check.failures().is_empty(),
             "seed {seed}: {check}\n{:?} {:?} {:?}",
-            (case.physics, case.projection, case.frozen),
+            (case.physics, case.projection, case.design),
             (scene.controller, scene.start.kind),
             (scene.lattice, scene.materials)
         );

@@ -449,7 +449,7 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// Derivatives of kernels whose body is neither a call of the emitted code, nor of that by partials, nor
+/// Derivatives of kernels whose body is neither a call of the emitted code, nor of that by duals, nor
 /// of a law's own such function.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
@@ -459,7 +459,7 @@ fn adjoints_by_hand() -> Vec<String> {
             let name = line
                 .strip_prefix("fn ")
                 .and_then(|rest| rest.split('<').next());
-            let derives = |name: &str| name.contains("vjp") || name.contains("partials");
+            let derives = |name: &str| name.contains("vjp");
             let body = lines[at..].iter().position(|line| line.ends_with('{'));
             let calls = |body: usize| is_a_call(lines[at + body + 1]);
             if name.is_some_and(derives) && !body.is_some_and(calls) {
@@ -470,12 +470,14 @@ fn adjoints_by_hand() -> Vec<String> {
     found
 }
 
-/// True for a call of emitted code, of the default by partials, or of a law's function.
+/// True for a call of emitted code, of the default by duals, or of a law's function.
 fn is_a_call(line: &str) -> bool {
-    let Some((callee, "x, y_bar)" | "self, x, y_bar)")) = line.split_once('(') else {
+    let Some((callee, "at)" | "self, at)" | "tension, at)" | "flying, at)" | "drifting, at)")) =
+        line.split_once('(')
+    else {
         return false;
     };
     let name = callee.rsplit(['.', ':']).next().unwrap_or_default();
     let of_law = callee.starts_with("C::") || callee.starts_with("L::");
-    name.starts_with("emitted_") || name == "vjp_by_partials" || of_law && name.ends_with("_vjp")
+    name.starts_with("emitted_") || name == "vjp_by_duals" || of_law && name.ends_with("_vjp")
 }

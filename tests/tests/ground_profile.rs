@@ -31,9 +31,9 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
 
 /// Every state of a case's rollout.
 fn states(case: &Case) -> Vec<State<f64>> {
-    let (task, mixture) = (case.task(), case.own_mixture());
+    let (task, design) = (case.task(), case.own_design());
     let span = Span::from_start((0..=case.physics.steps).collect());
-    let seen = task.rollout(&mixture, &case.controller, &case.start, &span);
+    let seen = task.rollout(&design, &case.controller, &case.start, &span);
     seen.states
 }
 
@@ -206,7 +206,8 @@ fn every_block_of_a_robot_on_rough_ground() {
                 [0.34, 0.008],
             ]);
         });
-        for (e, z) in case.z.iter_mut().enumerate() {
+        let z = case.design.undecided_mut().expect("a start of mixtures");
+        for (e, z) in z.iter_mut().enumerate() {
             z[1] += 0.002 * (e as f64).sin();
             z[2] += 0.002 * (1.7 * e as f64).cos();
         }

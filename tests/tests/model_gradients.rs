@@ -4,12 +4,13 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
-use cosmic::controller::{Controller, observation};
+use cosmic::design::{Design, Mixture};
 use cosmic::ground::Ground;
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::projection::{Holds, Projection, mixture};
+use cosmic::policy::{Controller, Network, observation};
+use cosmic::projection::{Holds, Projection, mixtures};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
@@ -41,7 +42,11 @@ fn smooth<F: VectorFunction>(function: F, x: &[f64]) {
     assert_eq!(report.verdict, Verdict::Smooth, "{report}");
 }
 
-/// The mixture of a design.
+fn shares<R: Real>(mixtures: &[Mixture<R>]) -> Vec<R> {
+    mixtures.iter().flat_map(|mixture| mixture.0).collect()
+}
+
+/// The mixtures of a design.
 struct Mixtures<'a>(&'a Case, Projection);
 
 impl VectorFunction for Mixtures<'_> {
@@ -50,7 +55,7 @@ impl VectorFunction for Mixtures<'_> {
             sharpness, lattice, ..
         } = self.0;
         let holds = Holds::new(sharpness, lattice);
-        mixture(self.1, x.as_chunks().0, sharpness, &holds).into_flattened()
+        shares(&mixtures(self.1, x.as_chunks().0, sharpness, &holds))
     }
 }
 
@@ -59,7 +64,7 @@ fn performance_projections() {
     for case in &cases() {
         smooth(
             Mixtures(case, Projection::Performance),
-            case.z.as_flattened(),
+            case.design.vectors().as_flattened(),
         );
     }
 }
@@ -71,14 +76,13 @@ fn projections_with_held_materials() {
     for mut case in cases() {
         case.sharpness.hold_materials = 0.3;
         case.sharpness.beta_stability = case.sharpness.beta_straight_through;
-        let z = case.z.clone().into_flattened();
+        let z = case.design.vectors().into_owned().into_flattened();
         for projection in [Projection::Performance, Projection::Stability] {
-            let mixtures = Mixtures(&case, projection);
-            assert_ne!(
-                mixtures.eval(&z),
-                mixture(projection, &case.z, &case.sharpness, &Holds::default()).into_flattened()
-            );
-            smooth(mixtures, &z);
+            let held = Mixtures(&case, projection);
+            let free = Holds::default();
+            let free = mixtures(projection, z.as_chunks().0, &case.sharpness, &free);
+            assert_ne!(held.eval(&z), shares(&free));
+            smooth(held, &z);
         }
     }
 }
@@ -90,7 +94,7 @@ fn stability_projections() {
     for mut case in cases() {
         let sharp = case.sharpness.beta_stability;
         case.sharpness.beta_stability = case.sharpness.beta_straight_through;
-        let z = case.z.clone().into_flattened();
+        let z = case.design.vectors().into_owned().into_flattened();
         smooth(Mixtures(&case, Projection::Stability), &z);
         case.sharpness.beta_stability = sharp;
         let function = Mixtures(&case, Projection::Stability);
@@ -152,14 +156,9 @@ fn losses() {
     }
 }
 
-fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<[R; 3]> {
-    let z = z.as_chunks().0;
-    mixture(
-        Projection::Performance,
-        z,
-        &case.sharpness,
-        &Holds::default(),
-    )
+fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
+    let (z, holds) = (z.as_chunks().0, Holds::default());
+    mixtures(Projection::Performance, z, &case.sharpness, &holds)
 }
 
 /// Masses, and strains and stiffnesses of the size of masses, of a design.
@@ -168,8 +167,8 @@ struct Bodies<'a>(&'a Case);
 impl VectorFunction for Bodies<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = performance(case, x);
-        let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+        let design = Design::Undecided(performance(case, x));
+        let body = Body::new(&design, &case.lattice, &case.materials, &case.physics);
         let stiffness = body.stiffness.into_iter().map(|k| k * R::lit(1e-4));
         [body.mass, body.strain, stiffness.collect()].concat()
     }
@@ -180,7 +179,7 @@ fn bodies() {
     for mut case in cases() {
         for penalisation in [1, 3] {
             case.materials.penalisation = penalisation;
-            smooth(Bodies(&case), case.z.as_flattened());
+            smooth(Bodies(&case), case.design.vectors().as_flattened());
         }
     }
 }
@@ -191,8 +190,7 @@ struct Objectives<'a>(&'a Case);
 impl VectorFunction for Objectives<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = performance(case, x);
-        let m = measures(&mixture, case.sharpness.delta);
+        let m = measures(&performance(case, x), case.sharpness.delta);
         let violations = violations(m.constrained(), &case.thresholds);
         let augmented = case.lagrangian.objective(R::zero(), violations);
         vec![m.volume, m.actuator_volume, augmented]
@@ -202,7 +200,7 @@ impl VectorFunction for Objectives<'_> {
 #[test]
 fn objectives() {
     for case in cases() {
-        smooth(Objectives(&case), case.z.as_flattened());
+        smooth(Objectives(&case), case.design.vectors().as_flattened());
     }
 }
 
@@ -215,12 +213,8 @@ impl Activations<'_> {
         let Case {
             controller, start, ..
         } = self.0;
-        let Controller { w1, b1, w2, b2, .. } = controller;
         [
-            w1,
-            b1,
-            w2,
-            b2,
+            controller.numbers(),
             start.x.as_flattened(),
             start.v.as_flattened(),
         ]
@@ -234,14 +228,9 @@ impl Activations<'_> {
         } = self.0;
         let mut rest = x;
         let mut take = |count| rest.split_off(..count).expect("a number each").to_vec();
-        let read = Controller {
-            hidden: controller.hidden,
-            inputs: controller.inputs,
-            w1: take(controller.w1.len()),
-            b1: take(controller.b1.len()),
-            w2: take(controller.w2.len()),
-            b2: take(controller.b2.len()),
-        };
+        let mut read = controller.map(|_| R::zero());
+        read.numbers_mut()
+            .copy_from_slice(&take(controller.weights()));
         let mut points = || take(2 * start.x.len()).as_chunks().0.to_vec();
         let (x, v) = (points(), points());
         (read, State { x, v })
@@ -252,7 +241,8 @@ impl VectorFunction for Activations<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (controller, state) = self.read(x);
         let ground = Ground::from(&self.0.physics);
-        controller.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
+        let network = Network::of(&controller).expect("a network");
+        network.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
     }
 }
 
@@ -263,8 +253,10 @@ impl VectorFunction for FoldedWeights<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0.0;
         let (controller, _) = self.0.read(x);
-        let folded = controller.folded(&case.observation, &[], &Ground::from(&case.physics));
-        [folded.w1, folded.b1].concat()
+        let (nodes, ground) = (case.lattice.nodes(), Ground::from(&case.physics));
+        let network = Network::of(&controller).expect("a network");
+        let folded = network.folded(&case.observation, nodes, &[], &ground);
+        [folded.first.weights, folded.first.biases].concat()
     }
 }
 
@@ -295,7 +287,8 @@ impl VectorFunction for Wrong<'_> {
 fn a_wrong_derivative_is_noticed() {
     for case in cases() {
         let function = Weighted(Wrong(Bodies(&case)));
-        let report = check_gradient(&function, case.z.as_flattened(), &Options::default());
+        let z = case.design.vectors();
+        let report = check_gradient(&function, z.as_flattened(), &Options::default());
         assert_eq!(report.verdict, Verdict::Wrong, "{report}");
     }
 }

@@ -3,11 +3,10 @@
 use autodiff::check::{Options, Verdict};
 use autodiff::{Real, Var, gradient_of};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material, Mixture};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::{Body, State};
-use cosmic::projection::one_hot;
+use cosmic::policy::Controller;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::check_gradients;
@@ -30,7 +29,8 @@ fn robot() -> Case {
     for (i, v) in case.start.v.iter_mut().enumerate() {
         *v = [(i as f64).sin(), (2.0 * i as f64).cos()];
     }
-    for (e, z) in case.z.iter_mut().enumerate() {
+    let z = case.design.undecided_mut().expect("a start of mixtures");
+    for (e, z) in z.iter_mut().enumerate() {
         let near = case.lattice.edges[e].contains(&8);
         *z = if near {
             [0.45, 0.3, 0.35]
@@ -41,10 +41,10 @@ fn robot() -> Case {
     case
 }
 
-/// The last state of a mixture's robot.
-fn end(case: &Case, mixture: &[[f64; 3]], start: &State<f64>) -> State<f64> {
+/// The last state of a robot.
+fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
-    let seen = case.task().rollout(mixture, &case.controller, start, &span);
+    let seen = case.task().rollout(design, &case.controller, start, &span);
     seen.states[0].clone()
 }
 
@@ -72,7 +72,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     // It is a part of the gradient that counts: without it the design's is another.
     let gradient = |one_piece: bool| {
         let mut other = case.clone();
-        other.design.one_piece = one_piece;
+        other.rules.one_piece = one_piece;
         let task = other.task();
         let (_, gradient) = other
             .inputs()
@@ -104,25 +104,21 @@ fn cell(case: &Case) -> Vec<Material> {
 #[test]
 fn nothing_jumps_at_the_snap() {
     let case = robot();
-    let layout = one_hot::<f64>(&cell(&case));
+    let layout = Design::Layout(cell(&case));
     let live = |node: usize| [0, 1, 3, 4].contains(&node);
     let snapped = end(&case, &layout, &case.start);
     let off = |rest: f64| {
-        let soft = layout
-            .iter()
-            .map(|m| m.map(|share| share * (1.0 - 3.0 * rest) + rest));
-        farthest(
-            &end(&case, &soft.collect::<Vec<_>>(), &case.start),
-            &snapped,
-            live,
-        )
+        let soft = |m: &Mixture<f64>| m.0.map(|share| share * (1.0 - 3.0 * rest) + rest);
+        let soft: Vec<_> = layout.mixtures().iter().map(soft).collect();
+        let soft = end(&case, &Design::of_shares(&soft), &case.start);
+        farthest(&soft, &snapped, live)
     };
     // In proportion to what is left of the other materials.
     let [far, near] = [1e-5, 1e-7].map(off);
     assert!(far > 0.0 && near < 0.02 * far, "{far} {near}");
     // All nodes alike, a layout's observations are others.
     let mut alike = case.clone();
-    alike.design.one_piece = false;
+    alike.rules.one_piece = false;
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
 }
 
@@ -131,7 +127,7 @@ fn nothing_jumps_at_the_snap() {
 #[test]
 fn nodes_without_a_bar_are_no_part_of_the_robot() {
     let case = robot();
-    let layout = one_hot::<f64>(&cell(&case));
+    let layout = Design::Layout(cell(&case));
     let seen = end(&case, &layout, &case.start);
     let mut moved = case.start.clone();
     for node in [2, 5, 6, 7, 8] {
@@ -151,7 +147,7 @@ fn nodes_without_a_bar_are_no_part_of_the_robot() {
             let mut start = case.start.map(Var::constant);
             start.x = x.as_chunks().0.to_vec();
             let controller = case.controller.map(Var::constant);
-            let layout = one_hot::<Var<f64>>(&cell(&case));
+            let layout = Design::Layout(cell(&case));
             let span = Span::from_start(vec![STEPS]);
             let seen = task.rollout(&layout, &controller, &start, &span);
             seen.states[0].x[0][0] + seen.states[0].x[4][1]
@@ -186,8 +182,8 @@ fn bodies_of_different_nodes_run_together() {
     let case = robot();
     let task = case.task();
     let all_bars = vec![Material::Skeleton; case.lattice.edges.len()];
-    let layouts = [&cell(&case), &all_bars, &cell(&case)];
-    let bodies = layouts.map(|layout| task.body(&one_hot::<f64>(layout)));
+    let layouts = [cell(&case), all_bars, cell(&case)];
+    let bodies = layouts.map(|layout| task.body(&Design::Layout(layout)));
     assert_ne!(bodies[0].presence, bodies[1].presence);
     let simulator =
         cosmic::simulator::Simulator::new(&case.lattice, &case.physics, &case.observation);

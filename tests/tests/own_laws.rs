@@ -6,7 +6,7 @@ use std::sync::Once;
 use autodiff::Real;
 use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::ground::Ground;
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
@@ -145,7 +145,8 @@ fn robot(settings: &str) -> Case {
     let ground = Ground::from(&scene.physics);
     let velocity = |i: usize| ground.vector_to_world([0.5 + 0.02 * i as f64, -0.01 * i as f64]);
     case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
-    for (e, z) in case.z.iter_mut().enumerate() {
+    let z = case.design.undecided_mut().expect("a start of mixtures");
+    for (e, z) in z.iter_mut().enumerate() {
         z[1] += 0.002 * (e as f64).sin();
         z[2] += 0.002 * (1.7 * e as f64).cos();
     }
@@ -181,7 +182,7 @@ fn a_contact_law_of_ones_own_is_the_built_in_one_that_says_the_same() {
 fn bars_pull_by_all_laws_together() {
     let twice = robot("[physics]\nforces = [\"again\"]");
     let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
-    stiffer.z = twice.z.clone();
+    stiffer.design = twice.design.clone();
     // Sums of 90 steps in another order; a metre has 15 digits behind the point.
     let off = distance(&last(&twice), &last(&stiffer));
     assert!(off < 1e-11, "{off:e}");
@@ -430,7 +431,7 @@ fn the_stable_step_counts_stops() {
         let mut case = robot(&format!(
             "[physics]\nforces = [\"stops\"]\n[stops]\n{stops}"
         ));
-        case.frozen = Some(vec![Material::Actuator; case.lattice.edges.len()]);
+        case.design = Design::Layout(vec![Material::Actuator; case.lattice.edges.len()]);
         let body = case.body();
         Vibration::new(&case.lattice, &body, &case.physics, &case.start.x).largest_frequency()
     };

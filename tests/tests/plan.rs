@@ -91,8 +91,8 @@ fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
     let [payload, all] = [true, false].map(|alone| {
         let loss = Far(far.clone(), alone);
         case.inputs().differentiate(ALL, |inputs| {
-            let mixture = case.mixture(case.projection, &inputs.z);
-            case.task().loss(&mixture, inputs, &loss, &horizon)
+            let design = case.projected(case.projection, &inputs.z);
+            case.task().loss(&design, inputs, &loss, &horizon)
         })
     });
     assert_eq!(payload, all);

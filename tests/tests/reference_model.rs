@@ -2,11 +2,11 @@
 //! the states listed, and which are. The rest of its figures are compared where it is simulated.
 
 use cosmic::case::Case;
-use cosmic::controller::clock;
 use cosmic::generator::edges;
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
+use cosmic::policy::{Layer, Network, clock};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
@@ -31,7 +31,8 @@ fn check(reference: &Reference, field: &str, tolerance: &str, got: &[f64]) {
 fn the_first_activation_of_the_folded_controller() {
     for (reference, case) in cases() {
         let ground = Ground::from(&case.physics);
-        let folded = case.controller.folded(&case.observation, &[], &ground);
+        let network = Network::of(&case.controller).expect("a network");
+        let folded = network.folded(&case.observation, case.lattice.nodes(), &[], &ground);
         let state = case.start.to_ground(&ground);
         let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
         let columns: [Vec<f64>; 5] = [
@@ -41,13 +42,13 @@ fn the_first_activation_of_the_folded_controller() {
             column(&state.v, 1),
             clock(&case.observation, 0.0).to_vec(),
         ];
-        let hidden = layer(&folded.w1, &folded.b1, &columns.concat());
-        let first = layer(&folded.w2, &folded.b2, &hidden);
+        let hidden = layer(&folded.first, &columns.concat());
+        let first = layer(&folded.second, &hidden);
         check(&reference, "u0", "algebraic", &first);
     }
 }
 
-fn layer(weights: &[f64], biases: &[f64], input: &[f64]) -> Vec<f64> {
+fn layer(Layer { weights, biases }: &Layer<f64>, input: &[f64]) -> Vec<f64> {
     let rows = weights.chunks_exact(input.len());
     let row = |(row, bias): (&[f64], &f64)| {
         (row.iter().zip(input).map(|(w, x)| w * x).sum::<f64>() + bias).tanh()

@@ -26,9 +26,9 @@ fn robot(physics: &str) -> Case {
 
 /// Its states after these steps.
 fn run(case: &Case, steps: &[usize]) -> Trajectory<f64> {
-    let (task, mixture) = (case.task(), case.own_mixture());
+    let (task, design) = (case.task(), case.own_design());
     let span = Span::from_start(steps.to_vec());
-    task.rollout(&mixture, &case.controller, &case.start, &span)
+    task.rollout(&design, &case.controller, &case.start, &span)
 }
 
 const OPTIONS: [&str; 3] = [

@@ -36,7 +36,8 @@ fn robot(contact: ContactLaw, incline_deg: f64, projection: Projection) -> Case 
     let velocity = |i: usize| ground.vector_to_world([0.5 + 0.02 * i as f64, -0.01 * i as f64]);
     case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
     // Away from the mixture in which all edges are alike.
-    for (e, z) in case.z.iter_mut().enumerate() {
+    let z = case.design.undecided_mut().expect("a start of mixtures");
+    for (e, z) in z.iter_mut().enumerate() {
         z[1] += 0.002 * (e as f64).sin();
         z[2] += 0.002 * (1.7 * e as f64).cos();
     }
@@ -94,8 +95,8 @@ impl Function for OfDesign<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let mut inputs = self.case.inputs().lift();
         inputs.set(DESIGN, x);
-        let mixture = self.case.mixture(self.case.projection, &inputs.z);
-        let loss = (self.task).loss(&mixture, &inputs, &self.loss, &self.horizon);
+        let design = self.case.projected(self.case.projection, &inputs.z);
+        let loss = (self.task).loss(&design, &inputs, &self.loss, &self.horizon);
         loss.straight_through(loss * R::lit(1.0 + self.wrong_by))
     }
 }
@@ -119,7 +120,11 @@ fn the_mean_loss_of_a_rollout() {
             case: &case,
             wrong_by,
         };
-        let report = check_gradient(&function, case.z.as_flattened(), &Options::default());
+        let report = check_gradient(
+            &function,
+            case.design.vectors().as_flattened(),
+            &Options::default(),
+        );
         // Forward mode is as wrong as reverse mode here: it is the differences that notice.
         assert_eq!(report.verdict, expected, "{report}");
     }
@@ -140,8 +145,8 @@ fn the_tail_of_a_rollout() {
     };
     let inputs = case.inputs();
     let (value, tail) = inputs.differentiate(DESIGN, |inputs| {
-        let mixture = case.mixture(case.projection, &inputs.z);
-        task.loss(&mixture, inputs, &at_end(), &horizon)
+        let design = case.projected(case.projection, &inputs.z);
+        task.loss(&design, inputs, &at_end(), &horizon)
     });
     // The whole value, with a part of the gradient. Where head and tail meet, the state goes
     // through the world's frame: a rounding of 1e-17, which 40 steps multiply by a hundred at most.

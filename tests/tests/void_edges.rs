@@ -3,6 +3,7 @@
 use autodiff::{Dual, Real};
 use cosmic::case::Case;
 use cosmic::design::Material::{self, Void};
+use cosmic::design::{Design, Mixture};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
@@ -36,15 +37,15 @@ fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
 /// row up, and one that is all void.
 fn layouts(void_edges: VoidEdges) -> [Case; 3] {
     let tall = case("baseline_tall", void_edges);
-    let materials = tall.frozen.clone().unwrap();
     let cut = |from: usize| {
-        let pairs = tall.lattice.edges.iter().zip(&materials);
+        let layout = tall.design.layout().unwrap();
+        let pairs = tall.lattice.edges.iter().zip(layout);
         let material = |(edge, &own): (&[usize; 2], &Material)| match edge[1] < from {
             true => own,
             false => Void,
         };
         Case {
-            frozen: Some(pairs.map(material).collect()),
+            design: Design::Layout(pairs.map(material).collect()),
             ..tall.clone()
         }
     };
@@ -85,8 +86,6 @@ fn void_edges_are_kept_unless_a_scene_says_otherwise() {
     for case in layouts(VoidEdges::Keep) {
         let void = case.materials.stiffness[0];
         assert!(case.body().stiffness.iter().all(|k| *k >= void));
-        let [all, without] = Voids::of(&case).unwrap().registers;
-        assert!(without <= all && all * 8 >= case.lattice.edges.len());
         assert_eq!(states(&case), states_with_all_edges(&case));
     }
 }
@@ -98,7 +97,8 @@ fn dropping_void_edges_changes_less_than_is_said() {
         [0, 1].map(|k| [VoidEdges::Keep, VoidEdges::Drop].map(|choice| layouts(choice)[k].clone()))
     {
         let [before, after] = [&kept, &dropped].map(states);
-        let (voids, materials) = (Voids::of(&dropped).unwrap(), kept.frozen.unwrap());
+        let voids = Voids::of(&dropped).unwrap();
+        let materials = kept.design.layout().unwrap();
         let stretch = |state: &State<f64>, edge: usize| {
             let [i, j] = kept.lattice.edges[edge];
             (distance(state.x[i], state.x[j]) - kept.lattice.rest_length[edge]).abs()
@@ -170,7 +170,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
 
 fn task_loss<R: Real>(
     (case, task): (&Case, &Task),
-    (mixture, inputs): (&[[R; 3]], &Inputs<R>),
+    (design, inputs): (&Design<Mixture<R>>, &Inputs<R>),
     mode: HorizonMode,
 ) -> R {
     let horizon = Horizon {
@@ -180,7 +180,7 @@ fn task_loss<R: Real>(
     };
     let loss = Displacement::at_end(task.ground());
     assert!(case.physics.steps == STEPS);
-    task.loss(mixture, inputs, &loss, &horizon)
+    task.loss(design, inputs, &loss, &horizon)
 }
 
 const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];
@@ -191,14 +191,15 @@ fn nothing_is_dropped_while_a_design_gradient_is_asked_for() {
     for mode in MODES {
         let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
             let case = case("baseline_tall", choice);
-            let mut inputs = case.inputs();
-            inputs.z = case.own_mixture();
-            let task = case.task();
-            let loss = |inputs: &Inputs<_>| task_loss((&case, &task), (&inputs.z, inputs), mode);
-            let reverse = inputs.differentiate(DESIGN, loss);
+            let (inputs, task) = (case.inputs(), case.task());
+            let reverse = inputs.differentiate(DESIGN, |inputs| {
+                let design = Design::of_shares(&inputs.z);
+                task_loss((&case, &task), (&design, inputs), mode)
+            });
             let mut moved = inputs.lift::<Dual<f64, 1>>();
             moved.z[40][0].tangent[0] = 1.0;
-            let forward = task_loss((&case, &task), (&moved.z, &moved), mode);
+            let design = Design::of_shares(&moved.z);
+            let forward = task_loss((&case, &task), (&design, &moved), mode);
             (reverse, (forward.value, forward.tangent))
         });
         assert_eq!(kept, dropped);
@@ -215,11 +216,11 @@ fn the_gradient_by_weights_is_of_the_robot_that_runs() {
             let case = case("baseline_tall", choice);
             let (inputs, task) = (case.inputs(), case.task());
             let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs: &Inputs<_>| {
-                let mixture = case.mixture(case.projection, &inputs.z);
-                task_loss((&case, &task), (&mixture, inputs), mode)
+                let design = case.projected(case.projection, &inputs.z);
+                task_loss((&case, &task), (&design, inputs), mode)
             });
-            let mixture = case.own_mixture();
-            assert_eq!(value, task_loss((&case, &task), (&mixture, &inputs), mode));
+            let design = case.own_design();
+            assert_eq!(value, task_loss((&case, &task), (&design, &inputs), mode));
             (value, gradient)
         });
         assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
@@ -234,7 +235,7 @@ fn the_gradient_by_weights_is_of_the_robot_that_runs() {
 #[test]
 fn mixtures_keep_what_they_have() {
     let mut sharp = case("baseline_tall", VoidEdges::Drop);
-    sharp.frozen = None;
+    sharp.design = Design::Undecided(sharp.design.vectors().into_owned());
     for dropped in [case("stability", VoidEdges::Drop), sharp] {
         let kept = with(&dropped, |p| p.void_edges = VoidEdges::Keep);
         assert_eq!(Voids::of(&dropped), None);

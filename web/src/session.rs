@@ -2,8 +2,8 @@
 
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
-use cosmic::controller::Controller;
-use cosmic::design::{Material, one_hot};
+use cosmic::design::{Design, Material, Mixture};
+use cosmic::policy::Controller;
 use cosmic::error::Error;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
@@ -31,9 +31,9 @@ struct Work {
 
 #[derive(Clone)]
 struct Robot {
-    z: Vec<[f64; 3]>,
-    mixture: Vec<[f64; 3]>,
-    materials: Vec<Material>,
+    design: Design<[f64; 3]>,
+    /// The design with the mixtures that are simulated.
+    projected: Design<Mixture<f64>>,
     controller: Controller<f64>,
 }
 
@@ -75,8 +75,7 @@ impl Session {
         let Self { work, numbers } = self;
         let work = begun(work)?;
         let Delivery {
-            z,
-            materials,
+            design,
             controller,
             iteration,
             spread,
@@ -84,11 +83,9 @@ impl Session {
             volumes,
             ..
         } = work.codesign.deliver(&work.progress);
-        let mixture = work.codesign.mixture(&work.progress);
         let robot = Robot {
-            z,
-            mixture,
-            materials,
+            design,
+            projected: work.codesign.design(&work.progress),
             controller,
         };
         let shown = work.show(&robot, numbers);
@@ -112,14 +109,13 @@ impl Session {
             work.edited = None;
             return Ok(json!({ "robot": work.show(&robot, numbers) }));
         };
-        let (found, edges) = (materials.len(), robot.materials.len());
+        let (found, edges) = (materials.len(), robot.design.edges());
         if found != edges {
             let says = format!("expected {edges} materials, found {found}");
             return Err(Error::Usage(says));
         }
-        robot.z = one_hot(&materials);
-        robot.mixture = robot.z.clone();
-        robot.materials = materials;
+        robot.design = Design::Layout(materials.clone());
+        robot.projected = Design::Layout(materials);
         let shown = work.show(&robot, numbers);
         work.edited = Some(robot);
         Ok(json!({ "robot": shown }))
@@ -131,7 +127,12 @@ impl Session {
         let robot = work.edited.as_ref().or(work.delivered.as_ref());
         let robot = robot.ok_or_else(nothing)?;
         let lattice = &work.codesign.task().lattice;
-        let file = DesignFile::new(lattice, &robot.z, &robot.materials, &robot.controller);
+        let file = DesignFile::new(
+            lattice,
+            &robot.design,
+            &robot.projected.materials(),
+            &robot.controller,
+        );
         Ok(file.to_json().into())
     }
 }
@@ -148,9 +149,8 @@ impl Work {
     /// The robot as it is now, rolled out in the precision of gradients.
     fn present(&self, numbers: &mut Vec<f32>) -> Value {
         let robot = Robot {
-            z: self.progress.z.clone(),
-            mixture: self.codesign.mixture(&self.progress),
-            materials: self.codesign.materials(&self.progress),
+            design: self.progress.design.clone(),
+            projected: self.codesign.design(&self.progress),
             controller: self.progress.controller.clone(),
         };
         let seen = self.codesign.watch(&self.progress, self.steps());
@@ -161,7 +161,7 @@ impl Work {
     fn show(&self, robot: &Robot, numbers: &mut Vec<f32>) -> Value {
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
-        let guarded = task.guarded(&robot.mixture, &robot.controller, &start, &span);
+        let guarded = task.guarded(&robot.projected, &robot.controller, &start, &span);
         let seen = match &guarded.divergence {
             None => Ok(guarded.trajectory),
             Some(divergence) => Err(Error::from(divergence).to_string()),
@@ -188,12 +188,11 @@ impl Work {
     ) -> Value {
         let task = self.codesign.task();
         numbers.clear();
+        let mixtures = robot.projected.mixtures();
         numbers.extend(
-            robot
-                .mixture
-                .as_flattened()
+            mixtures
                 .iter()
-                .map(|&share| share as f32),
+                .flat_map(|mixture| mixture.0.map(|share| share as f32)),
         );
         let along = match &seen {
             Ok(trajectory) => {
@@ -209,7 +208,7 @@ impl Work {
             }
         };
         json!({
-            "materials": robot.materials,
+            "materials": robot.projected.materials(),
             "along": along,
             "diverged": seen.err(),
         })

@@ -5,14 +5,14 @@ use std::ops::Range;
 /// A handle to an array of a [`Program`](crate::Program).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
-    pub(super) id: usize,
+    pub(crate) id: usize,
     /// True for a parameter, false for an array in the row of each step.
-    pub(super) parameter: bool,
+    pub(crate) parameter: bool,
     /// Where it begins there.
-    pub(super) start: usize,
+    pub(crate) start: usize,
     /// How many numbers it takes there, over all starts.
-    pub(super) len: usize,
-    pub(super) starts: usize,
+    pub(crate) len: usize,
+    pub(crate) starts: usize,
 }
 
 impl Array {
@@ -26,11 +26,6 @@ impl Array {
         self.len == 0
     }
 
-    /// Its number among the arrays of the program.
-    pub(crate) fn id(self) -> usize {
-        self.id
-    }
-
     /// Where it lies, among the parameters or in the row.
     #[inline(always)]
     pub(crate) fn range(self) -> Range<usize> {
@@ -41,21 +36,21 @@ impl Array {
 /// A handle to a matrix parameter of a [`Program`](crate::Program).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Matrix {
-    pub(super) parameter: usize,
-    pub(super) rows: usize,
-    pub(super) columns: usize,
+    pub(crate) parameter: usize,
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
 }
 
 impl Matrix {
     /// How many numbers the matrix holds.
-    pub(super) fn len(self) -> usize {
+    pub(crate) fn len(self) -> usize {
         self.rows.checked_mul(self.columns).expect(TOO_LONG)
     }
 }
 
 /// The declared shape of a parameter.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Parameter {
+pub(crate) enum Parameter {
     Array(Array),
     Matrix(Matrix),
     /// By its index among the controls.
@@ -63,16 +58,16 @@ pub(super) enum Parameter {
 }
 
 /// The sum of places in a row. Unchecked reads rely on it: it must not wrap around.
-pub(super) fn checked_sum(a: usize, b: usize) -> usize {
+pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)
         .expect(TOO_LONG)
 }
 
-pub(super) const TOO_LONG: &str = "the arrays of a program are longer than any memory";
+pub(crate) const TOO_LONG: &str = "the arrays of a program are longer than any memory";
 
 /// Every item `times` times, one after the other.
-pub(super) fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {
+pub(crate) fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {
     let each = items
         .iter()
         .flat_map(|&item| std::iter::repeat_n(item, times));

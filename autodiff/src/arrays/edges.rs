@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, Pullback};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
@@ -16,7 +16,7 @@ use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 /// results are added at the tail and subtracted at the head.
 ///
 /// Registers reach past a group's edges, and past the nodes: what they read there is masked.
-pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
+pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: EdgePlan,
     /// `C` arrays over the nodes, then those over the slots.
@@ -135,7 +135,7 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
 }
 
 impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
-    pub(super) fn new(
+    pub(crate) fn new(
         kernel: K,
         graph: &Graph,
         ends: [Array; C],
@@ -300,7 +300,9 @@ where
                     let tail_less_head = load::<R, L>(y_bars[o], lane.tail, L::N) - head;
                     y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
-                let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
+                let x = sources.load::<L>(lane);
+                let at = Pullback::new(&map.kernel, x, [y_bar]);
+                let [x_bar] = map.kernel.vjp(at);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
@@ -361,9 +363,9 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use crate::arrays::{Graph, Kernel, Program};
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
+    use crate::{Graph, Kernel, Program};
 
     /// The difference of an edge's ends.
     #[derive(Clone)]

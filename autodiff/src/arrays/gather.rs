@@ -6,7 +6,7 @@ use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized};
 
-pub(super) struct Gather {
+pub(crate) struct Gather {
     input: Array,
     moves: Moves,
     output: Array,
@@ -69,7 +69,7 @@ impl Moves {
 }
 
 impl Gather {
-    pub(super) fn new(input: Array, indices: &[Option<usize>], output: Array) -> Self {
+    pub(crate) fn new(input: Array, indices: &[Option<usize>], output: Array) -> Self {
         Self {
             input,
             moves: Moves::new(indices, input.starts),

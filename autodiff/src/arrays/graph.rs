@@ -162,7 +162,7 @@ impl Graph {
 
     /// `count` copies of this graph, interleaved: node `i` of copy `k` is `i * count + k`, and slots
     /// in the same way. Edges keep the numbering of the first copy.
-    pub(super) fn side_by_side(&self, count: usize) -> Self {
+    pub(crate) fn side_by_side(&self, count: usize) -> Self {
         if count == 1 {
             return self.clone();
         }
@@ -264,7 +264,7 @@ impl Graph {
 
     /// The largest offset: how far before the first slot a register may read.
     #[inline(always)]
-    pub(super) fn lead(&self) -> usize {
+    pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)
     }
 

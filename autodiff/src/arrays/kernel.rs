@@ -14,8 +14,8 @@ use crate::real::Real;
 /// `eval` is all that a kernel has to supply. The derivatives then come from dual numbers, at a cost
 /// that grows with the number of inputs: about seven evaluations of the kernel for eight inputs,
 /// seventy for fifty. Straight-line code [emitted](crate::emit) from a recording of `eval` costs two to
-/// four evaluations for any number of inputs; a kernel overrides `vjp`, `vjp_with_results` or `partials`
-/// with a line that calls it.
+/// four evaluations for any number of inputs; a kernel overrides [`vjp`](Kernel::vjp) with a line that calls
+/// it.
 ///
 /// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set
 /// of the lanes is chosen at run time, for the loop around the kernel: a function that is not inlined
@@ -25,47 +25,58 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The results at `x`; mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 
-    /// The cotangents of `x`, given those of the results (a VJP).
+    /// The cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the only
+    /// derivative of a kernel: [`Program::map`](crate::Program::map),
+    /// [`data::jacobians`](crate::data::jacobians) and everything else call it.
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
-        self.vjp_by_partials(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
+        vjp_by_duals(self, at)
     }
+}
 
-    /// The default of [`vjp`](Kernel::vjp), from [`partials`](Kernel::partials), for kernels that override
-    /// it for some cases only.
+/// What [`Kernel::vjp`] is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Pullback<R, const I: usize, const O: usize, const M: usize> {
+    /// The inputs.
+    pub x: [R; I],
+    /// The results at `x`. What a derivative does not read of them is not computed.
+    pub y: [R; O],
+    /// Cotangents of the results. One row makes an adjoint; the rows of the identity make the Jacobian.
+    pub y_bar: [[R; O]; M],
+}
+
+impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, M> {
+    /// Evaluates the kernel for the results.
     #[inline(always)]
-    fn vjp_by_partials<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
-        let (_, by_x) = self.partials(x);
-        let mut x_bar = [R::zero(); I];
-        // Loops, not closures, which might be compiled without the caller's instruction set.
+    pub fn new(kernel: &impl Kernel<I, O>, x: [R; I], y_bar: [[R; O]; M]) -> Self {
+        let y = kernel.eval(x);
+        Self { x, y, y_bar }
+    }
+}
+
+/// The default of [`Kernel::vjp`], by dual numbers, for kernels that override it for some cases only.
+#[inline(always)]
+pub fn vjp_by_duals<R, K, const I: usize, const O: usize, const M: usize>(
+    kernel: &K,
+    at: Pullback<R, I, O, M>,
+) -> [[R; I]; M]
+where
+    R: Real,
+    K: Kernel<I, O> + ?Sized,
+{
+    let mut seeded = [Dual::<R, I>::zero(); I];
+    for i in 0..I {
+        seeded[i] = Dual::variable(at.x[i], i);
+    }
+    let y = kernel.eval(seeded);
+    let mut x_bar = [[R::zero(); I]; M];
+    // Loops, not closures, which might be compiled without the caller's instruction set.
+    for m in 0..M {
         for o in 0..O {
             for i in 0..I {
-                x_bar[i] = R::chain_add(by_x[o][i], y_bar[o], x_bar[i]);
+                x_bar[m][i] = R::chain_add(y[o].tangent[i], at.y_bar[m][o], x_bar[m][i]);
             }
         }
-        x_bar
     }
-
-    /// The cotangents of `x`, given those of the results and the results `y` themselves, which need
-    /// not be computed again. The reverse sweep of [`Program::map`](crate::Program::map) calls this one.
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; I], _y: [R; O], y_bar: [R; O]) -> [R; I] {
-        self.vjp(x, y_bar)
-    }
-
-    /// The results, and the Jacobian: one row per result, one column per input.
-    #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; I]) -> ([R; O], [[R; I]; O]) {
-        let mut seeded = [Dual::<R, I>::zero(); I];
-        for i in 0..I {
-            seeded[i] = Dual::variable(x[i], i);
-        }
-        let y = self.eval(seeded);
-        let (mut values, mut partials) = ([R::zero(); O], [[R::zero(); I]; O]);
-        for o in 0..O {
-            values[o] = y[o].value;
-            partials[o] = y[o].tangent;
-        }
-        (values, partials)
-    }
+    x_bar
 }

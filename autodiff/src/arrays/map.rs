@@ -2,13 +2,13 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, Pullback};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized};
 
-pub(super) struct Map<K, const I: usize, const O: usize> {
+pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
     /// Adjacent, in this order.
@@ -18,7 +18,7 @@ pub(super) struct Map<K, const I: usize, const O: usize> {
 }
 
 impl<K, const I: usize, const O: usize> Map<K, I, O> {
-    pub(super) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+    pub(crate) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
         let len = outputs[0].len;
         Self {
             kernel,
@@ -177,7 +177,8 @@ where
             y[k] = unsafe { L::load_n(self.y, place, n) };
             y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
-        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
+        let y_bar = [y_bar];
+        let [x_bar] = self.kernel.vjp(Pullback { x, y, y_bar });
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }

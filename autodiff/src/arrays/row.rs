@@ -75,8 +75,8 @@ impl Reach {
 
 /// The cotangents ("bars") in a reverse sweep, laid out as the values are.
 pub(crate) struct Bars<'a, R> {
-    pub(super) parameters: &'a mut [R],
-    pub(super) row: &'a mut [R],
+    pub(crate) parameters: &'a mut [R],
+    pub(crate) row: &'a mut [R],
 }
 
 impl<R> Bars<'_, R> {
@@ -166,16 +166,16 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L
 
 /// How rows follow one another.
 #[derive(Debug, Default)]
-pub(super) struct RowLayout {
+pub(crate) struct RowLayout {
     /// The distance from the start of a row to the start of the next.
-    pub(super) stride: usize,
+    pub(crate) stride: usize,
     /// The distance from the start of a row to the end of the new state in the next.
-    pub(super) reach: usize,
+    pub(crate) reach: usize,
     /// The parts of the state, adjacent ones joined.
-    pub(super) state: Vec<Array>,
+    pub(crate) state: Vec<Array>,
     /// How the new state is copied to the next row, from which array to which part; empty if the
     /// operations have written it there.
-    pub(super) moves: Vec<(Array, Array)>,
+    pub(crate) moves: Vec<(Array, Array)>,
 }
 
 impl RowLayout {
@@ -183,7 +183,7 @@ impl RowLayout {
     ///
     /// Rows can overlap, the new state being the start of the next row, if it stands at the end of this
     /// one in the same order as the state at the beginning.
-    pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
+    pub(crate) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
@@ -225,7 +225,7 @@ pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
 #[cfg(test)]
 mod tests {
     use super::Reach;
-    use crate::arrays::Program;
+    use crate::Program;
 
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]

@@ -31,7 +31,6 @@ mod hessian;
 mod lu;
 pub mod implicit;
 pub mod sparse;
-pub mod batch;
 #[cfg(feature = "rayon")]
 pub mod parallel;
 

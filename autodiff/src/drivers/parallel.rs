@@ -1,7 +1,7 @@
 //! The drivers on several cores (feature `rayon`).
 //!
-//! Each evaluation of the function stays on one thread; the passes over columns, rows or points
-//! are shared out. No sum runs across threads, so results are the serial drivers' to the bit,
+//! Each evaluation of the function stays on one thread; the passes over columns or rows are distributed.
+//! For gradients at many points, call [`value_and_gradient`](crate::value_and_gradient) in a parallel iterator. No sum runs across threads, so results are the serial drivers' to the bit,
 //! whatever the number of threads. They run in rayon's current pool.
 //!
 //! The numbers may be floats, lanes, [`DoubleDouble`](crate::DoubleDouble) or duals of these, but not variables of
@@ -18,33 +18,6 @@ use super::seed::{CHUNK, seeded};
 use super::sparse::Pattern;
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
-
-/// [`value_and_gradient`](crate::value_and_gradient) at many points.
-///
-/// ```
-/// use autodiff::{Function, Real, parallel};
-///
-/// struct Product;
-/// impl Function for Product {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         x[0] * x[1]
-///     }
-/// }
-/// let points = [vec![2.0, 3.0], vec![4.0, 5.0]];
-/// let both = parallel::values_and_gradients(&Product, &points);
-/// assert_eq!(both, [(6.0, vec![3.0, 2.0]), (20.0, vec![5.0, 4.0])]);
-/// ```
-pub fn values_and_gradients<R: Real>(
-    function: &(impl Function + Sync),
-    points: &[Vec<R>],
-) -> Vec<(R, Vec<R>)> {
-    let at = |tape: &mut Tape<R>, x: &Vec<R>| {
-        let y = tape.record(x, |x| function.eval(x));
-        (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
-    };
-    // One tape for each share of the points, which reuses its memory for all of them.
-    points.par_iter().map_init(Tape::new, at).collect()
-}
 
 /// [`jacobian`](crate::jacobian), its columns or rows shared out among threads.
 ///

@@ -7,7 +7,6 @@ use num_traits::{Float, NumCast, ToPrimitive, Zero};
 use super::element::Element;
 use super::functions::functions;
 use super::number::decided;
-use crate::elementary::Elementary;
 use crate::math::rounding;
 use crate::real::Real;
 

@@ -5,10 +5,9 @@
 macro_rules! functions {
     () => {
         $crate::interop::functions::functions! {
-            methods [abs recip sqrt exp ln sin cos tan tanh]
-            table [
-                asin Asin, acos Acos, sinh Sinh, cosh Cosh, asinh Asinh, acosh Acosh, atanh Atanh,
-                exp_m1 ExpM1, ln_1p Ln1p, log2 Log2, log10 Log10, cbrt Cbrt
+            methods [
+                abs recip sqrt exp ln sin cos tan tanh asin acos atan sinh cosh asinh acosh atanh exp_m1 ln_1p
+                log2 log10 cbrt
             ]
         }
         fn floor(self) -> Self {
@@ -44,9 +43,6 @@ macro_rules! functions {
         fn hypot(self, other: Self) -> Self {
             Self(self.0.hypot(other.0))
         }
-        fn atan(self) -> Self {
-            Self(self.0.atan2(R::one()))
-        }
         fn sin_cos(self) -> (Self, Self) {
             (self.sin(), self.cos())
         }
@@ -65,15 +61,10 @@ macro_rules! functions {
             Self(self.0.atan2(x.0))
         }
     };
-    (methods [$($method:ident)*] table [$($function:ident $entry:ident),*]) => {
+    (methods [$($method:ident)*]) => {
         $(
             fn $method(self) -> Self {
                 Self(self.0.$method())
-            }
-        )*
-        $(
-            fn $function(self) -> Self {
-                Self(self.0.elementary(Elementary::$entry))
             }
         )*
     };

@@ -3,7 +3,7 @@
 //!
 //! One system's libm differs from the next one's, and has no lanes. These give the same bits
 //! everywhere: every multiply-add is truly fused, in hardware or in software.
-//! Errors, measured against correctly rounded values by `tests/elementary.rs`: at most 2 ulp for
+//! Errors, measured against correctly rounded values by `tests/rules.rs`: at most 2 ulp for
 //! `exp`, 4 for `tanh`, 2 for `sin` and `cos` away from their zeros.
 //!
 //! Range reduction and the split of constants follow J.-M. Muller, *Elementary Functions*, 3rd

@@ -1,37 +1,11 @@
-//! The [`Elementary`] functions.
-//!
-//! Their values are made of the functions that it has. No constants but small integers and halves go
-//! in, so they are as precise as the type; and they select and do not branch, so they run in lanes.
-//! Differentiating a formula that is accurate for the value can be inaccurate, so each function has
-//! its partial beside it; higher derivatives follow from that.
+//! The longer formulas of the table of [`functions`]. Differentiating a formula that is accurate for the value can
+//! be inaccurate, so each function has its partial beside it; higher derivatives follow from that.
 
-use crate::elementary::Elementary;
+use crate::elementary::{Elementary, functions};
 use crate::real::Real;
 use crate::rule;
 
 impl Elementary {
-    /// The value, made of methods of [`Real`]: for an implementation of [`Real::elementary`] that has
-    /// nothing better.
-    #[inline(always)]
-    pub fn value<R: Real>(self, x: R) -> R {
-        match self {
-            Self::Asin => x.atan2(((R::one() - x) * (R::one() + x)).sqrt()),
-            Self::Acos => ((R::one() - x) * (R::one() + x)).sqrt().atan2(x),
-            Self::Sinh => sinh(x),
-            Self::Cosh => cosh(x),
-            Self::Asinh => asinh(x),
-            Self::Acosh => acosh(x),
-            Self::Atanh => R::lit(0.5) * (ln_1p(x) - ln_1p(-x)),
-            Self::ExpM1 => exp_m1(x),
-            Self::Ln1p => ln_1p(x),
-            Self::Log2 => x.ln() / R::lit(2.0).ln(),
-            Self::Log10 => x.ln() / R::lit(10.0).ln(),
-            Self::Cbrt => cbrt(x),
-            Self::Sigmoid => sigmoid(x).0,
-            Self::Softplus => softplus(x),
-        }
-    }
-
     /// A function of the system's that is better on floats than [`value`](Self::value): a quotient
     /// of logarithms is not exact at powers of the base.
     #[inline(always)]
@@ -42,30 +16,46 @@ impl Elementary {
             _ => None,
         }
     }
-
-    /// The value and the partial, as in [`rule`].
-    #[inline(always)]
-    pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
-        let (value, one) = (x.elementary(self), R::one());
-        let partial = match self {
-            Self::Asin => rule::one_minus_square(x).sqrt().recip(),
-            Self::Acos => -rule::one_minus_square(x).sqrt().recip(),
-            Self::Sinh => x.elementary(Self::Cosh),
-            Self::Cosh => x.elementary(Self::Sinh),
-            Self::Asinh => asinh_partial(x),
-            Self::Acosh => ((x - one).sqrt() * (x + one).sqrt()).recip(),
-            Self::Atanh => R::select(one.less(x.abs()), value, rule::one_minus_square(x).recip()),
-            Self::ExpM1 => x.exp(),
-            Self::Ln1p => rule::ln(one + x).1,
-            Self::Log2 => rule::ln(x).1 / R::lit(2.0).ln(),
-            Self::Log10 => rule::ln(x).1 / R::lit(10.0).ln(),
-            Self::Cbrt => (R::lit(3.0) * value * value).recip(),
-            Self::Sigmoid => sigmoid(x).1,
-            Self::Softplus => x.sigmoid(),
-        };
-        (value, partial)
-    }
 }
+
+macro_rules! values_and_partials {
+    (
+        basic { $($_basic:tt)* }
+        composed {
+            $($_method:ident $Function:ident $_about:literal: |$x:ident| $value:expr, |$of:ident, $y:ident| $partial:expr;)*
+        }
+    ) => {
+        impl Elementary {
+            /// The value, made of methods of [`Real`]: for an implementation of [`Real::elementary`] that has
+            /// nothing better.
+            #[inline(always)]
+            pub fn value<R: Real>(self, x: R) -> R {
+                match self {
+                    $(Self::$Function => {
+                        let $x = x;
+                        $value
+                    })*
+                }
+            }
+
+            /// The value and the partial, as in [`rule`].
+            #[inline(always)]
+            #[allow(unused_variables)]
+            pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
+                let value = x.elementary(self);
+                let partial = match self {
+                    $(Self::$Function => {
+                        let ($of, $y) = (x, value);
+                        $partial
+                    })*
+                };
+                (value, partial)
+            }
+        }
+    };
+}
+
+functions!(values_and_partials);
 
 /// The value at `x` of an odd function, given that at `|x|`. A zero keeps its sign.
 #[inline(always)]
@@ -182,4 +172,24 @@ fn softplus<R: Real>(x: R) -> R {
     let negative = x.less(R::zero());
     let above = R::select(negative, R::zero(), x);
     above + ln_1p(R::select(negative, x, -x).exp())
+}
+
+/// `value / x`, and 1 at 0.
+#[inline(always)]
+fn cardinal<R: Real>(value: R, x: R) -> R {
+    R::select(x.abs().less_equal(R::zero()), R::one(), value / x)
+}
+
+/// The slope of `sin(x) / x`, where `sign` is -1, or of `sinh(x) / x`, where it is 1. Below 1 the terms of the
+/// quotient's slope cancel, so there it comes from the series `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with
+/// `r = sign x^2`. Its last term is below 1e-34: enough for every type.
+#[inline(always)]
+fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
+    let mut sum = R::one();
+    for k in (1..15).rev() {
+        let factor = R::lit(sign / 2.0) / R::lit(f64::from(k * (2 * k + 3)));
+        sum = R::one() + x * x * factor * sum;
+    }
+    let series = R::lit(sign) * x / R::lit(3.0) * sum;
+    R::select(x.abs().less(R::one()), series, of_quotient)
 }

@@ -2,19 +2,20 @@
 
 use std::marker::PhantomData;
 
-use super::interpreted::{Interpreted, ListedKernel, Points};
-use crate::arrays::{Array, Graph, Kernel, Program};
+use super::replay::Plan;
+use super::replayed::{Places, ReplayedKernel, recorded};
+use crate::arrays::{Array, Graph, Kernel};
 use crate::real::{ByType, Real};
+use crate::steps::Program;
 
 /// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
 /// generic. [`Program::any`] makes one.
 ///
 /// Operations are those of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls
-/// this type, and records the very operations of [`Program`] there. All other number types interpret a
-/// list of its operations: the same numbers, some times slower. That list cannot stand for a kernel that
-/// asks whether a number [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane's
-/// mask holds, nor for one that calls a [custom rule](crate::custom) or another
-/// [fused](Real::fused) function: such a kernel panics there.
+/// this type. All other number types replay a recording of the kernel, which gives the same numbers but is
+/// several times slower. A kernel cannot be recorded if it asks whether a number
+/// [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane's mask holds, or if it calls
+/// a [custom rule](crate::custom) or another [fused](Real::fused) function. Other number types panic on it.
 ///
 /// ```
 /// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient_of};
@@ -59,7 +60,7 @@ pub struct AnyProgram<'a>(Numbers<'a>);
 enum Numbers<'a> {
     Double(&'a mut Program<f64>),
     Single(&'a mut Program<f32>),
-    Other(&'a mut dyn Interpreter),
+    Other(&'a mut dyn Replaying),
 }
 
 impl<R: Real> Program<R> {
@@ -74,7 +75,7 @@ struct Any<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Any<'a> {
     type Of<R: Real> = &'a mut Program<R>;
-    type Output = AnyProgram<'a>;
+    type Output<R: Real> = AnyProgram<'a>;
     fn f64(self, program: &'a mut Program<f64>) -> AnyProgram<'a> {
         AnyProgram(Numbers::Double(program))
     }
@@ -90,7 +91,7 @@ impl AnyProgram<'_> {
     /// As [`Program::map`].
     ///
     /// # Panics
-    /// As that, and for the kernels that [cannot be interpreted](AnyProgram).
+    /// As that, and for kernels that [cannot be recorded](AnyProgram).
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -98,14 +99,14 @@ impl AnyProgram<'_> {
         match &mut self.0 {
             Numbers::Double(program) => program.map(kernel, x),
             Numbers::Single(program) => program.map(kernel, x),
-            Numbers::Other(program) => array(program.map_listed(ListedKernel::new(&kernel), &x)),
+            Numbers::Other(program) => array(program.map_recorded(recorded(&kernel), &x)),
         }
     }
 
     /// As [`Program::map_edges`].
     ///
     /// # Panics
-    /// As that, and for the kernels that [cannot be interpreted](AnyProgram).
+    /// As that, and for kernels that [cannot be recorded](AnyProgram).
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -120,8 +121,8 @@ impl AnyProgram<'_> {
             Numbers::Double(program) => program.map_edges(graph, kernel, ends, per_edge),
             Numbers::Single(program) => program.map_edges(graph, kernel, ends, per_edge),
             Numbers::Other(program) => {
-                let kernel = ListedKernel::new(&kernel);
-                array(program.map_edges_listed(graph, kernel, &ends, per_edge))
+                let kernel = recorded(&kernel);
+                array(program.map_edges_recorded(graph, kernel, &ends, per_edge))
             }
         }
     }
@@ -144,38 +145,38 @@ fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
     outputs.try_into().expect("one array for each result")
 }
 
-/// A program of a number type that interprets kernels.
-trait Interpreter {
-    fn map_listed(&mut self, kernel: ListedKernel, x: &[Array]) -> Vec<Array>;
-    fn map_edges_listed(
+/// A program of a number type that replays kernels.
+trait Replaying {
+    fn map_recorded(&mut self, kernel: Plan, x: &[Array]) -> Vec<Array>;
+    fn map_edges_recorded(
         &mut self,
         graph: &Graph,
-        kernel: ListedKernel,
+        kernel: Plan,
         ends: &[Array],
         per_edge: &[Array],
     ) -> Vec<Array>;
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
 }
 
-impl<R: Real> Interpreter for Program<R> {
-    fn map_listed(&mut self, kernel: ListedKernel, x: &[Array]) -> Vec<Array> {
+impl<R: Real> Replaying for Program<R> {
+    fn map_recorded(&mut self, kernel: Plan, x: &[Array]) -> Vec<Array> {
         let results = kernel.results();
         self.map_by(x, results, |outputs| {
-            Interpreted::new(kernel, Points::elements(outputs), x, outputs)
+            ReplayedKernel::new(kernel, Places::elements(outputs), x, outputs)
         })
     }
 
-    fn map_edges_listed(
+    fn map_edges_recorded(
         &mut self,
         graph: &Graph,
-        kernel: ListedKernel,
+        kernel: Plan,
         ends: &[Array],
         per_edge: &[Array],
     ) -> Vec<Array> {
         let results = kernel.results();
         self.map_edges_by(graph, ends, per_edge, results, |graph, outputs| {
             let inputs = [ends, per_edge].concat();
-            Interpreted::new(kernel, Points::edges(graph, ends.len()), &inputs, outputs)
+            ReplayedKernel::new(kernel, Places::edges(graph, ends.len()), &inputs, outputs)
         })
     }
 

@@ -1,6 +1,7 @@
 //! The arithmetic of recorded operations. A mask stands as a number: 1 where it holds, else 0.
 
 use super::operation::{Binary, Logic, Unary};
+use crate::elementary::functions;
 use crate::real::Real;
 use crate::rule;
 
@@ -28,26 +29,37 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
     number(mask)
 }
 
-/// The value and the partial.
-#[inline(always)]
-pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
-    match f {
-        Unary::Neg => (-x, -L::one()),
-        Unary::Recip => rule::recip(x),
-        Unary::Sqrt => rule::sqrt(x),
-        Unary::Rsqrt => rule::rsqrt(x),
-        Unary::Exp => rule::exp(x),
-        Unary::Ln => rule::ln(x),
-        Unary::Sin => rule::sin(x),
-        Unary::Cos => rule::cos(x),
-        Unary::Tan => rule::tan(x),
-        Unary::Tanh => rule::tanh(x),
-        Unary::Abs => rule::abs(x),
-        Unary::Detach => (x.detach(), L::zero()),
-        Unary::Powi(exponent) => rule::powi(x, exponent),
-        Unary::Elementary(function) => function.rule(x),
-    }
+macro_rules! define {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+        /// The value alone.
+        #[inline(always)]
+        pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {
+            match f {
+                Unary::Neg => -x,
+                Unary::Abs => x.abs(),
+                Unary::Detach => x.detach(),
+                Unary::Powi(exponent) => x.powi(exponent),
+                Unary::Elementary(function) => x.elementary(function),
+                $(Unary::$Basic => x.$method(),)*
+            }
+        }
+
+        /// The value and the partial.
+        #[inline(always)]
+        pub(crate) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
+            match f {
+                Unary::Neg => (-x, -L::one()),
+                Unary::Abs => rule::abs(x),
+                Unary::Detach => (x.detach(), L::zero()),
+                Unary::Powi(exponent) => rule::powi(x, exponent),
+                Unary::Elementary(function) => function.rule(x),
+                $(Unary::$Basic => rule::$method(x),)*
+            }
+        }
+    };
 }
+
+functions!(define);
 
 /// The value and the partials.
 #[inline(always)]

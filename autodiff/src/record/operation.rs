@@ -1,6 +1,6 @@
 //! The operations that a recording holds.
 
-use crate::elementary::Elementary;
+use crate::elementary::{Elementary, functions};
 
 /// Where a number of a recording lies: among the arguments that all points of a sum share, or among the
 /// recording's own operations.
@@ -75,24 +75,22 @@ impl Run {
     }
 }
 
-/// A function of one number. The name of a variant is that of the method in lower case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Unary {
-    Neg,
-    Recip,
-    Sqrt,
-    Rsqrt,
-    Exp,
-    Ln,
-    Sin,
-    Cos,
-    Tan,
-    Tanh,
-    Abs,
-    Detach,
-    Powi(i32),
-    Elementary(Elementary),
+macro_rules! define {
+    (basic { $($_method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
+        /// A function of one number.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub(crate) enum Unary {
+            Neg,
+            Abs,
+            Detach,
+            Powi(i32),
+            Elementary(Elementary),
+            $($Basic,)*
+        }
+    };
 }
+
+functions!(define);
 
 /// A function of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

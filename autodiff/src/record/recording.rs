@@ -9,8 +9,7 @@ use crate::restored::Restored;
 
 /// The operations, each at the place of its result.
 ///
-/// A plain recording, which [`batch::Sum`](crate::batch::Sum) replays, has them in the order in which
-/// the code asks for them. A simplified one, from which [`emit`](crate::emit) prints, has each
+/// A plain recording, which is replayed, has them in the order in which the code asks for them. A simplified one, from which [`emit`](crate::emit) prints, has each
 /// subexpression once, and leaves out trivial ones.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {

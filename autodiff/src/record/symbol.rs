@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
-use crate::elementary::Elementary;
+use crate::elementary::{Elementary, functions};
 use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 
@@ -146,17 +146,19 @@ impl Mask for SymbolMask {
     }
 }
 
-/// Methods that record one operation, of one number and of two.
+/// Methods that record one operation.
 macro_rules! recorded {
-    ($($method:ident $op:ident),*; $($method_of_two:ident $op_of_two:ident),*) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         $(
             fn $method(self) -> Self {
-                unary(Unary::$op, self)
+                unary(Unary::$Basic, self)
             }
         )*
+    };
+    (of_two $($method:ident $Function:ident,)*) => {
         $(
-            fn $method_of_two(self, other: Self) -> Self {
-                binary(Binary::$op_of_two, self, other)
+            fn $method(self, other: Self) -> Self {
+                binary(Binary::$Function, self, other)
             }
         )*
     };
@@ -165,12 +167,15 @@ macro_rules! recorded {
 impl Real for Symbol {
     type Mask = SymbolMask;
 
-    recorded! {
-        recip Recip, sqrt Sqrt, rsqrt Rsqrt, exp Exp, ln Ln, sin Sin, cos Cos, tan Tan, tanh Tanh,
-        abs Abs, detach Detach;
-        atan2 Atan2, powf Powf, hypot Hypot, straight_through StraightThrough
-    }
+    functions!(recorded);
+    recorded! { of_two atan2 Atan2, powf Powf, hypot Hypot, straight_through StraightThrough, }
 
+    fn abs(self) -> Self {
+        unary(Unary::Abs, self)
+    }
+    fn detach(self) -> Self {
+        unary(Unary::Detach, self)
+    }
     fn lit(value: f64) -> Self {
         push(Op::Constant(value.to_bits()))
     }

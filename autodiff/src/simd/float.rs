@@ -106,7 +106,7 @@ macro_rules! impl_real_for_float {
                 super::enter::$lanes(work)
             }
             #[inline(always)]
-            fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
+            fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
                 work.$float(of)
             }
         }

@@ -99,7 +99,7 @@ impl Rollouts {
             let (starts, owns): (Vec<_>, Vec<_>) = starts.iter().copied().unzip();
             let own = has_own.then_some(Given::Each(&owns)).into_iter();
             let given: Vec<_> = own.chain(shared.iter().map(|p| Given::Shared(p))).collect();
-            return self.rollout.run_batch_with(&starts, &given).concat();
+            return self.rollout.run_batch(&starts, &given).concat();
         }
         let alone = |&(start, own): &Start| {
             let own = has_own.then_some(own).into_iter();

@@ -1,7 +1,7 @@
 //! Kernels whose fields affect more than the values of literals.
 
 use autodiff::custom::{Rule, apply};
-use autodiff::emit::{adjoint, adjoint_with_results, partials};
+use autodiff::emit::adjoint;
 use autodiff::{Kernel, Real};
 
 use crate::common::assert_refused;
@@ -118,11 +118,6 @@ fn a_field_must_not_decide_the_operations() {
     }
     let says = "the fields together decide the operations of the kernel Fielded";
     assert_refused(says, || emit(Use::Both));
-    // In each of the three emitted forms.
-    let says = "must not decide a branch, a loop or an exponent";
-    let above = || build(Use::Above(1.0));
-    assert_refused(says, || adjoint_with_results("Fielded", &FIELDS, above()));
-    assert_refused(says, || partials("Fielded", &FIELDS, above()));
 }
 
 #[test]

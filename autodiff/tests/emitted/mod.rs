@@ -1,9 +1,12 @@
 //! Emitted derivatives of kernels: up to date, and those of dual numbers.
 
+use std::array::from_fn;
+
 use autodiff::Elementary;
-use autodiff::emit::{adjoint, adjoint_with_results, assert_fresh, partials};
+use autodiff::arrays::vjp_by_duals;
+use autodiff::emit::{adjoint, assert_fresh};
 use autodiff::{
-    Element, Function, Kernel, Mask, Memory, Model, Program, Real, Rollout, batch,
+    Element, Function, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, data,
     value_and_gradient,
 };
 
@@ -38,13 +41,8 @@ impl Kernel<2, 3> for Bent {
     }
 
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 3], y_bar: [R; 3]) -> [R; 2] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
-
-    #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
-        self.emitted_partials(x)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -98,8 +96,8 @@ impl Kernel<3, RESULTS> for Every {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 3], y_bar: [R; RESULTS]) -> [R; 3] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 3, RESULTS, M>) -> [[R; 3]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -111,11 +109,9 @@ fn what_is_written_is_up_to_date() {
     let every = |fields: &[f64]| Every { width: fields[0] };
     let fields = ["self.stiffness"];
     let parts = [
-        adjoint_with_results("Bent", &fields, build),
-        partials("Bent", &fields, build),
+        adjoint("Bent", &fields, build),
         adjoint("Every", &["self.width"], every),
         adjoint("Held", &[], |_| Held),
-        partials("Held", &[], |_| Held),
         adjoint("Guarded", &["self.width"], |f| Guarded { width: f[0] }),
     ];
     assert_fresh("tests/emitted/written.rs", HEADER, &parts);
@@ -141,14 +137,16 @@ fn emitted_partials_are_those_of_duals() {
     let points: Vec<[f64; 2]> = (0..21)
         .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
         .collect();
-    batch::jacobians(
+    data::jacobians(
         &BENT,
         points.len(),
         |i| points[i],
         |i, by_x| {
-            let (values, rows) = Plain(BENT).partials(points[i]);
+            let identity: [[f64; 3]; 3] = from_fn(|i| from_fn(|j| f64::from(i == j)));
+            let at = Pullback::new(&BENT, points[i], identity);
+            let rows = vjp_by_duals(&BENT, at);
             for o in 0..3 {
-                assert_close(&[by_x.value(o)], &[values[o]]);
+                assert_close(&[by_x.value(o)], &[at.y[o]]);
                 assert_close(&by_x.row(o), &rows[o]);
             }
         },
@@ -167,8 +165,8 @@ fn every_operation_is_emitted_with_its_derivative() {
             for o in 0..RESULTS {
                 let mut y_bar = [0.0_f64; RESULTS];
                 y_bar[o] = -1.5;
-                let expected: [f64; 3] = Plain(every).vjp(point, y_bar);
-                let emitted: [f64; 3] = every.vjp(point, y_bar);
+                let at = Pullback::new(&every, point, [y_bar]);
+                let ([expected], [emitted]) = (vjp_by_duals(&every, at), every.vjp(at));
                 for (e, g) in emitted.iter().zip(expected) {
                     // The formula folds what is zero: where duals meet zero times infinity and
                     // say NaN, it may know better.

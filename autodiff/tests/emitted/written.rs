@@ -8,10 +8,11 @@ use super::{Bent, Every};
 
 impl Bent {
     #[inline(always)]
-    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 3], y_bar: [R; 3]) -> [R; 2] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1] = x;
         let [r0, _, r2] = y;
-        let [y0, y1, y2] = y_bar;
         let t5 = R::lit(0.0);
         let t6 = R::lit(self.stiffness);
         let t7 = x0 * t6;
@@ -46,82 +47,33 @@ impl Bent {
         let t41 = t40.recip();
         let t43 = t41 * r2;
         let t44 = -t43;
-        let t45 = y2 * t41;
-        let t46 = R::chain(t44, y2);
-        let t48 = t39.fma(t46, y0);
-        let t49 = R::chain(t38, t45);
-        let t50 = -t49;
-        let t51 = R::select(t29, t50, t5);
-        let t52 = R::select(t33, t49, t51);
-        let t53 = R::chain(t27, t48);
-        let t54 = x1 * t53;
-        let t56 = t7.fma(t53, y1);
-        let t58 = t6.fma(t54, t52);
-        [t58, t56]
-    }
-}
-
-impl Bent {
-    #[inline(always)]
-    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
-        let [x0, x1] = x;
-        let t2 = R::lit(0.0);
-        let t3 = R::lit(self.stiffness);
-        let t4 = x0 * t3;
-        let t5 = x1 * t4;
-        let t6 = t5.tanh();
-        let t7 = R::lit(1.0);
-        let t8 = t5 + t5;
-        let t9 = t5.less(t2);
-        let t10 = -t8;
-        let t11 = R::select(t9, t8, t10);
-        let t12 = t11.exp();
-        let t13 = R::lit(2.0);
-        let t14 = t7 + t12;
-        let t15 = t14.recip();
-        let t16 = t13 * t15;
-        let t17 = t5.abs();
-        let t18 = R::lit(0.5);
-        let t19 = t17.less(t18);
-        let t20 = t6 * t6;
-        let t21 = t7 - t20;
-        let t22 = t12 * t16;
-        let t23 = t16 * t22;
-        let t24 = R::select(t19, t21, t23);
-        let t25 = x0.abs();
-        let t26 = x0.less(t2);
-        let t30 = t2.less(x0);
-        let t32 = t25.sqrt();
-        let t33 = t32 + t2;
-        let t34 = t33.recip();
-        let t35 = t18 * t34;
-        let t36 = t6 + t6;
-        let t37 = t7 + t20;
-        let t38 = t37.recip();
-        let t39 = t32 * t38;
-        let t40 = t38 * t39;
-        let t41 = -t40;
-        let t42 = x1 * t24;
-        let t43 = t4 * t24;
-        let t44 = t3 * t42;
-        let t45 = t36 * t41;
-        let t46 = R::chain(t35, t38);
-        let t47 = -t46;
-        let t48 = R::select(t26, t47, t2);
-        let t49 = R::select(t30, t46, t48);
-        let t50 = R::chain(t24, t45);
-        let t51 = x1 * t50;
-        let t52 = t4 * t50;
-        let t54 = t3.fma(t51, t49);
-        ([t6, x1, t39], [[t44, t43], [t2, t7], [t54, t52]])
+        let mut x_bar = [[R::zero(); 2]; M];
+        for m in 0..M {
+            let [y0, y1, y2] = y_bar[m];
+            let t45 = y2 * t41;
+            let t46 = R::chain(t44, y2);
+            let t48 = t39.fma(t46, y0);
+            let t49 = R::chain(t38, t45);
+            let t50 = -t49;
+            let t51 = R::select(t29, t50, t5);
+            let t52 = R::select(t33, t49, t51);
+            let t53 = R::chain(t27, t48);
+            let t54 = x1 * t53;
+            let t56 = t7.fma(t53, y1);
+            let t58 = t6.fma(t54, t52);
+            x_bar[m] = [t58, t56];
+        }
+        x_bar
     }
 }
 
 impl Every {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 3], y_bar: [R; 15]) -> [R; 3] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 3, 15, M>) -> [[R; 3]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2] = x;
-        let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11, y12, y13, y14] = y_bar;
+        let [_, _, _, _, r4, _, r6, _, _, _, _, _, _, _, _] = y;
         let t18 = R::lit(0.0);
         let t19 = R::lit(self.width);
         let t20 = x0 + x1;
@@ -218,14 +170,13 @@ impl Every {
         let t127 = R::lit(-2.0);
         let t128 = t126 * t127;
         let t133 = t18.less(x0);
-        let t135 = t65.powf(x1);
         let t136 = x1 - t21;
         let t137 = t65.powf(t136);
         let t138 = R::chain(t137, x1);
         let t139 = t65.recip();
         let t140 = x1 * t139;
-        let t141 = t135 * t140;
-        let t142 = t90.less(t135);
+        let t141 = r4 * t140;
+        let t142 = t90.less(r4);
         let t143 = t140.abs();
         let t144 = t143.less(t39);
         let t145 = t142 & t144;
@@ -242,21 +193,20 @@ impl Every {
         let t156 = R::select(t148, t141, t138);
         let t157 = t156.straight_through(t155);
         let t158 = t65.less_equal(t18);
-        let t159 = t135.abs();
+        let t159 = r4.abs();
         let t160 = t159.less_equal(t18);
         let t161 = t158 | t160;
         let t162 = t65.ln();
-        let t163 = t135 * t162;
+        let t163 = r4 * t162;
         let t164 = R::select(t161, t18, t163);
-        let t165 = t135.less_equal(t135);
-        let t166 = R::select(t165, t157, t135);
-        let t167 = R::select(t165, t164, t135);
+        let t165 = r4.less_equal(r4);
+        let t166 = R::select(t165, t157, r4);
+        let t167 = R::select(t165, t164, r4);
         let t168 = t65.less(t18);
         let t169 = R::select(t168, t162, t139);
         let t170 = x2.recip();
         let t171 = t170 * t170;
         let t172 = -t171;
-        let t174 = x0.hypot(x2);
         let t175 = t65.less_equal(t38);
         let t177 = t38.detach();
         let t178 = R::select(t175, t177, t79);
@@ -290,8 +240,8 @@ impl Every {
         let t207 = R::select(t190, t202, t201);
         let t208 = t205 * t206;
         let t209 = t205 * t207;
-        let t210 = t174.detach();
-        let t211 = t174.less(t90);
+        let t210 = r6.detach();
+        let t211 = r6.less(t90);
         let t212 = t90.recip();
         let t213 = t84 * t212;
         let t214 = t186 * t212;
@@ -306,7 +256,7 @@ impl Every {
         let t224 = R::select(t211, t214, t186);
         let t225 = t221 * t224;
         let t226 = t225.straight_through(t209);
-        let t227 = t174.less_equal(t18);
+        let t227 = r6.less_equal(t18);
         let t230 = x1.less(t18);
         let t232 = t18.less(x1);
         let t234 = t75.rsqrt();
@@ -341,134 +291,141 @@ impl Every {
         let t292 = t240 * t240;
         let t293 = t292.less(t39);
         let t294 = R::select(t293, t291, t139);
-        let t295 = x1.elementary(autodiff::Elementary::Sinh);
-        let t296 = x1.elementary(autodiff::Elementary::Cosh);
-        let t297 = x2.elementary(autodiff::Elementary::Cbrt);
+        let t295 = x1.sinh();
+        let t296 = x1.cosh();
+        let t297 = x2.cbrt();
         let t298 = t123 * t297;
         let t299 = t297 * t298;
         let t300 = t299.recip();
-        let t303 = -y14;
-        let t304 = R::chain(t297, t303);
-        let t305 = R::chain(t295, t303);
-        let t306 = R::chain(t300, t305);
-        let t307 = R::chain(t296, t304);
-        let t308 = R::chain(t294, y14);
-        let t309 = t306 + y13;
-        let t310 = x1 * y13;
-        let t312 = y13.fma(t31, t307);
-        let t313 = t308 + y12;
-        let t314 = t312 + y12;
-        let t315 = t309 + y12;
-        let t317 = x2.fma(y12, t313);
-        let t318 = x0 * y12;
-        let t319 = t314 + t318;
-        let t321 = y12.fma(t19, t315);
-        let t322 = t321 + t318;
-        let t324 = x1.fma(y12, t317);
-        let t326 = y11.fma(t186, t324);
-        let t328 = x2.fma(y11, t319);
-        let t330 = x1.fma(y11, t322);
-        let t332 = R::select(t274, t18, y10);
-        let t333 = t326 + t332;
-        let t334 = R::select(t43, y10, t18);
-        let t335 = R::select(t43, t18, y10);
-        let t336 = -t335;
-        let t337 = t330 + t336;
-        let t339 = x1.fma(t334, t333);
-        let t341 = x0.fma(t334, t328);
-        let t342 = x1 * y9;
-        let t344 = y9.fma(t268, t341);
-        let t345 = x0 * t342;
-        let t347 = t267.fma(t342, t339);
-        let t348 = -t345;
-        let t349 = t337 + t348;
-        let t350 = R::chain(t263, y9);
-        let t351 = R::chain(t266, y9);
-        let t352 = t347 + t351;
-        let t354 = R::select(t260, t18, t350);
-        let t356 = R::select(t257, t18, t354);
-        let t357 = t349 + t356;
-        let t358 = -y8;
-        let t359 = R::select(t252, t358, t18);
-        let t360 = R::select(t252, t18, t358);
-        let t361 = t357 + t359;
-        let t362 = t344 + t360;
-        let t363 = R::select(t248, y8, t18);
-        let t364 = R::select(t248, t18, y8);
-        let t365 = t361 + t363;
-        let t366 = t352 + t364;
-        let t367 = R::select(t57, t358, t18);
-        let t368 = R::select(t133, y8, t367);
-        let t369 = t362 + t368;
-        let t370 = R::chain(t245, y7);
-        let t372 = t56.fma(t370, t366);
-        let t373 = R::chain(t239, y7);
-        let t374 = -t373;
-        let t375 = R::select(t230, t374, t18);
-        let t376 = R::select(t232, t373, t375);
-        let t377 = t369 + t376;
-        let t378 = R::chain(t223, y6);
-        let t379 = R::select(t227, t18, t378);
-        let t380 = t372 + t379;
-        let t381 = R::chain(t226, y6);
-        let t382 = R::select(t227, t18, t381);
-        let t383 = t365 + t382;
-        let t384 = R::chain(t170, y5);
-        let t385 = R::chain(t162, y5);
-        let t386 = R::chain(t172, t385);
-        let t387 = t383 + t386;
-        let t388 = R::chain(t169, t384);
-        let t389 = -t388;
-        let t390 = R::select(t57, t389, t18);
-        let t391 = R::select(t133, t388, t390);
-        let t392 = t380 + t391;
-        let t393 = R::chain(t166, y4);
-        let t394 = R::chain(t167, y4);
-        let t395 = t377 + t394;
-        let t396 = -t393;
-        let t397 = R::select(t57, t396, t18);
-        let t398 = R::select(t133, t393, t397);
-        let t399 = t392 + t398;
-        let t401 = t387 + t18;
-        let t402 = R::chain(t128, y3);
-        let t403 = t395 + t402;
-        let t404 = R::chain(t124, y3);
-        let t405 = t399 + t404;
-        let t406 = R::chain(t112, y2);
-        let t407 = R::select(t83, t406, t18);
-        let t408 = t405 + t407;
-        let t409 = R::chain(t118, y2);
-        let t410 = R::select(t83, t409, t18);
-        let t411 = t403 + t410;
-        let t412 = R::chain(t72, y1);
-        let t413 = t408 + t412;
-        let t414 = R::chain(t54, y1);
-        let t415 = t411 + t414;
-        let t416 = -y0;
-        let t417 = t47 * t416;
-        let t418 = t45 * t416;
-        let t420 = t49.fma(t418, t401);
-        let t422 = t46.fma(t417, t415);
-        let t423 = R::chain(t44, y0);
-        let t424 = t413 + t423;
-        let t425 = t30 * t310;
-        let t426 = t33 * t310;
-        let t428 = t28.fma(t426, t422);
-        let t429 = x0 * t425;
-        let t431 = t24.fma(t425, t424);
-        let t432 = -t429;
-        let t434 = t23.fma(t432, t420);
-        let t435 = t431 + t429;
-        let t436 = t428 + t429;
-        [t435, t436, t434]
+        let mut x_bar = [[R::zero(); 3]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11, y12, y13, y14] = y_bar[m];
+            let t303 = -y14;
+            let t304 = R::chain(t297, t303);
+            let t305 = R::chain(t295, t303);
+            let t306 = R::chain(t300, t305);
+            let t307 = R::chain(t296, t304);
+            let t308 = R::chain(t294, y14);
+            let t309 = t306 + y13;
+            let t310 = x1 * y13;
+            let t312 = y13.fma(t31, t307);
+            let t313 = t308 + y12;
+            let t314 = t312 + y12;
+            let t315 = t309 + y12;
+            let t317 = x2.fma(y12, t313);
+            let t318 = x0 * y12;
+            let t319 = t314 + t318;
+            let t321 = y12.fma(t19, t315);
+            let t322 = t321 + t318;
+            let t324 = x1.fma(y12, t317);
+            let t326 = y11.fma(t186, t324);
+            let t328 = x2.fma(y11, t319);
+            let t330 = x1.fma(y11, t322);
+            let t332 = R::select(t274, t18, y10);
+            let t333 = t326 + t332;
+            let t334 = R::select(t43, y10, t18);
+            let t335 = R::select(t43, t18, y10);
+            let t336 = -t335;
+            let t337 = t330 + t336;
+            let t339 = x1.fma(t334, t333);
+            let t341 = x0.fma(t334, t328);
+            let t342 = x1 * y9;
+            let t344 = y9.fma(t268, t341);
+            let t345 = x0 * t342;
+            let t347 = t267.fma(t342, t339);
+            let t348 = -t345;
+            let t349 = t337 + t348;
+            let t350 = R::chain(t263, y9);
+            let t351 = R::chain(t266, y9);
+            let t352 = t347 + t351;
+            let t354 = R::select(t260, t18, t350);
+            let t356 = R::select(t257, t18, t354);
+            let t357 = t349 + t356;
+            let t358 = -y8;
+            let t359 = R::select(t252, t358, t18);
+            let t360 = R::select(t252, t18, t358);
+            let t361 = t357 + t359;
+            let t362 = t344 + t360;
+            let t363 = R::select(t248, y8, t18);
+            let t364 = R::select(t248, t18, y8);
+            let t365 = t361 + t363;
+            let t366 = t352 + t364;
+            let t367 = R::select(t57, t358, t18);
+            let t368 = R::select(t133, y8, t367);
+            let t369 = t362 + t368;
+            let t370 = R::chain(t245, y7);
+            let t372 = t56.fma(t370, t366);
+            let t373 = R::chain(t239, y7);
+            let t374 = -t373;
+            let t375 = R::select(t230, t374, t18);
+            let t376 = R::select(t232, t373, t375);
+            let t377 = t369 + t376;
+            let t378 = R::chain(t223, y6);
+            let t379 = R::select(t227, t18, t378);
+            let t380 = t372 + t379;
+            let t381 = R::chain(t226, y6);
+            let t382 = R::select(t227, t18, t381);
+            let t383 = t365 + t382;
+            let t384 = R::chain(t170, y5);
+            let t385 = R::chain(t162, y5);
+            let t386 = R::chain(t172, t385);
+            let t387 = t383 + t386;
+            let t388 = R::chain(t169, t384);
+            let t389 = -t388;
+            let t390 = R::select(t57, t389, t18);
+            let t391 = R::select(t133, t388, t390);
+            let t392 = t380 + t391;
+            let t393 = R::chain(t166, y4);
+            let t394 = R::chain(t167, y4);
+            let t395 = t377 + t394;
+            let t396 = -t393;
+            let t397 = R::select(t57, t396, t18);
+            let t398 = R::select(t133, t393, t397);
+            let t399 = t392 + t398;
+            let t401 = t387 + t18;
+            let t402 = R::chain(t128, y3);
+            let t403 = t395 + t402;
+            let t404 = R::chain(t124, y3);
+            let t405 = t399 + t404;
+            let t406 = R::chain(t112, y2);
+            let t407 = R::select(t83, t406, t18);
+            let t408 = t405 + t407;
+            let t409 = R::chain(t118, y2);
+            let t410 = R::select(t83, t409, t18);
+            let t411 = t403 + t410;
+            let t412 = R::chain(t72, y1);
+            let t413 = t408 + t412;
+            let t414 = R::chain(t54, y1);
+            let t415 = t411 + t414;
+            let t416 = -y0;
+            let t417 = t47 * t416;
+            let t418 = t45 * t416;
+            let t420 = t49.fma(t418, t401);
+            let t422 = t46.fma(t417, t415);
+            let t423 = R::chain(t44, y0);
+            let t424 = t413 + t423;
+            let t425 = t30 * t310;
+            let t426 = t33 * t310;
+            let t428 = t28.fma(t426, t422);
+            let t429 = x0 * t425;
+            let t431 = t24.fma(t425, t424);
+            let t432 = -t429;
+            let t434 = t23.fma(t432, t420);
+            let t435 = t431 + t429;
+            let t436 = t428 + t429;
+            x_bar[m] = [t435, t436, t434];
+        }
+        x_bar
     }
 }
 
 impl Held {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 3]) -> [R; 2] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1] = x;
-        let [y0, y1, y2] = y_bar;
+        let [_, _, _] = y;
         let t5 = R::lit(0.0);
         let t6 = x0 * x1;
         let t7 = x0.sin();
@@ -484,74 +441,41 @@ impl Held {
         let t22 = x0 * t16;
         let t24 = t22.cos();
         let t25 = -t18;
-        let t28 = y2 * t19;
-        let t29 = y2 * t10;
-        let t31 = t25.fma(t29, t28);
-        let t32 = y2 * t24;
-        let t33 = t15 * t32;
-        let t34 = R::select(t11, t33, t32);
-        let t36 = x1.fma(y1, t31);
-        let t37 = y1 * t10;
-        let t39 = y0.fma(t19, t36);
-        let t41 = y0.fma(t15, t37);
-        let t42 = t34 + t5;
-        let t44 = t7.fma(t39, t42);
-        let t45 = x0 * t39;
-        let t47 = t8.fma(t45, t44);
-        [t47, t41]
-    }
-}
-
-impl Held {
-    #[inline(always)]
-    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
-        let [x0, x1] = x;
-        let t2 = R::lit(0.0);
-        let t3 = x0 * x1;
-        let t4 = x0.sin();
-        let t5 = x0.cos();
-        let t6 = x0 * t4;
-        let t7 = t3.straight_through(t6);
-        let t8 = x0.less(x1);
-        let t9 = R::lit(1.0);
-        let t12 = x0.detach();
-        let t13 = R::select(t8, t12, t9);
-        let t15 = t7.sin();
-        let t16 = t7.cos();
-        let t17 = x1.fma(t12, t15);
-        let t18 = x1 * t7;
-        let t19 = x0 * t13;
-        let t20 = t19.sin();
-        let t21 = t19.cos();
-        let t22 = -t15;
-        let t24 = t7.fma(t16, t20);
-        let t25 = t4 * t16;
-        let t26 = x0 * t16;
-        let t28 = t5.fma(t26, t25);
-        let t29 = x1 * t4;
-        let t31 = t3.fma(t5, t29);
-        let t33 = t7.fma(t22, t16);
-        let t34 = t12 * t21;
-        let t35 = R::select(t8, t34, t21);
-        let t36 = t35 + t2;
-        let t38 = t4.fma(t33, t36);
-        let t39 = x0 * t33;
-        let t41 = t5.fma(t39, t38);
-        ([t17, t18, t24], [[t28, t12], [t31, t7], [t41, t2]])
+        let mut x_bar = [[R::zero(); 2]; M];
+        for m in 0..M {
+            let [y0, y1, y2] = y_bar[m];
+            let t28 = y2 * t19;
+            let t29 = y2 * t10;
+            let t31 = t25.fma(t29, t28);
+            let t32 = y2 * t24;
+            let t33 = t15 * t32;
+            let t34 = R::select(t11, t33, t32);
+            let t36 = x1.fma(y1, t31);
+            let t37 = y1 * t10;
+            let t39 = y0.fma(t19, t36);
+            let t41 = y0.fma(t15, t37);
+            let t42 = t34 + t5;
+            let t44 = t7.fma(t39, t42);
+            let t45 = x0 * t39;
+            let t47 = t8.fma(t45, t44);
+            x_bar[m] = [t47, t41];
+        }
+        x_bar
     }
 }
 
 impl Guarded {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 12]) -> [R; 2] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 12, M>) -> [[R; 2]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1] = x;
-        let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11] = y_bar;
+        let [r0, _, _, _, _, _, _, r7, r8, _, _, _] = y;
         let t14 = R::lit(0.0);
         let t15 = R::lit(1.0);
         let t16 = t14.less(x0);
         let t17 = R::lit(1e100);
         let t18 = t17.less_equal(x0);
-        let t19 = x0 * x1;
         let t20 = x0.ln();
         let t21 = x0 + t14;
         let t22 = t21.recip();
@@ -570,79 +494,80 @@ impl Guarded {
         let t39 = t37.recip();
         let t40 = t37.less(t14);
         let t41 = R::select(t40, t38, t39);
-        let t44 = t19 * t19;
-        let t45 = t19 + t19;
-        let t46 = t19 * t44;
+        let t44 = r0 * r0;
+        let t45 = r0 + r0;
+        let t46 = r0 * t44;
         let t49 = R::lit(f64::INFINITY);
-        let t53 = t36.ln();
         let t54 = t36.recip();
         let t55 = t36.less(t14);
-        let t56 = R::select(t55, t53, t54);
+        let t56 = R::select(t55, r7, t54);
         let t58 = x0 + x0;
-        let t59 = R::lit(self.width);
-        let t60 = x0.fma(x0, t59);
-        let t61 = t60.sqrt();
-        let t62 = t61 + t14;
+        let t62 = r8 + t14;
         let t63 = t62.recip();
         let t64 = t28 * t63;
         let t65 = R::lit(f64::NEG_INFINITY);
         let t68 = R::lit(f64::NAN);
         let t72 = t46.cos();
-        let t74 = R::select(t18, y11, t14);
-        let t75 = R::select(t18, t14, y11);
-        let t76 = R::chain(t72, t75);
-        let t77 = t19 * t76;
-        let t78 = R::chain(t44, t76);
-        let t79 = y0 + t78;
-        let t81 = t45.fma(t77, t79);
-        let t82 = R::select(t18, y10, t14);
-        let t83 = R::select(t18, t14, y10);
-        let t84 = t74 + t82;
-        let t85 = R::chain(t68, t83);
-        let t86 = R::select(t18, y9, t14);
-        let t87 = R::select(t18, t14, y9);
-        let t88 = t84 + t86;
-        let t89 = R::chain(t65, t87);
-        let t90 = t85 + t89;
-        let t91 = R::chain(t64, y8);
-        let t93 = t58.fma(t91, t88);
-        let t94 = R::chain(t56, y7);
-        let t95 = R::chain(t36, t94);
-        let t96 = t93 + t95;
-        let t97 = x1 * y6;
-        let t98 = R::chain(t36, y6);
-        let t99 = t90 + t98;
-        let t100 = R::chain(t36, t97);
-        let t101 = t96 + t100;
-        let t102 = R::select(t18, y5, t14);
-        let t103 = R::select(t18, t14, y5);
-        let t104 = t101 + t102;
-        let t105 = R::chain(t49, t103);
-        let t106 = t99 + t105;
-        let t107 = R::select(t18, y4, t14);
-        let t108 = R::select(t18, t14, y4);
-        let t109 = t104 + t107;
-        let t110 = t19 * t108;
-        let t111 = R::chain(t44, t108);
-        let t112 = t81 + t111;
-        let t114 = t45.fma(t110, t112);
-        let t115 = R::select(t35, y3, t14);
-        let t116 = R::select(t35, t14, y3);
-        let t117 = t109 + t116;
-        let t118 = R::chain(t41, t115);
-        let t119 = R::chain(t36, t118);
-        let t120 = t117 + t119;
-        let t121 = R::select(t16, y2, t14);
-        let t123 = R::chain(t27, t121);
-        let t124 = t106 + t123;
-        let t125 = x1 * t121;
-        let t126 = R::chain(t31, t125);
-        let t127 = t120 + t126;
-        let t128 = R::select(t16, y1, t14);
-        let t130 = R::chain(t24, t128);
-        let t131 = t127 + t130;
-        let t133 = x0.fma(t114, t124);
-        let t135 = x1.fma(t114, t131);
-        [t135, t133]
+        let mut x_bar = [[R::zero(); 2]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11] = y_bar[m];
+            let t74 = R::select(t18, y11, t14);
+            let t75 = R::select(t18, t14, y11);
+            let t76 = R::chain(t72, t75);
+            let t77 = r0 * t76;
+            let t78 = R::chain(t44, t76);
+            let t79 = y0 + t78;
+            let t81 = t45.fma(t77, t79);
+            let t82 = R::select(t18, y10, t14);
+            let t83 = R::select(t18, t14, y10);
+            let t84 = t74 + t82;
+            let t85 = R::chain(t68, t83);
+            let t86 = R::select(t18, y9, t14);
+            let t87 = R::select(t18, t14, y9);
+            let t88 = t84 + t86;
+            let t89 = R::chain(t65, t87);
+            let t90 = t85 + t89;
+            let t91 = R::chain(t64, y8);
+            let t93 = t58.fma(t91, t88);
+            let t94 = R::chain(t56, y7);
+            let t95 = R::chain(t36, t94);
+            let t96 = t93 + t95;
+            let t97 = x1 * y6;
+            let t98 = R::chain(t36, y6);
+            let t99 = t90 + t98;
+            let t100 = R::chain(t36, t97);
+            let t101 = t96 + t100;
+            let t102 = R::select(t18, y5, t14);
+            let t103 = R::select(t18, t14, y5);
+            let t104 = t101 + t102;
+            let t105 = R::chain(t49, t103);
+            let t106 = t99 + t105;
+            let t107 = R::select(t18, y4, t14);
+            let t108 = R::select(t18, t14, y4);
+            let t109 = t104 + t107;
+            let t110 = r0 * t108;
+            let t111 = R::chain(t44, t108);
+            let t112 = t81 + t111;
+            let t114 = t45.fma(t110, t112);
+            let t115 = R::select(t35, y3, t14);
+            let t116 = R::select(t35, t14, y3);
+            let t117 = t109 + t116;
+            let t118 = R::chain(t41, t115);
+            let t119 = R::chain(t36, t118);
+            let t120 = t117 + t119;
+            let t121 = R::select(t16, y2, t14);
+            let t123 = R::chain(t27, t121);
+            let t124 = t106 + t123;
+            let t125 = x1 * t121;
+            let t126 = R::chain(t31, t125);
+            let t127 = t120 + t126;
+            let t128 = R::select(t16, y1, t14);
+            let t130 = R::chain(t24, t128);
+            let t131 = t127 + t130;
+            let t133 = x0.fma(t114, t124);
+            let t135 = x1.fma(t114, t131);
+            x_bar[m] = [t135, t133];
+        }
+        x_bar
     }
 }

@@ -63,7 +63,7 @@ mod primal {
 
 /// The step recorded once, starts abreast in lanes.
 mod ours {
-    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
+    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
 
     use super::{HIDDEN, STEP, STEPS};
 
@@ -99,7 +99,7 @@ mod ours {
             let (w2, b2) = rest.split_at(HIDDEN);
             let starts: Vec<[Var<f64>; 2]> = starts.iter().map(|s| s.map(Var::lit)).collect();
             let starts: Vec<&[Var<f64>]> = starts.iter().map(|start| &start[..]).collect();
-            let ends = rollout.run_batch(&starts, &[w1, b1, w2, b2]);
+            let ends = rollout.run_batch(&starts, &[w1, b1, w2, b2].map(Given::Shared));
             ends.iter().flatten().map(|&x| x * x).sum()
         };
         gradient_of(loss, w)

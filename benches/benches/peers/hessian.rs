@@ -29,7 +29,7 @@ pub(crate) fn task() -> Task {
             }),
             Way::new(
                 "ours",
-                "`hessian` of a `batch::Sum`",
+                "`hessian` of a `data::Sum`",
                 &["ours_sum"],
                 ours_sum::hessian(data, w),
             ),
@@ -91,7 +91,7 @@ mod ours {
 
 /// A datum's loss, in lanes over the data.
 mod ours_sum {
-    use autodiff::batch::{Sum, Summand};
+    use autodiff::data::{Sum, Summand};
     use autodiff::{Real, hessian_of};
 
     use super::Datum;
@@ -100,8 +100,7 @@ mod ours_sum {
     struct Loss;
 
     impl Summand for Loss {
-        #[inline(always)]
-        fn eval<R: Real>(&self, w: &[R], x: &[R], _: &mut [R]) -> R {
+        fn eval<R: Real>(&self, w: &[R], x: &[R]) -> R {
             (-R::dot(w, x)).softplus()
         }
     }

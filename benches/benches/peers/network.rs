@@ -17,7 +17,7 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
         tolerance: 1e-12,
         ways: vec![
             Way::new("by hand", "ndarray", &["hand"], || hand::gradient(case)),
-            Way::new("ours", "`batch::Sum`", &["ours"], ours::gradient(case)),
+            Way::new("ours", "`data::Sum`", &["ours"], ours::gradient(case)),
             Way::new("ours", "`fused::dense_batch`", &["ours_layers"], || {
                 ours_layers::gradient(case)
             }),
@@ -130,7 +130,7 @@ mod hand {
 
 /// A point's loss, which layers and lanes are found in.
 mod ours {
-    use autodiff::batch::{Sum, Summand};
+    use autodiff::data::{Sum, Summand};
     use autodiff::{Real, value_and_gradient_of};
 
     use super::{Case, joined};
@@ -140,28 +140,22 @@ mod ours {
     struct Network(&'static [usize]);
 
     impl Summand for Network {
-        fn scratch(&self) -> usize {
-            self.0.iter().sum()
-        }
-
-        #[inline(always)]
-        fn eval<R: Real>(&self, parameters: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        fn eval<R: Real>(&self, parameters: &[R], datum: &[R]) -> R {
             let (x, target) = datum.split_at(self.0[0]);
-            scratch[..x.len()].copy_from_slice(x);
-            let (mut parameters, mut numbers) = (parameters, scratch);
+            let (mut parameters, mut numbers) = (parameters, x.to_vec());
             for layer in 1..self.0.len() {
                 let (inputs, outputs) = (self.0[layer - 1], self.0[layer]);
                 let (weights, rest) = parameters.split_at(inputs * outputs);
-                let (x, y) = numbers.split_at_mut(inputs);
-                for row in 0..outputs {
-                    let sum = R::dot(&weights[row * inputs..][..inputs], x) + rest[row];
-                    y[row] = if layer + 1 < self.0.len() {
+                let row = |(weights, &bias): (&[R], &R)| {
+                    let sum = R::dot(weights, &numbers) + bias;
+                    if layer + 1 < self.0.len() {
                         sum.tanh()
                     } else {
                         sum
-                    };
-                }
-                (parameters, numbers) = (&rest[outputs..], y);
+                    }
+                };
+                let rows = weights.chunks_exact(inputs).zip(&rest[..outputs]);
+                (parameters, numbers) = (&rest[outputs..], rows.map(row).collect());
             }
             let gap = numbers[0] - target[0];
             gap * gap

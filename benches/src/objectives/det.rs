@@ -4,7 +4,7 @@
 //! alike, so lanes work on them: a way is a datum, which picks columns by products with ones and
 //! zeros. Of a large matrix the first rows are expanded by nested calls, to stay within memory.
 
-use autodiff::batch::{Sum, Summand};
+use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
@@ -32,13 +32,9 @@ struct Term {
 }
 
 impl Summand for Term {
-    fn scratch(&self) -> usize {
-        LEAF * LEAF
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, matrix: &[R], datum: &[R], minor: &mut [R]) -> R {
+    fn eval<R: Real>(&self, matrix: &[R], datum: &[R]) -> R {
         let (order, upper) = (self.order, self.order - LEAF);
+        let mut minor = [R::zero(); LEAF * LEAF];
         let mut product = datum[0];
         for row in 0..upper {
             let pick = &datum[1 + row * order..][..order];
@@ -51,7 +47,7 @@ impl Summand for Term {
                 minor[row * LEAF + column] = R::dot(entries, pick);
             }
         }
-        product * of_six(minor, [0, 1, 2, 3, 4, 5])
+        product * of_six(&minor, [0, 1, 2, 3, 4, 5])
     }
 }
 

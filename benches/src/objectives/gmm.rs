@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use autodiff::batch::{Sum, Summand};
+use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, value_and_gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
@@ -78,15 +78,10 @@ impl Shape {
 struct Likelihood(Shape);
 
 impl Summand for Likelihood {
-    fn scratch(&self) -> usize {
-        2 * self.0.d + self.0.k
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], x: &[R], scratch: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], x: &[R]) -> R {
         let d = self.0.d;
-        let (offset, rest) = scratch.split_at_mut(d);
-        let (y, exponents) = rest.split_at_mut(d);
+        let (mut offset, mut y) = (vec![R::zero(); d], vec![R::zero(); d]);
+        let mut exponents = vec![R::zero(); self.0.k];
         for k in 0..self.0.k {
             let component = &shared[k * self.0.packed()..][..self.0.packed()];
             let (mean, factor) = component[1..].split_at(d);
@@ -96,9 +91,9 @@ impl Summand for Likelihood {
             for i in 0..d {
                 y[i] = R::dot(&factor[i * (i + 1) / 2..][..=i], &offset[..=i]);
             }
-            exponents[k] = R::dot(y, y).fma(R::lit(-0.5), component[0]);
+            exponents[k] = R::dot(&y, &y).fma(R::lit(-0.5), component[0]);
         }
-        log_sum_exp(exponents)
+        log_sum_exp(&mut exponents)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Which centroid is the closest is found first, in lanes over points; it is constant almost
 //! everywhere. What is left is, for each centroid, a sum over its points.
 
-use autodiff::batch::{Sum, Summand};
+use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real, gradient_of};
 use serde::Deserialize;
@@ -84,8 +84,7 @@ impl Vectorized<f64> for Closest<'_> {
 struct SquaredDistance;
 
 impl Summand for SquaredDistance {
-    #[inline(always)]
-    fn eval<R: Real>(&self, centroid: &[R], point: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, centroid: &[R], point: &[R]) -> R {
         let mut distance = R::zero();
         for i in 0..point.len() {
             let gap = point[i] - centroid[i];
@@ -100,12 +99,10 @@ impl Summand for SquaredDistance {
 struct Growth<S>(S);
 
 impl<S: Summand> Summand for Growth<S> {
-    #[inline(always)]
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let shared: Vec<Dual<R, 1>> = shared.iter().map(|&x| Dual::variable(x, 0)).collect();
         let datum: Vec<Dual<R, 1>> = datum.iter().map(|&x| Dual::constant(x)).collect();
-        let mut scratch = vec![Dual::constant(R::zero()); self.0.scratch()];
-        self.0.eval(&shared, &datum, &mut scratch).tangent[0]
+        self.0.eval(&shared, &datum).tangent[0]
     }
 }
 

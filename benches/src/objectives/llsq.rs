@@ -1,6 +1,6 @@
 //! The least squares of a polynomial's distance from a sign function.
 
-use autodiff::batch::{Sum, Summand};
+use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
@@ -20,8 +20,7 @@ struct Input {
 struct Misfit;
 
 impl Summand for Misfit {
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: &[R], datum: &[R], _: &mut [R]) -> R {
+    fn eval<R: Real>(&self, x: &[R], datum: &[R]) -> R {
         let (t, sign) = (datum[0], datum[1]);
         let mut value = R::zero();
         for j in (0..x.len()).rev() {

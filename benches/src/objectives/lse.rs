@@ -1,6 +1,7 @@
 //! The logarithm of a sum of exponentials, the largest taken out first.
 
-use autodiff::{Function, Kernel, Real, batch, gradient, lit};
+use autodiff::data::Recorded;
+use autodiff::{Function, Real, gradient, lit};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -16,10 +17,9 @@ struct Exponential {
     largest: f64,
 }
 
-impl Kernel<1, 1> for Exponential {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
-        [(x - lit(self.largest)).exp()]
+impl Function for Exponential {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        (x[0] - lit(self.largest)).exp()
     }
 }
 
@@ -31,7 +31,9 @@ impl Function for LogSumExp {
         let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
             f64::max(largest, x.primal())
         });
-        lit(largest) + batch::total(Exponential { largest }, [x]).ln()
+        let exponential =
+            Recorded::new(&Exponential { largest }, 1).expect("an exponential needs no values");
+        lit(largest) + exponential.total(&[x]).ln()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The same step as kernels mapped over arrays: what `autodiff` offers beside its tape.
 
-use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Graph, Kernel, Model, Program, Pullback, Real, Rollout, Tape, Var};
 
 use super::Gradient;
 use super::step::{DECAY, DT, EDGES, GRAVITY, NODES, SOFTENING, SpringLattice};
@@ -17,8 +17,8 @@ impl Kernel<4, 2> for Spring {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 2]) -> [R; 4] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 2, M>) -> [[R; 4]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -39,8 +39,8 @@ impl Kernel<7, 4> for Flight {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        self.emitted_vjp(at)
     }
 }
 

@@ -8,14 +8,16 @@
 //! - [`export`]: robots for other programs: a model for MuJoCo, files for the workshop.
 //! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
 //! - [`sweep`]: many runs from a frozen plan.
-//! - [`study`]: the paper's evaluation again.
+//! - [`study`]: experiments of a data file, beside published numbers.
 
 mod files;
 mod child;
+mod statistics;
 pub mod table;
 pub mod robustness;
 pub mod report;
 pub mod export;
+mod measure;
 pub mod verify;
 pub mod sweep;
 pub mod study;

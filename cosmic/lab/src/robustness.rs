@@ -129,21 +129,19 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     };
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
-    let (task, mixture) = (codesign.task(), case.own_mixture());
+    let (task, design) = (codesign.task(), case.own_design());
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let draw = |_| draw(task, &trial.scatter, &mut stream);
     let domains: Vec<Domain> = (0..trial.scatter.samples).map(draw).collect();
-    let reach = |domain: &Domain| codesign.reach(&mixture, &case.controller, domain);
+    let reach = |domain: &Domain| codesign.reach(&design, &case.controller, domain);
     let reached: Vec<Reached> = domains.par_iter().map(reach).collect();
     let nominal = reach(&Domain {
         task: Cow::Borrowed(task),
         start: case.start.clone(),
     });
-    let held = codesign.without_feedback(&case.body().presence, &case.controller);
     let reach_by_clock = |domain: &Domain| {
-        codesign
-            .reach(&mixture, &held, &domain.without_feedback())
-            .moved[0]
+        let open_loop = domain.without_feedback(&case.start);
+        codesign.reach(&design, &case.controller, &open_loop).moved[0]
     };
     let by_clock: Vec<f64> = domains.par_iter().map(reach_by_clock).collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();

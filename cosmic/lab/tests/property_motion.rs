@@ -1,9 +1,10 @@
 //! What holds of every robot's motion.
 
 use cosmic::case::Case;
-use cosmic::controller::Controller;
+use cosmic::design::Design;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::{Controller, NETWORK, observation_length};
 use cosmic::scene::{Scene, StartKind};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::stability::{Outcome, Trial, World};
@@ -28,17 +29,17 @@ fn robots() -> impl Strategy<Value = Case> {
         let v = prop::collection::vec(prop::array::uniform2(-1.0..1.0), nodes);
         (z, v).prop_map(move |(z, v)| {
             let mut case = case.clone();
-            (case.z, case.start.v) = (z, v);
+            (case.design, case.start.v) = (Design::Undecided(z), v);
             case
         })
     })
 }
 
 fn run(case: &Case) -> Trajectory<f64> {
-    let mixture = case.own_mixture();
+    let design = case.own_design();
     let span = Span::from_start((0..=case.physics.steps).collect());
     let task = case.task();
-    task.rollout(&mixture, &case.controller, &case.start, &span)
+    task.rollout(&design, &case.controller, &case.start, &span)
 }
 
 fn masses(case: &Case) -> Vec<f64> {
@@ -63,7 +64,8 @@ fn moment(masses: &[f64], points: &[[f64; 2]]) -> ([f64; 2], f64) {
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
     let clocks = case.observation.clocks;
-    for row in controller.w1.chunks_exact_mut(controller.inputs) {
+    let inputs = observation_length(&case.observation, case.lattice.nodes());
+    for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
         // After the clocks pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
     }
@@ -157,21 +159,12 @@ proptest! {
     ) {
         let mut case = case;
         case.start.v.fill([0.0; 2]);
-        (case.physics.steps, case.physics.damping, case.physics.dt) = (256, damping, 1.0);
-        let exact = case.step_check().exact.expect("a second is too long");
-        let Some(limit) = exact.dt else {
+        (case.physics.steps, case.physics.damping) = (256, damping);
+        let trial = Trial::new("any", "any", case, World::Free);
+        if trial.limit.is_infinite() {
             return Err(TestCaseError::reject("nothing vibrates"));
-        };
-        case.physics.dt = share * limit;
-        let trial = Trial {
-            group: "any",
-            what: "any".to_owned(),
-            world: World::Free,
-            frequency: exact.frequency,
-            damping: 0.0,
-            case,
-        };
-        let found = trial.run();
+        }
+        let found = trial.at(share).run();
         prop_assert!(found.is_ok(), "{:?}", found);
         prop_assert_eq!(found.outcome == Outcome::Bounded, share < 1.0);
     }

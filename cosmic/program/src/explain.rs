@@ -4,11 +4,13 @@ use crate::output::{print, print_json};
 use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::error::Result;
-use cosmic::scene::{Integrator, Named, PhysicsSettings, Scene};
+use cosmic::policy;
+use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
-use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
-use cosmic_lab::verify::{Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
+use cosmic::simulator::stability::{bound_of_any_design, stable_step};
+use cosmic_lab::verify::{Plan, Pull, Speed, Term, Voids, frequencies, measure, peak_memory};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -46,9 +48,9 @@ impl Arguments {
             return print(&format!("{source}\n{rollout}{plan}{voids}{speed}"));
         }
         let rollout = rollout_json(&case, &stable);
-        let mut value = json!({ "source": source, "rollout": rollout, "plan": plan_json(&plan) });
+        let mut value = json!({ "source": source, "rollout": rollout, "plan": plan.terms });
         if let Some(voids) = &plan.voids {
-            value["void_edges"] = voids_json(voids);
+            value["void_edges"] = json!(voids);
         }
         if let Some(speed) = speed {
             value["measured"] = speed_json(&speed);
@@ -72,15 +74,12 @@ struct StableStep {
 
 impl StableStep {
     fn of(case: &Case) -> Self {
-        let (lattice, physics) = (&case.lattice, &case.physics);
-        let body = case.body();
-        let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
-        let largest_frequency = vibration.largest_frequency();
-        let stable = |frequency| stable_step(physics, frequency, vibration.damping());
-        let of_any_design = bound_of_any_design(lattice, &case.materials, physics);
+        let [largest_frequency, bound, damping] = frequencies(case, &case.start.x);
+        let of_any_design = bound_of_any_design(&case.lattice, &case.materials, &case.physics);
+        let stable = |frequency| stable_step(&case.physics, frequency, damping);
         Self {
             exact: stable(largest_frequency),
-            bound: stable(vibration.edge_bound()),
+            bound: stable(bound),
             any_design: stable(of_any_design),
             largest_frequency,
         }
@@ -98,10 +97,18 @@ impl StableStep {
     }
 }
 
+/// The counts of observed numbers, hidden units and activations of a controller.
+fn controller_sizes(case: &Case) -> [usize; 3] {
+    let (settings, lattice) = (&case.observation, &case.lattice);
+    let sight = policy::of_settings(settings).observe();
+    let inputs = sight.length(settings, lattice.nodes());
+    [inputs, settings.hidden, lattice.edges.len()]
+}
+
 /// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
 /// observed numbers, hidden units and activations; `layout` is true if every edge has exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
-    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
     json!({
         "lattice": case.layout.name(),
@@ -121,28 +128,32 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
         "incline_deg": physics.incline_deg,
         "gravity": physics.gravity,
         "damping": physics.damping,
-        "controller": [controller.inputs, controller.hidden, controller.edges()],
-        "layout": case.frozen.is_some(),
+        "controller": controller_sizes(case),
+        "layout": case.design.layout().is_some(),
         "stable_dt": stable,
     })
 }
 
 fn rollout_text(case: &Case, stable: &StableStep) -> String {
-    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let (lattice, physics) = (&case.lattice, &case.physics);
     let (name, nodes) = (case.layout.name(), lattice.nodes());
-    let design = match case.frozen {
-        Some(_) => "a layout, one material per edge",
-        None => "a mixture of materials per edge",
+    let design = match case.design {
+        Design::Layout(_) => "a layout, one material per edge",
+        Design::Undecided(_) => "a mixture of materials per edge",
     };
-    let (inputs, hidden, outputs) = (controller.inputs, controller.hidden, controller.edges());
+    let [inputs, hidden, outputs] = controller_sizes(case);
+    let controller = match case.observation.policy.name() {
+        "mlp" | "clock" => {
+            format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations")
+        }
+        policy => format!("{policy}, {outputs} activations"),
+    };
     let (steps, dt) = (physics.steps, physics.dt);
     format!(
         "  lattice      {name}, {nodes} nodes, {} edges
   design       {design}
-  controller   {inputs} observed numbers, {hidden} hidden units, {outputs} activations
+  controller   {controller}
   world        gravity {} m/s2, damping {} 1/s
-  springs      {}
-  ground       {}
   contact      {}
   steps        {steps} of {dt} s, {} s in all
   integrator   {}
@@ -151,50 +162,11 @@ fn rollout_text(case: &Case, stable: &StableStep) -> String {
         lattice.edges.len(),
         physics.gravity,
         physics.damping,
-        springs_text(physics),
-        ground_text(physics),
         contact_text(physics),
         steps as f64 * dt,
         integrator_text(physics),
         stable.text(dt),
     )
-}
-
-fn springs_text(physics: &PhysicsSettings) -> String {
-    let law = match physics.stiffening {
-        0.0 => "Hooke's law".to_owned(),
-        cubic => {
-            format!("k (e + {cubic} e^3); the stable step has them off by their actuators' strokes")
-        }
-    };
-    let bending = match physics.bending_radius {
-        0.0 => "bars bend freely at nodes".to_owned(),
-        radius => format!("bars in line resist bending, radius of gyration {radius} m"),
-    };
-    let others = physics.forces.about();
-    let others = others
-        .iter()
-        .map(|(name, about)| format!("{name}: {}", within_a_sentence(about)));
-    [law, bending]
-        .into_iter()
-        .chain(others)
-        .collect::<Vec<_>>()
-        .join("; ")
-}
-
-fn ground_text(physics: &PhysicsSettings) -> String {
-    let line = match physics.incline_deg {
-        0.0 => "flat".to_owned(),
-        angle => format!("inclined by {angle} degrees; all is computed in its frame"),
-    };
-    let ground = &physics.ground;
-    match ground.resolved().points() {
-        [] => line,
-        corners => {
-            let (kind, count) = (ground.profile.name(), corners.len());
-            format!("{line}, with a profile of {count} corners ({kind})")
-        }
-    }
 }
 
 fn contact_text(physics: &PhysicsSettings) -> String {
@@ -226,45 +198,26 @@ fn integrator_text(physics: &PhysicsSettings) -> String {
 /// The terms: first those that a step computes, then those that it leaves out.
 fn plan_text(plan: &Plan) -> String {
     let row = |term: &Term| {
-        let time = match (term.time, plan.step) {
-            (Some(time), Some(step)) if term.kept => {
-                format!("{time:.3} us, {:.0} %", 100.0 * time / step)
-            }
-            (Some(time), _) => format!("saves {time:.3} us"),
-            _ => String::new(),
+        let percent = 100.0 * term.share.unwrap_or(f64::NAN);
+        let time = match (term.cost, term.saving) {
+            (Some(cost), _) => format!("{cost:.3} us, {percent:.0} %"),
+            (None, Some(saving)) => format!("saves {saving:.3} us"),
+            (None, None) => String::new(),
         };
-        format!("    {:<24} {:<16} {}\n", term.name, time, term.why)
+        format!("    {:<24} {time:<16} {}\n", term.name, term.why)
     };
     let rows = |kept: bool| -> String {
         let terms = plan.terms.iter().filter(|term| term.kept == kept);
         terms.map(row).collect()
     };
     let measured = plan.step.map_or(String::new(), |step| {
-        format!(" ({step:.3} us; what a term costs is what its leaving out saves)")
+        format!(" ({step:.3} us; a term costs what leaving it out saves)")
     });
     format!(
         "  computed in every step{measured}\n{}  left out of it\n{}",
         rows(true),
         rows(false)
     )
-}
-
-/// Times are microseconds a step: the costs of the terms that are kept, and the savings by leaving out the
-/// others. They are null if not measured, or if the rollout cannot be run the other way.
-fn plan_json(plan: &Plan) -> Value {
-    let term = |term: &Term| {
-        let cost = term.time.filter(|_| term.kept);
-        let saving = term.time.filter(|_| !term.kept);
-        json!({
-            "term": term.name,
-            "kept": term.kept,
-            "why": term.why,
-            "cost": cost,
-            "share": cost.zip(plan.step).map(|(cost, step)| cost / step),
-            "saving": saving,
-        })
-    };
-    plan.terms.iter().map(term).collect()
 }
 
 /// The pull of a layout's void edges, and the time saved without them.
@@ -277,15 +230,12 @@ fn voids_text(voids: &Voids) -> String {
             )
         })
     };
-    let saving = voids.saving.map_or(String::new(), |[single, eight]| {
+    let saving = voids.saving.map_or(String::new(), |saving| {
         let says = if voids.dropped { "saves" } else { "would save" };
-        format!(
-            "    leaving them out {says} {single:.3} us a step, and {eight:.3} us in each of eight \
-             starts that run together\n"
-        )
+        format!("    leaving them out {says} {saving:.3} us a step\n")
     });
     format!(
-        "  void edges pull a node with {:.1e} N at most for every metre that they are stretched, \
+        "  void edges pull a node with at most {:.1e} N for every metre that they are stretched, \
          which moves\n{}{}    for as long as the motion does not multiply small changes: cosmic \
          verify --accuracy\n{saving}",
         voids.force,
@@ -294,57 +244,13 @@ fn voids_text(voids: &Voids) -> String {
     )
 }
 
-/// Bounds are for every metre that void edges are stretched; times are microseconds a step, null
-/// where they were not measured.
-fn voids_json(voids: &Voids) -> Value {
-    json!({
-        "edges": voids.edges,
-        "dropped": voids.dropped,
-        "registers": voids.registers[0],
-        "registers_without": voids.registers[1],
-        "force": voids.force,
-        "body": voids.body,
-        "detached": voids.detached,
-        "saving": voids.saving.map(|[single, _]| single),
-        "saving_of_eight": voids.saving.map(|[_, eight]| eight),
-    })
-}
-
-/// The sets of times, each with its name in texts and the prefix of its keys.
-fn sets(speed: &Speed) -> [(&'static str, &'static str, Times); 5] {
-    [
-        ("", "", speed.double),
-        ("f32, ", "f32_", speed.single),
-        ("one-hot, ", "one_hot_", speed.one_hot_double),
-        ("one-hot f32, ", "one_hot_f32_", speed.one_hot_single),
-        ("one of eight, ", "eight_starts_", speed.eight_starts),
-    ]
-}
-
-/// The times of a set by their keys.
-fn figures(times: &Times) -> [(&'static str, f64); 3] {
-    [
-        ("rollout", times.rollout),
-        ("value_and_design_gradient", times.value_and_design_gradient),
-        (
-            "value_and_controller_gradient",
-            times.value_and_controller_gradient,
-        ),
-    ]
-}
-
 fn speed_text(speed: &Speed) -> String {
-    let row = |name: &str, time: f64| {
-        let ratio = time / speed.double.rollout;
+    let rollout = speed.time("rollout");
+    let row = |(name, time): &(String, f64)| {
+        let (name, ratio) = (name.replace('_', " "), time / rollout);
         format!("  {name:<43} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
     };
-    let rows = sets(speed).map(|(name, _, times)| {
-        figures(&times)
-            .map(|(what, time)| row(&format!("{name}{}", what.replace('_', " ")), time))
-            .concat()
-    });
-    let own = ["one-hot", "one-hot f32"].map(|name| format!("{name}, by its own materials"));
-    let own = [0, 1].map(|k| row(&own[k], speed.own_materials[k]));
+    let rows: String = speed.times.iter().map(row).collect();
     let errors = speed.single_errors.map(|error| {
         let (steps, design, controller) = (error.steps, error.design, error.controller);
         if !(design.is_finite() && controller.is_finite()) {
@@ -358,38 +264,27 @@ fn speed_text(speed: &Speed) -> String {
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| {
         format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
     });
-    [
-        format!("measured over {} steps\n", speed.steps),
-        rows.concat(),
-        own.concat(),
-        row("one of two designs, value and gradient", speed.two_designs),
-        row("two bare matrix products", speed.two_matvecs),
-        errors.concat(),
-        format!("  peak memory of the process {memory}\n"),
-    ]
-    .concat()
+    format!(
+        "measured over {} steps\n{rows}{}  peak memory of the process {memory}\n",
+        speed.steps,
+        errors.concat()
+    )
 }
 
+/// Times are microseconds a step.
 fn speed_json(speed: &Speed) -> Value {
-    let double = speed.double;
-    let rollout = double.rollout;
+    let time = |key: &str| speed.time(key);
     let mut value = json!({
         "steps": speed.steps,
-        "two_matvecs": speed.two_matvecs,
-        "one_hot_own_materials": speed.own_materials[0],
-        "one_hot_f32_own_materials": speed.own_materials[1],
-        "one_of_two_designs": speed.two_designs,
-        "design_ratio": double.value_and_design_gradient / rollout,
-        "controller_ratio": double.value_and_controller_gradient / rollout,
-        "eight_starts_ratio": speed.eight_starts.rollout / rollout,
-        "rollout_per_two_matvecs": rollout / speed.two_matvecs,
+        "design_ratio": time("value_and_design_gradient") / time("rollout"),
+        "controller_ratio": time("value_and_controller_gradient") / time("rollout"),
+        "eight_starts_ratio": time("eight_starts_rollout") / time("rollout"),
+        "rollout_per_two_matvecs": time("rollout") / time("two_matvecs"),
         "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
         "f32_gradient_errors": speed.single_errors,
     });
-    for (_, prefix, times) in sets(speed) {
-        for (key, time) in figures(&times) {
-            value[format!("{prefix}{key}")] = json!(time);
-        }
+    for (name, time) in &speed.times {
+        value[name] = json!(time);
     }
     value
 }

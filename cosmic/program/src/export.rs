@@ -111,7 +111,7 @@ impl Arguments {
             ));
         }
         let run = &RunFiles::read(Path::new(&self.run))?;
-        if !run.robot.design.is_snapped() {
+        if run.robot.design.design().layout().is_none() {
             note(
                 "warning: the design is not decided; each edge is taken to be what it is most of, \
                  and so it is not the robot of the trajectory",

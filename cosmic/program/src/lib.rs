@@ -29,6 +29,7 @@ use cosmic::error::Result;
 use cosmic::lattice::{self, Truss};
 use cosmic::laws::{self, Choice};
 use cosmic::objective::{self, Loss};
+use cosmic::policy::{self, Policy};
 use output::{complain, written};
 use std::process::ExitCode;
 
@@ -134,6 +135,16 @@ impl Program {
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
         objective::add(name, loss);
+        self
+    }
+
+    /// Adds a policy: scenes choose it by `controller.policy = "its_name"`. Its runs need this program.
+    ///
+    /// # Panics
+    /// As [`cosmic::policy::add`].
+    #[must_use]
+    pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
+        policy::add(name, policy);
         self
     }
 

@@ -111,9 +111,9 @@ impl Arguments {
             introduction(&plan),
             |observer| match robot {
                 None => optimise(&folder, &plan, observer),
-                Some((z, controller)) => {
+                Some((design, controller)) => {
                     let codesign = CoDesign::new(&plan.scene)?;
-                    let progress = codesign.begin_with(plan.seed, z, controller)?;
+                    let progress = codesign.begin_with(plan.seed, design, controller)?;
                     optimise_with(&folder, &plan, codesign, progress, observer)
                 }
             },

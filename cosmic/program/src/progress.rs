@@ -206,12 +206,6 @@ impl Overseer for Many {
         note(&format!("{done}/{total}  {title}  {says}  {left} left"));
     }
 
-    fn measured(&self, index: usize) {
-        if !self.quiet {
-            note(&format!("measured  {}", self.titles[index]));
-        }
-    }
-
     fn warning(&self, run: &str, text: &str) {
         if !self.quiet {
             note(&format!("warning: {run}: {text}"));

@@ -3,8 +3,9 @@
 use crate::arguments::Settings;
 use clap::Args;
 use cosmic::case::Case;
-use cosmic::controller::Controller;
+use cosmic::design::Design;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::policy::Controller;
 use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
@@ -157,11 +158,11 @@ fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>
 }
 
 /// The robot of a run's folder or of a design, for a scene.
-pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Vec<[f64; 3]>, Controller<f64>)> {
+pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Controller<f64>)> {
     let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
     let controller = fitted((&path, &bytes), |file| design.robot(scene, file))?;
-    Ok((design.z, controller))
+    Ok((design.design(), controller))
 }
 
 /// Reads a design file, or the one in a run's folder: its path and its content.

@@ -7,8 +7,8 @@ use cosmic::case::Case;
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
 use cosmic_lab::report::sheet::{Section, Sheet};
-use cosmic_lab::verify::stability::Stability;
-use cosmic_lab::verify::{Accuracy, Gradients, stable_steps};
+use cosmic_lab::verify::stability::stability;
+use cosmic_lab::verify::{accuracy, gradients};
 use std::path::PathBuf;
 
 /// Measure the errors of trajectories, gradients and time steps against more accurate methods
@@ -22,8 +22,8 @@ pub(super) struct Arguments {
     /// Gradients: error, time and memory, by way and horizon
     #[arg(long)]
     gradients: bool,
-    /// Stability: the time step beside those that the design bears, robots at the extremes, what
-    /// the guard costs
+    /// Stability: the time step beside those for which the design is stable, and stiff and extreme
+    /// robots
     #[arg(long)]
     stability: bool,
     /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
@@ -61,11 +61,9 @@ impl Arguments {
     /// The parts asked for, or all of them.
     fn parts(&self) -> Vec<Part> {
         let parts: [(bool, Part); 3] = [
-            (self.accuracy, |case| Accuracy::of(case).section()),
-            (self.gradients, |case| Gradients::of(case).section()),
-            (self.stability, |case| {
-                Stability::of(case).section(stable_steps(case))
-            }),
+            (self.accuracy, accuracy),
+            (self.gradients, gradients),
+            (self.stability, stability),
         ];
         let all = !parts.iter().any(|(asked, _)| *asked);
         let wanted = parts.into_iter().filter(|(asked, _)| all || *asked);

@@ -26,8 +26,8 @@ pub(crate) fn folder(physics: &str) -> Bench {
     let scene = small_scene(physics);
     bench.write("scene.toml", scene.to_toml());
     let case = Case::of_scene(&scene, 7).unwrap();
-    let materials = vec![Material::Void; case.z.len()];
-    let design = DesignFile::new(&case.lattice, &case.z, &materials, &case.controller);
+    let materials = vec![Material::Void; case.design.edges()];
+    let design = DesignFile::new(&case.lattice, &case.design, &materials, &case.controller);
     design.write(&bench.path("design.json")).unwrap();
     bench.write("case.json", case.to_json());
     bench

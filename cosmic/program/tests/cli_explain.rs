@@ -87,7 +87,7 @@ fn void_edges_are_accounted_for() {
         let voids = &json["void_edges"];
         assert_eq!(voids["dropped"], is_dropped);
         let number = |key: &str| voids[key].as_f64().unwrap();
-        assert!(number("edges") > 40.0 && number("registers_without") <= number("registers"));
+        assert!(number("edges") > 40.0);
         // Eight edges at a node at most, of 1e-7 N/m each.
         assert!(number("force") > 0.0 && number("force") <= 8.0e-7 * (1.0 + 1e-12));
         assert!(voids["body"]["displacement"].as_f64() > Some(0.0));

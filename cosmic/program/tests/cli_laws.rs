@@ -30,8 +30,15 @@ const SHORT: &str = "--set physics.steps=64 --set schedule.horizon=[32,32] --set
                      --set schedule.attraction_from=3 --set schedule.snap_at=5 --set lattice.rows=3 \
                      --set lattice.columns=3";
 
-/// Optimises, goes on, reports and checks with an example, whose scene sets a key.
+/// Optimises, goes on, reports and checks with an example, whose scene sets a key. Then its runs are shown by
+/// `cosmic`, which lacks what the scene names.
 fn works(name: &str, sets: &str) {
+    let bench = works_with_its_program(name, sets);
+    without_it(&bench, sets);
+}
+
+/// Optimises, goes on, reports and checks with an example, whose scene sets a key.
+fn works_with_its_program(name: &str, sets: &str) -> Bench {
     let program = built().join("examples").join(name);
     let bench = Bench::default();
     let run = |line: &str| run_of(&program, &bench, line);
@@ -62,7 +69,7 @@ fn works(name: &str, sets: &str) {
         Some(2),
         "{results}"
     );
-    without_it(&bench, sets);
+    bench
 }
 
 /// The program `cosmic` lacks the law or the loss that the scene sets. Commands that simulate report this once;
@@ -161,6 +168,21 @@ fn magnet_pulls_nodes_of_its_choice() {
 #[test]
 fn tendon_pulls_along_bars() {
     works("tendon", "forces = [\"tendon\"]");
+}
+
+/// Its blocks are keys of the design file. A program without the policy does not read its runs.
+#[test]
+fn rhythm_is_a_policy() {
+    let bench = works_with_its_program("rhythm", "policy = \"rhythm\"");
+    let design = bench.json("a/design.json");
+    let edges = design["edges"].as_array().map(Vec::len);
+    for name in ["sine", "cosine", "shift"] {
+        assert_eq!(design["controller"][name].as_array().map(Vec::len), edges);
+    }
+    for line in ["evaluate a/design.json", "report a"] {
+        let told = bench.cosmic(line);
+        told.fails(2, &["names an unknown policy", "rhythm"]);
+    }
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
         ..
     } = Summary::read(&bench.path("a")).unwrap();
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
-    assert!(design.is_snapped());
+    assert!(design.design().layout().is_some());
     assert_eq!(design.edges.len(), 20);
     let share = |least: u8| {
         let solid = |m: &&_| u8::from(**m) >= least;

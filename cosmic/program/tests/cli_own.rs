@@ -122,7 +122,7 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
         let run = format!("stopped-{stop}");
         let observer = &mut StopsAfter(stop);
         let codesign = CoDesign::new(&plan.scene).unwrap();
-        let progress = codesign.begin_with(plan.seed, design.z.clone(), controller.clone());
+        let progress = codesign.begin_with(plan.seed, design.design(), controller.clone());
         let progress = progress.unwrap();
         let stopped = optimise_with(&bench.path(&run), &plan, codesign, progress, observer);
         assert_eq!(stopped.unwrap_err().exit_code(), 75);

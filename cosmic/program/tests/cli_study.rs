@@ -1,10 +1,11 @@
-//! `cosmic study` as a user meets it, in little: interrupted, resumed, with more seeds.
+//! `cosmic study` as a user meets it, with small robots: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
 use crate::background::signal;
 use crate::common::Bench;
 use crate::program::Told;
-use std::collections::BTreeMap;
+use cosmic::scene::Scene;
+use serde_json::Value;
 use std::fs;
 
 /// A robot of 3x3 nodes under every scene.
@@ -33,16 +34,6 @@ fn study(bench: &Bench, kind: &str, name: &str, more: &str) -> Told {
     bench.cosmic(&line(kind, name, more))
 }
 
-/// The results, the study's folders taken out.
-fn results(bench: &Bench, name: &str) -> BTreeMap<String, String> {
-    let mut files = bench.results(name);
-    let folders = format!(" --out {name} --runs {name}-runs");
-    for text in files.values_mut() {
-        *text = text.replace(&folders, "");
-    }
-    files
-}
-
 /// Lines of runs that ended.
 fn ended(said: &Told) -> usize {
     let lines = said.error.lines();
@@ -53,29 +44,28 @@ fn ended(said: &Told) -> usize {
 fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = study(&bench, "ablation", "a", "--seeds 2").ok();
-    // A line a run, and a line a file: ten figures, a document, two tables.
+    // A line a run, and a line a file: nine figures, a document, two tables.
     let lines = [ended(&said), said.out.lines().count()];
-    assert_eq!(lines, [16, 13], "{said:?}");
+    assert_eq!(lines, [16, 12], "{said:?}");
     let document = bench.read("a/ablation.md");
-    assert!(document.contains("over 2 seeds, 0 to 1."), "{document}");
-    let command = "cosmic study ablation --seeds 2 --base base.toml --out a --runs a-runs";
+    let command = "cosmic study ablation --first-seed 0 --seeds 2 --base base.toml";
     for (what, count) in [
         (&*format!("```sh\n{command}\n```"), 1),
-        ("\n| h, all three | yes | yes | yes | 1.91 |", 1),
-        ("\n- **", 6),
+        ("\n| h, all three | 1.91 |", 1),
+        ("\n| Does ", 3),
+        ("\n| What does ", 3),
+        ("NaN", 0),
     ] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
     }
     let linked = document.matches("](ablation/").count();
     let figures = fs::read_dir(bench.path("a/ablation")).unwrap().count();
-    assert_eq!((linked, figures), (10, 10));
+    assert_eq!((linked, figures), (9, 9));
     let json = bench.json("a/ablation.json");
     assert_eq!(json["format"], "cosmic-study");
-    for row in json["rows"].as_array().unwrap() {
-        assert_eq!(row["one_hot"], 2);
-        assert_eq!(row["runs"].as_array().unwrap().len(), 2);
-        let check = &row["runs"][0]["check"];
-        assert!(check["half_step"][1].is_number(), "{row}");
+    for row in json["tables"][0]["rows"].as_array().unwrap() {
+        assert_eq!([&row["one-hot"], &row["runs"]], [2.0, 2.0], "{row}");
+        assert!(row["dt/2"].is_number(), "{row}");
     }
     assert_eq!(bench.lines("a/ablation.csv"), 17);
     what_is_held_does_not_move(&bench);
@@ -89,7 +79,7 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert_eq!(none["controller"], topology["controller"]);
     assert_eq!(none["controller"], material["controller"]);
     assert_ne!(none["controller"], all["controller"]);
-    let materials = |design: &serde_json::Value| -> Vec<u64> {
+    let materials = |design: &Value| -> Vec<u64> {
         let materials = design["materials"].as_array().unwrap().iter();
         materials.map(|m| m.as_u64().unwrap()).collect()
     };
@@ -110,13 +100,13 @@ fn runs_that_diverge_are_told_and_counted() {
     let bench = bench(&LITTLE.replace("steps = 64", unstable));
     study(&bench, "ablation", "a", "--seeds 1").ok();
     let document = bench.read("a/ablation.md");
-    for (what, count) in [
-        ("0, 0 of 1, 1 diverged", 8),
-        ("not to be said: some median diverged", 2),
-        ("NaN", 0),
-        ("inf ", 0),
-    ] {
+    for (what, count) in [("no number: runs diverged", 8), ("NaN", 0), ("inf ", 0)] {
         assert_eq!(document.matches(what).count(), count, "{what}: {document}");
+    }
+    let json = bench.json("a/ablation.json");
+    for row in json["tables"][0]["rows"].as_array().unwrap() {
+        assert_eq!([&row["diverged"], &row["one-hot"]], [1.0, 0.0], "{row}");
+        assert!(row["median"].is_null(), "{row}");
     }
 }
 
@@ -134,7 +124,7 @@ fn threads_and_interruptions_change_nothing() {
     assert_eq!(fs::read_dir(bench.path("cut")).unwrap().count(), 0);
     let said = bench.cosmic(&cut).ok();
     assert!(ended(&said) < 16, "{said:?}");
-    assert_eq!(results(&bench, "cut"), results(&bench, "whole"));
+    assert_eq!(bench.results("cut"), bench.results("whole"));
 }
 
 #[test]
@@ -147,13 +137,11 @@ fn more_seeds_join_and_other_scenes_do_not() {
     of("a", "1 --first-seed 1");
     let alone = bench.read("a/findings.md");
     let undecided = "undecided: one seed's change has no error";
-    assert_eq!(alone.matches(undecided).count(), 20, "{alone}");
+    assert_eq!(alone.matches(undecided).count(), 21, "{alone}");
     let said = of("a", "2");
     assert_eq!(ended(&said), 24, "{said:?}");
     of("b", "2");
-    assert_eq!(results(&bench, "a"), results(&bench, "b"));
-    let document = bench.read("a/findings.md");
-    assert_eq!(document.matches("\n- **").count(), 21, "{document}");
+    assert_eq!(bench.results("a"), bench.results("b"));
     let said = study(&bench, "findings", "a", "--seeds 2");
     said.fails(2, &["another folder by --runs"]);
     let refused = |base: &str, says: &str| {
@@ -164,9 +152,6 @@ fn more_seeds_join_and_other_scenes_do_not() {
     // Right by itself, but not under the study's scenes.
     let says = "error: the settings of base.toml do not go with the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
-    // A study also runs designs with twice the steps.
-    let says = "half the time step and twice the steps";
-    refused("[physics]\nsteps = 600000\n", says);
     assert!(!bench.path("c-runs").exists());
 }
 
@@ -189,9 +174,12 @@ fn results_of_other_settings_are_not_replaced() {
         "seeds: 0 to 1 in the results there, 0 to 0 in this study",
     );
     let out = "--out runs/study-ablation --runs other --seeds 2 --iterations";
-    refused(&format!("{out} 3"), "iterations: 2 in");
+    refused(
+        &format!("{out} 3"),
+        "none: iterations=2 in the results there, iterations=3 in",
+    );
     bench.write("base.toml", SHORT.replace("hidden = 2", "hidden = 3"));
-    let says = "controller.hidden: 2 in the results there, 3 in";
+    let says = "none: controller.hidden=2 in the results there, controller.hidden=3 in";
     refused(&format!("{out} 2"), says);
     assert!(!bench.path("other").exists());
 }
@@ -201,19 +189,165 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let bench = bench(SHORT);
     study(&bench, "paper", "p", "--seeds 1 --iterations 2").ok();
     let document = bench.read("p/paper.md");
-    let little = "**Every run was stopped after 2 iterations: a study in little.**";
-    assert!(document.contains(little), "{document}");
     // In both tables.
     for line in ["| b, stability heuristic | 1.90 |", "| 5x5 nodes | 1.10 |"] {
         assert_eq!(document.matches(line).count(), 2, "{line}: {document}");
     }
-    let (default, strict) = document.split_once("## Strictly by the paper").unwrap();
-    assert!(default.contains("- A: `loss.kind`, the loss is"));
-    assert!(strict.contains("Departures from the paper: none."));
+    let (default, strict) = document
+        .split_once("## Strictly by the paper")
+        .expect("both");
+    assert!(default.contains("## By default") && strict.contains("| A | loss.kind | the loss is"));
+    assert_eq!(document.matches(" | none |\n").count(), 8, "{document}");
     let pictures = fs::read_dir(bench.path("p/paper")).unwrap().count();
     assert_eq!(document.matches(".svg)").count(), pictures);
-    let runs = bench.json("p/paper.json")["rows"].as_array().unwrap().len();
-    assert_eq!(runs, 16);
+}
+
+/// Every trial's scene of a study, by the names of the trials.
+fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
+    // `true` stands for a Python that has MuJoCo.
+    let line = format!("study {study} --plan {study} --python true");
+    bench.cosmic(&line).ok();
+    let plan = bench.json(&format!("{study}/plan.json"));
+    let scene = |planned: &Value| {
+        let [name, text] = ["name", "scene"].map(|key| planned[key].as_str().unwrap());
+        (name.to_owned(), Scene::parse(name, text).unwrap())
+    };
+    plan["scenes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(scene)
+        .collect()
+}
+
+/// So the eight trials of the ablation are all combinations. Planning a trial begins it.
+#[test]
+fn no_trial_is_another_and_the_strict_ones_depart_in_nothing() {
+    let bench = Bench::default();
+    for study in ["paper", "ablation", "findings", "transfer"] {
+        let trials = planned(&bench, study);
+        for (k, (name, scene)) in trials.iter().enumerate() {
+            let same = |(_, other): &(String, Scene)| other == scene;
+            assert!(!trials[..k].iter().any(same), "{name}");
+            let is_strict = name.starts_with("strict-");
+            assert_eq!(scene.departures().is_empty(), is_strict, "{name}");
+            if let Some(builtin) = name.strip_prefix("default-") {
+                assert_eq!(*scene, Scene::load(builtin).unwrap());
+            }
+        }
+    }
+}
+
+/// A user's own study: two scenes with two kinds of friction against published numbers.
+const OWN: &str = "title = 'Two grounds'
+seeds = 2
+[[variants]]
+name = 'firm'
+[[variants]]
+name = 'slippery'
+settings.physics = { contact = 'coulomb', friction = 0.6 }
+[[trials]]
+name = 'light'
+scene = 'tiny.toml'
+paper = 1.0
+[[trials]]
+name = 'heavy'
+scene = 'tiny.toml'
+settings.physics.gravity = 9.81
+[[questions]]
+ask = 'What does friction change?'
+from = ['slippery-light', 'slippery-heavy']
+to = ['firm-light', 'firm-heavy']
+";
+
+#[test]
+fn a_study_of_one_s_own_is_a_file() {
+    let bench = Bench::default();
+    bench.write("grounds.toml", OWN);
+    let said = bench.cosmic("study grounds.toml --quiet").ok();
+    assert_eq!(said.out, "");
+    let folder = "runs/study-grounds";
+    assert_eq!(bench.lines(&format!("{folder}/grounds.csv")), 1 + 8);
+    let document = bench.read(&format!("{folder}/grounds.md"));
+    for part in [
+        "# Two grounds\n",
+        "| slippery-heavy | – |",
+        "| What does friction change? |",
+    ] {
+        assert!(document.contains(part), "{part}: {document}");
+    }
+    // A trial that joins keeps the runs of the others.
+    let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
+    bench.write("grounds.toml", format!("{OWN}{more}"));
+    let said = bench.cosmic("study grounds.toml").ok();
+    assert_eq!(ended(&said), 4, "{said:?}");
+    bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
+    let says = "heavy: physics.gravity=9.81 in the results there, physics.gravity=3.7 in";
+    bench.cosmic("study grounds.toml").fails(2, &[says]);
+}
+
+#[test]
+fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
+    let bench = Bench::default();
+    for (from, to, says) in [
+        (
+            "seeds",
+            "seds",
+            ["unknown key `seds`", "grounds.toml:2:1", "`seeds`"],
+        ),
+        (
+            "= 2",
+            "= 0",
+            [
+                "invalid value",
+                "grounds.toml:2:9",
+                "a whole number from 1 on",
+            ],
+        ),
+        (
+            "'slippery-light'",
+            "'slipery-light'",
+            [
+                "`questions[0].from[0]` is unknown",
+                "grounds.toml:17:9",
+                "`slippery-light`",
+            ],
+        ),
+        (
+            "gravity",
+            "gravty",
+            ["unknown key `gravty`", "grounds.toml:14:18", "`gravity`"],
+        ),
+        (
+            "0.6",
+            "-1",
+            [
+                "`physics.friction` is out of range: -1",
+                "grounds.toml:7:",
+                "allowed",
+            ],
+        ),
+        (
+            "seeds = 2",
+            "mujoco = [9.0]",
+            ["out of range: 9.0", "grounds.toml:2:11", "at most 5"],
+        ),
+        (
+            "'tiny.toml'",
+            "'tin.toml'",
+            ["cannot read tin.toml", "", ""],
+        ),
+    ] {
+        bench.write("grounds.toml", OWN.replacen(from, to, 1));
+        let told = bench.cosmic("study grounds.toml");
+        let code = if says[1].is_empty() { 4 } else { 2 };
+        told.fails(code, &says);
+    }
+    bench.write("grounds.toml", OWN);
+    let says = "only built-in scenes can have a base, not `tiny.toml`";
+    bench.write("base.toml", "");
+    let told = bench.cosmic("study grounds.toml --base base.toml");
+    told.fails(2, &[says]);
 }
 
 /// A study that is planned, done by processes of `sweep run`, and written is the study in one go.
@@ -255,7 +389,7 @@ fn processes_do_the_runs_of_a_planned_study() {
     let said = study(&bench, "ablation", "cut", "--seeds 1 --iterations 8").ok();
     assert_eq!(ended(&said), 0, "{said:?}");
     study(&bench, "ablation", "whole", "--seeds 1 --iterations 8").ok();
-    assert_eq!(results(&bench, "cut"), results(&bench, "whole"));
+    assert_eq!(bench.results("cut"), bench.results("whole"));
     let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
     let says = "cut-runs: the runs there are of other scenes or another number of iterations";
     bench.cosmic(other).fails(2, &[says]);

@@ -51,7 +51,8 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
         "robot": {
             "edges": lattice.edges, "rest_length": lattice.rest_length,
             "stiffness": body.stiffness, "strain": body.strain,
-            "w1": weights.w1, "b1": weights.b1, "w2": weights.w2, "b2": weights.b2,
+            "w1": weights.block("w1"), "b1": weights.block("b1"),
+            "w2": weights.block("w2"), "b2": weights.block("b2"),
             "clocks": asked.clocks, "omega": asked.omega, "goal": asked.goal,
             "goal_scale": asked.goal_scale, "offset_scale": asked.offset_scale,
             "velocity_scale": asked.velocity_scale,

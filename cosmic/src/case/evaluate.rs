@@ -3,13 +3,15 @@
 use autodiff::Real;
 
 use super::{Case, CaseResults, DesignGradient, Gradient};
-use crate::controller::{Weights, observation};
+use crate::design::{Design, Mixture};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{self, Holds, Projection, one_hot};
+use crate::policy::{Network, Weights, observation};
+use crate::projection::{self, Holds, Projection};
+use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -23,40 +25,41 @@ impl Case {
             &self.materials,
             &self.sharpness,
         )
-        .with_one_piece(self.design.one_piece)
+        .with_one_piece(self.rules.one_piece)
     }
 
     /// Everything that the case's rollout depends on.
     pub fn inputs(&self) -> Inputs<f64> {
         Inputs {
-            z: self.z.clone(),
+            z: self.design.vectors().into_owned(),
             controller: self.controller.clone(),
             start: self.start.clone(),
         }
     }
 
-    /// The mixture of design vectors by a projection, or the frozen layout's.
-    pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        match &self.frozen {
-            Some(materials) => one_hot(materials),
-            None => {
+    /// The design with the mixtures that a projection makes of other design vectors; the case's layout,
+    /// if it has one.
+    pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
+        match &self.design {
+            Design::Layout(layout) => Design::Layout(layout.clone()),
+            Design::Undecided(_) => {
                 let holds = Holds::new(&self.sharpness, &self.lattice);
-                projection::mixture(projection, z, &self.sharpness, &holds)
+                Design::Undecided(projection::mixtures(projection, z, &self.sharpness, &holds))
             }
         }
     }
 
-    /// The mixture that is rolled out: of the case's own design vectors by its own projection.
-    pub fn own_mixture(&self) -> Vec<[f64; 3]> {
-        self.mixture(self.projection, &self.z)
+    /// The design that is rolled out, with the mixtures of the case's own projection.
+    pub fn own_design(&self) -> Design<Mixture<f64>> {
+        self.projected(self.projection, &self.design.vectors())
     }
 
     /// The body that is rolled out.
     pub fn body(&self) -> Body<f64> {
-        let mixture = self.own_mixture();
-        Body::new(&mixture, &self.lattice, &self.materials, &self.physics).with_one_piece(
-            self.design.one_piece,
-            &mixture,
+        let design = self.own_design();
+        Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(
+            self.rules.one_piece,
+            &design,
             &self.lattice,
         )
     }
@@ -76,14 +79,14 @@ impl Case {
     /// The time step against the vibrations of the robot at rest in its first positions.
     pub fn step_check(&self) -> StepCheck {
         self.task()
-            .step_check(&self.own_mixture(), &self.start.x, 1.0)
+            .step_check(&self.own_design(), &self.start.x, 1.0)
     }
 
     /// The loss of the final position, for any number type.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
-        let mixture = self.mixture(self.projection, &inputs.z);
+        let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
-        task.loss(&mixture, inputs, &loss, &Horizon::head(self.physics.steps))
+        task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
     /// Runs the case: its results, with the states of the given steps, and with the exact
@@ -94,15 +97,16 @@ impl Case {
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
-        let mixture = self.own_mixture();
-        let body = task.body(&mixture);
+        let design = self.own_design();
+        let body = task.body(&design);
         let Guarded {
             trajectory,
             divergence,
-        } = self.rollout(&task, &mixture, &recorded);
+        } = self.rollout(&task, &design, &recorded);
         let ground = task.ground();
         let l_disp = -along(&ground, trajectory.at(self.physics.steps));
-        let measures = measures(&mixture, self.sharpness.delta);
+        let mixtures = design.mixtures();
+        let measures = measures(&mixtures, self.sharpness.delta);
         let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
             .then(|| self.augmentation(Projection::Performance, gradient));
@@ -115,7 +119,7 @@ impl Case {
             })
         };
         Ok(CaseResults {
-            u0: self.first_activation(&ground),
+            u0: self.first_activation(&task, &body),
             node_mass: body.mass,
             displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
@@ -132,30 +136,37 @@ impl Case {
             trajectory: (recorded.into_iter())
                 .map(|n| (n, trajectory.at(n).clone()))
                 .collect(),
-            z_projected: mixture,
+            z_projected: mixtures.iter().map(|mixture| mixture.0).collect(),
             grad_l_disp,
             divergence,
         })
     }
 
-    /// The rollout of a mixture with the states of the given steps and of the last.
-    fn rollout(&self, task: &Task, mixture: &[[f64; 3]], recorded: &[usize]) -> Guarded {
+    /// The rollout of a design with the states of the given steps and of the last.
+    fn rollout(&self, task: &Task, design: &Design<Mixture<f64>>, recorded: &[usize]) -> Guarded {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
         observed.dedup();
         let span = Span::from_start(observed);
-        task.guarded(mixture, &self.controller, &self.start, &span)
+        task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    fn first_activation(&self, ground: &Ground) -> Vec<f64> {
-        let seen = observation(
-            &self.observation,
-            0.0,
-            &self.start,
-            &self.body().presence,
-            ground,
-        );
-        self.controller.activation(&seen)
+    /// The activations at the start. Those of the paper's network are its definition, which costs less than a
+    /// step of a rollout.
+    fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
+        let settings = &self.observation;
+        let network = Network::of(&self.controller);
+        match network.filter(|_| settings.policy == PolicyName::default()) {
+            Some(network) => {
+                let (start, presence) = (&self.start, &body.presence);
+                network.activation(&observation(settings, 0.0, start, presence, &task.ground()))
+            }
+            None => {
+                let moments = &[(&self.start, 0.0)];
+                let activations = task.simulator.activations(body, &self.controller, moments);
+                activations.concat()
+            }
+        }
     }
 
     fn gradient(&self, task: &Task) -> Gradient {
@@ -178,13 +189,17 @@ impl Case {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
             self.inputs().differentiate(DESIGN, terms)
         } else {
-            (self.penalties(projection, &self.z), Vec::new())
+            (
+                self.penalties(projection, &self.design.vectors()),
+                Vec::new(),
+            )
         }
     }
 
     /// The terms that the augmented Lagrangian adds to the loss, measured on a projection.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
-        let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
+        let design = self.projected(projection, z);
+        let measures = measures(&design.mixtures(), self.sharpness.delta);
         self.lagrangian.terms(&measures, &self.thresholds)
     }
 }

@@ -7,14 +7,16 @@ use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::controller::Weights;
 use crate::design::Material;
 use crate::error::{self, fits};
 use crate::ground::Profile;
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws};
+use crate::policy::Weights;
 use crate::projection::Projection;
-use crate::scene::{GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges};
+use crate::scene::{
+    GroundSettings, Integrator, LatticeKind, LatticeSettings, PolicyName, Scene, VoidEdges,
+};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -158,6 +160,8 @@ keys! {
     // A case without this key has no bound on speeds; the scene's default does not apply.
     #[serde(default, skip_serializing_if = "is_default")]
     speed_bound: Option<f64> = physics.speed_bound,
+    #[serde(default, skip_serializing_if = "is_default")]
+    policy: PolicyName = controller.policy,
     omega: f64 = controller.omega,
     n_cpg: usize = controller.clocks,
     goal: Vec<f64> = controller.goal,

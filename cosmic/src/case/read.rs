@@ -5,13 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
-use crate::controller::{Controller, observation_length};
-use crate::design::Material;
+use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
 use crate::generator::places;
 use crate::ground::Ground;
 use crate::lattice::{Lattice, State, Truss};
 use crate::objective::AugmentedLagrangian;
+use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
@@ -36,16 +36,14 @@ pub struct Case {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// What the layout is to be like; of it a rollout reads `one_piece`.
-    pub design: DesignSettings,
+    /// The requirements on layouts; of them a rollout reads `one_piece`.
+    pub rules: DesignSettings,
     /// The terms that the controller observes.
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
-    /// Design vectors, one per edge.
-    pub z: Vec<[f64; 3]>,
-    /// The layout, where it is frozen: the mixture is then exactly one-hot (D7), whatever `z` is.
-    pub frozen: Option<Vec<Material>>,
+    /// What the edges are made of. In a file with `materials`, `z` is not read: the layout decides (D7).
+    pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
     /// The projection that gives the rollout its materials, and the measures.
@@ -122,30 +120,34 @@ impl Shapes<'_> {
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
+        let z = self.rows("z", &raw.z)?;
         let mut scene = Scene::paper();
         raw.scene.set(&mut scene, self.file)?;
-        scene.controller.hidden = raw.controller.b1.len();
+        raw.controller
+            .set_hidden(&mut scene.controller, self.file)?;
         scene.physics.steps = raw.steps;
         // A case is evaluated, and that never refuses.
         scene.physics.unstable_step = UnstableStep::Warn;
         if raw.truss.is_some() {
             scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
         }
-        let inputs = observation_length(&scene.controller, nodes);
+        let blocks = blocks_of(&scene.controller, nodes, edges);
         Ok(Case {
             layout: scene.lattice,
             physics: scene.physics,
             materials: scene.materials,
             sharpness: scene.projection,
-            design: scene.design,
+            rules: scene.design,
             observation: scene.controller,
             start: State {
                 x: lattice.positions.clone(),
                 v: self.rows("v0", &raw.v0)?,
             },
-            z: self.rows("z", &raw.z)?,
-            frozen: raw.materials.clone(),
-            controller: raw.controller.controller(inputs, edges, self.file)?,
+            design: match &raw.materials {
+                None => Design::Undecided(z),
+                Some(layout) => Design::Layout(layout.clone()),
+            },
+            controller: raw.controller.controller(&blocks, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
                 multiplier: array(self.file, "al.lambda", &raw.al.lambda)?,

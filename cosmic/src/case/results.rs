@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::controller::Weights;
 use crate::lattice::State;
+use crate::policy::Weights;
 use crate::simulator::Divergence;
 
 /// The results of a case. Gradients are present if they were asked for, the last two entries only in

@@ -1,14 +1,15 @@
 //! A case as a file.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::Case;
 use super::raw::{FORMAT, RawLagrangian, RawMarks, RawScene, VERSION};
-use crate::controller::Weights;
 use crate::design::Material;
 use crate::lattice::State;
+use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::Divergence;
@@ -27,7 +28,7 @@ struct File<'a> {
     l0: &'a [f64],
     x0: &'a [[f64; 2]],
     v0: &'a [[f64; 2]],
-    z: &'a [[f64; 3]],
+    z: Cow<'a, [[f64; 3]]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     materials: Option<&'a [Material]>,
     controller: Weights,
@@ -78,8 +79,8 @@ impl Case {
             l0: &self.lattice.rest_length,
             x0: &self.start.x,
             v0: &self.start.v,
-            z: &self.z,
-            materials: self.frozen.as_deref(),
+            z: self.design.vectors(),
+            materials: self.design.layout(),
             controller: Weights::from(&self.controller),
             steps: self.physics.steps,
             projection: self.projection,
@@ -99,7 +100,7 @@ impl Case {
             physics: self.physics.clone(),
             materials: self.materials.clone(),
             projection: self.sharpness.clone(),
-            design: self.design.clone(),
+            design: self.rules.clone(),
             controller: self.observation.clone(),
             ..Scene::paper()
         }

@@ -2,20 +2,18 @@
 
 use std::sync::Arc;
 
-use autodiff::CotangentBound;
-
 use super::progress::Progress;
 use super::schedule::Schedule;
-use crate::controller::Controller;
-use crate::design::{LayoutRules, Material, dominant, one_hot, start_vectors};
+use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
+use crate::policy::Controller;
 use crate::projection::Projection;
-use crate::scene::{Scene, StartKind};
+use crate::scene::Scene;
 use crate::simulator::StepCheck;
-use crate::task::{Horizon, Task};
+use crate::task::Task;
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {
@@ -29,8 +27,8 @@ pub struct CoDesign {
     pub(super) mma: Mma,
     pub(super) adam: Adam,
     pub(super) rules: LayoutRules,
-    /// The last mixture whose time step was checked: a frozen layout is checked once.
-    pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
+    /// The last design whose time step was checked: a layout is checked once.
+    pub(super) checked: Option<(Design<Mixture<f64>>, StepCheck)>,
 }
 
 impl CoDesign {
@@ -135,54 +133,41 @@ impl CoDesign {
         Ok(progress)
     }
 
-    /// The state before the first iteration of a given robot, in place of the scene's start; without its
-    /// loose bars, if the scene asks for one piece. A robot
-    /// with one-hot design vectors enters after the snap: only the fine-tuning is left. Any other
-    /// robot goes through the whole schedule.
+    /// The state before the first iteration of a given robot, in place of the scene's start. A layout
+    /// enters after the snap: only the fine-tuning is left. It loses its loose bars, if the scene asks for
+    /// one piece. An undecided robot goes through the whole schedule.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
-    /// [`Error::Usage`] for design vectors outside 0 to 1, weights that are not finite, and a robot
-    /// that is not one-hot in a scene without a snap; otherwise as [`begin`](Self::begin).
+    /// [`Error::Usage`] for design vectors outside 0 to 1, weights that are not finite, and an undecided
+    /// robot in a scene without a snap; otherwise as [`begin`](Self::begin).
     pub fn begin_with(
         &self,
         seed: u64,
-        z: Vec<[f64; 3]>,
+        design: Design<[f64; 3]>,
         controller: Controller<f64>,
     ) -> Result<Progress> {
-        let materials: Vec<_> = z.iter().map(dominant).collect();
-        let materials = (one_hot(&materials) == z).then_some(materials);
-        let whole = materials.map(|layout| self.rules.without_loose_bars(&layout));
-        let (z, materials) = match whole {
-            Some(layout) => (one_hot(&layout), Some(layout)),
-            None => (z, None),
-        };
         let snap_at = self.scene.schedule.snap_at;
-        if materials.is_none() && snap_at == 0 {
-            return Err(Error::Usage(
-                "the design to begin with is not decided, and the scene has no snap \
-                 (`schedule.snap_at` = 0): it trains controllers alone"
-                    .into(),
-            ));
-        }
-        if let Some(edge) = z
-            .iter()
-            .position(|z| z.iter().any(|z| !(0.0..=1.0).contains(z)))
-        {
-            return Err(Error::Usage(format!(
-                "the design to begin with: `z[{edge}]`: expected numbers from 0 to 1, found {:?}",
-                z[edge]
-            )));
-        }
-        self.check_rules(&z)?;
-        let c = &controller;
-        let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
-        if weights.contains(&false) {
+        let (design, entered) = match design {
+            Design::Layout(layout) => {
+                let whole = self.rules.without_loose_bars(&layout);
+                (Design::Layout(whole), snap_at)
+            }
+            Design::Undecided(_) if snap_at == 0 => {
+                return Err(Error::Usage(
+                    "the design to begin with is not decided, and the scene has no snap \
+                     (`schedule.snap_at` = 0): it trains controllers alone"
+                        .into(),
+                ));
+            }
+            undecided => (undecided, 0),
+        };
+        self.check_vectors(&design.vectors())?;
+        if !controller.numbers().iter().all(|weight| weight.is_finite()) {
             return Err(Error::Usage(
                 "the controller to begin with has weights that are not finite".into(),
             ));
         }
-        let entered = if materials.is_some() { snap_at } else { 0 };
         if entered >= self.scene.schedule.iterations {
             return Err(Error::Usage(format!(
                 "the design to begin with is decided, and the scene ends with its snap (iteration \
@@ -193,23 +178,32 @@ impl CoDesign {
         let progress = Progress {
             entered: Some(entered),
             iteration: entered,
-            ..self.progress(seed, z, materials, controller)
+            ..self.progress(seed, design, controller)
         };
         progress.fits(&first, "the robot to begin with")?;
         self.step_check(&progress).accept(&self.scene.physics)?;
         Ok(progress)
     }
 
-    /// Refuses design vectors that are against the rules of the lattice's edges.
-    fn check_rules(&self, z: &[[f64; 3]]) -> Result<()> {
-        let rules = &self.task.lattice.rules;
-        let is_one_hot = |z: &[f64; 3]| one_hot(&[dominant(z)]) == [*z];
-        let wrong = |&(edge, z): &(usize, &[f64; 3])| {
-            is_one_hot(z) && !rules.allow(edge, dominant(z).is_solid())
-        };
+    /// Refuses design vectors outside 0 to 1, and those that are against the rules of the lattice's edges.
+    fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
-        if let Some((edge, z)) = z.iter().enumerate().find(wrong) {
-            let (is, rule) = if dominant(z).is_solid() {
+        let is_outside = |z: &[f64; 3]| z.iter().any(|z| !(0.0..=1.0).contains(z));
+        if let Some(edge) = z.iter().position(is_outside) {
+            let found = z[edge];
+            return refuse(format!(
+                "`z[{edge}]`: expected numbers from 0 to 1, found {found:?}"
+            ));
+        }
+        let rules = &self.task.lattice.rules;
+        let decided = |z: &[f64; 3]| Some(Material::dominant(z)).filter(|m| m.one_hot() == *z);
+        let materials = z.iter().map(decided).enumerate();
+        let mut wrong = materials.filter_map(|(edge, material)| {
+            let is_solid = material?.is_solid();
+            (!rules.allow(edge, is_solid)).then_some((edge, is_solid))
+        });
+        if let Some((edge, is_solid)) = wrong.next() {
+            let (is, rule) = if is_solid {
                 ("solid", "forbids")
             } else {
                 ("void", "keeps")
@@ -230,31 +224,26 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let z = self.start_vectors(seed)?;
-        let materials = (self.starts_as_layout()).then(|| z.iter().map(dominant).collect());
         let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
-        Ok(self.progress(seed, z, materials, controller))
+        Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
-    fn start_vectors(&self, seed: u64) -> Result<Vec<[f64; 3]>> {
-        let (start, beta) = (&self.scene.start, self.scene.projection.beta);
-        start_vectors(start, &self.task.lattice, beta, seed)
-    }
-
-    fn starts_as_layout(&self) -> bool {
-        self.scene.start.kind == StartKind::Layout
+    /// The design that a seed starts from.
+    fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
+        let beta = self.scene.projection.beta;
+        start(&self.scene.start, &self.task.lattice, beta, seed)
     }
 
     /// The state of a robot before any iteration.
     fn progress(
         &self,
         seed: u64,
-        z: Vec<[f64; 3]>,
-        materials: Option<Vec<Material>>,
+        design: Design<[f64; 3]>,
         controller: Controller<f64>,
     ) -> Progress {
-        let mixture = self.task.mixture(Projection::Performance, &z);
-        let first_measures = measures(&mixture, self.scene.projection.delta).constrained();
+        let z = design.vectors();
+        let mixtures = self.task.mixtures(Projection::Performance, &z);
+        let first_measures = measures(&mixtures, self.scene.projection.delta).constrained();
         Progress {
             seed,
             entered: None,
@@ -270,8 +259,7 @@ impl CoDesign {
             candidates: Vec::new(),
             design_mean: [Vec::new(), Vec::new()],
             settled: None,
-            z,
-            materials,
+            design,
             controller,
         }
     }
@@ -294,58 +282,29 @@ impl CoDesign {
     /// Compares the time step with the vibrations of the present design and of the robots that
     /// domain randomisation draws around it.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
-        let mixture = self.mixture(progress);
+        let design = self.design(progress);
         match &self.checked {
-            Some((checked, check)) if *checked == mixture => *check,
-            _ => self.step_check_of(&mixture),
+            Some((checked, check)) if *checked == design => *check,
+            _ => self.step_check_of(&design),
         }
     }
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
-        let z = self.start_vectors(seed)?;
-        Ok(self.step_check_of(&self.mixture_of(&z, self.starts_as_layout())))
+        let start = self.start_of(seed)?;
+        let design = self.task.projected(Projection::Performance, &start);
+        Ok(self.step_check_of(&design))
     }
 
-    fn step_check_of(&self, mixture: &[[f64; 3]]) -> StepCheck {
+    fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
         let faster = self.scene.robust.faster();
-        self.task.step_check(mixture, &self.start.x, faster)
+        self.task.step_check(design, &self.start.x, faster)
     }
 
-    /// The simulated mixture, the shares of void, skeleton and actuator of every edge: that of the layout if
-    /// there is one, else the performance projection (D7).
-    pub fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
-        self.mixture_of(&progress.z, progress.materials.is_some())
-    }
-
-    /// The mixture of design vectors. Those of a layout are its mixture.
-    fn mixture_of(&self, z: &[[f64; 3]], is_layout: bool) -> Vec<[f64; 3]> {
-        if is_layout {
-            z.to_vec()
-        } else {
-            self.task.mixture(Projection::Performance, z)
-        }
-    }
-
-    /// The layout, or before the snap the dominant material of each edge.
-    pub fn materials(&self, progress: &Progress) -> Vec<Material> {
-        match &progress.materials {
-            Some(materials) => materials.clone(),
-            None => self.mixture(progress).iter().map(dominant).collect(),
-        }
-    }
-
-    /// The steps that carry the gradient in this iteration, and how its cotangents are bounded.
-    pub(super) fn horizon(&self, now: &Schedule) -> Horizon {
-        let gradient = &self.scene.gradient;
-        let every = gradient.cotangent_every;
-        Horizon {
-            steps: now.horizon(),
-            mode: self.scene.schedule.horizon_mode,
-            cotangent_bound: gradient
-                .cotangent_bound
-                .map(|norm| CotangentBound { norm, every }),
-        }
+    /// The simulated design: the mixtures of the performance projection, or the layout (D7).
+    pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
+        self.task
+            .projected(Projection::Performance, &progress.design)
     }
 }
 
@@ -376,8 +335,10 @@ mod tests {
 
     use super::CoDesign;
     use crate::codesign::tests::{Up, tiny};
+    use crate::design::Design;
     use crate::error::Result;
     use crate::objective::Loss;
+    use crate::policy::Controller;
     use crate::scene::{GradientPrecision, LossKind, TaskKind};
     use crate::simulator::Trajectory;
 
@@ -438,20 +399,19 @@ mod tests {
     fn a_robot_to_begin_with_has_numbers_and_the_lattice_of_the_scene() {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let robot = || (progress.z.clone(), progress.controller.clone());
-        let said = |(z, controller)| {
-            let refused = codesign.begin_with(1, z, controller).err();
-            refused.map(|error| error.to_string())
+        let (z, controller) = (progress.design.vectors(), &progress.controller);
+        let said = |z: &[_], controller: &Controller<f64>| {
+            let design = Design::of_vectors(z.to_vec());
+            let refused = codesign.begin_with(1, design, controller.clone()).err();
+            refused.map_or(String::new(), |error| error.to_string())
         };
-        assert_eq!(said(robot()), None);
-        let (z, mut controller) = robot();
-        controller.w2[3] = f64::NAN;
-        assert!(said((z, controller)).unwrap().contains("not finite"));
-        let (mut z, controller) = robot();
-        z[2][1] = f64::NAN;
-        assert!(said((z, controller)).unwrap().contains("`z[2]`"));
-        let (mut z, controller) = robot();
-        z.pop();
-        assert!(said((z, controller)).unwrap().contains("entries in `z`"));
+        assert_eq!(said(&z, controller), "");
+        let mut broken = controller.clone();
+        broken.numbers_mut()[3] = f64::NAN;
+        assert!(said(&z, &broken).contains("not finite"));
+        let mut outside = z.to_vec();
+        outside[2][1] = f64::NAN;
+        assert!(said(&outside, controller).contains("`z[2]`"));
+        assert!(said(&z[1..], controller).contains("entries in `z`"));
     }
 }

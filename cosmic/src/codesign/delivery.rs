@@ -9,12 +9,12 @@ use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
 use super::reliability::Reliability;
-use crate::controller::Controller;
-use crate::design::{Material, Structure};
+use crate::design::{Design, Material, Mixture, Structure, volumes};
 use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
+use crate::policy::Controller;
 use crate::random::{Purpose, stream};
-use crate::scene::SelectionKind;
+use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
 use crate::task::together;
 
@@ -24,8 +24,8 @@ const KEEP_EVERY: usize = 16;
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
-    /// Design vectors; one-hot after the snap.
-    pub z: Vec<[f64; 3]>,
+    /// The design: a layout after the snap.
+    pub design: Design<[f64; 3]>,
     /// The material of every edge; before the snap its dominant material.
     pub materials: Vec<Material>,
     /// The controller.
@@ -90,7 +90,7 @@ impl CoDesign {
         is_stopped: &dyn Fn() -> bool,
     ) -> Option<Delivery> {
         let go_on = || (!is_stopped()).then_some(());
-        let mixture = self.mixture(progress);
+        let design = self.design(progress);
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
         go_on()?;
@@ -103,36 +103,35 @@ impl CoDesign {
         let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
-        let spreads = self.spreads(&mixture, &judged, &domains);
+        let spreads = self.spreads(&design, &judged, &domains);
         go_on()?;
         let steps = self.scene.physics.steps;
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
-        let guarded = (self.task).guarded(&mixture, controller, &self.start, &span);
+        let guarded = (self.task).guarded(&design, controller, &self.start, &span);
         go_on()?;
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
             Some(_) => [f64::NAN; 2],
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
-        let merit = self.unperturbed(&mixture, controller, moved[0]);
-        let (materials, body) = (self.materials(progress), self.task.body(&mixture));
-        let share =
-            |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
-        let clock_alone = self.clock_alone(&mixture, &body.presence, controller, &domains);
+        let merit = self.unperturbed(&design, controller, moved[0]);
+        let body = self.task.body(&design);
+        let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let decided = progress.materials.is_some();
-        let structure = decided.then(|| Structure::new(&self.task.lattice, &materials));
+        let layout = design.layout();
+        let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
         go_on()?;
         let simulator = &self.task.simulator;
-        let bars = if decided && guarded.divergence.is_none() {
-            simulator.loads(&materials, &body, controller, &self.start, steps)
-        } else {
-            Vec::new()
+        let bars = match layout {
+            Some(layout) if guarded.divergence.is_none() => {
+                simulator.loads(layout, &body, controller, &self.start, steps)
+            }
+            _ => Vec::new(),
         };
         go_on()?;
         Some(Delivery {
-            z: progress.z.clone(),
+            design: progress.design.clone(),
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
@@ -145,11 +144,12 @@ impl CoDesign {
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
-            loads: (!bars.is_empty()).then(|| simulator.loads_of(&materials, &bars, trajectory)),
+            loads: (layout.filter(|_| !bars.is_empty()))
+                .map(|layout| simulator.loads_of(layout, &bars, trajectory)),
             bars,
             structure,
-            materials,
-            volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
+            materials: design.materials(),
+            volumes: volumes(&design.mixtures()),
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
         })
@@ -157,11 +157,17 @@ impl CoDesign {
 
     /// The merit of a robot from the unperturbed start; `along` is its displacement along the
     /// ground.
-    fn unperturbed(&self, mixture: &[[f64; 3]], controller: &Controller<f64>, along: f64) -> f64 {
+    fn unperturbed(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        along: f64,
+    ) -> f64 {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
         }
-        self.reach_many::<f64>(&[mixture], controller, &self.task, &[&self.start])[0].merit
+        self.reach(design, controller, &self.nominal(self.start.clone()))
+            .merit
     }
 
     /// The numbers that controllers are ranked by: the score, then the median.
@@ -169,48 +175,33 @@ impl CoDesign {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// A controller for [domains without feedback](Domain::without_feedback): what it observes of a robot of
-    /// such presence stays as it is at the start.
-    pub fn without_feedback(
-        &self,
-        presence: &[f64],
-        controller: &Controller<f64>,
-    ) -> Controller<f64> {
-        let (settings, ground) = (&self.scene.controller, self.task.ground());
-        controller.without_feedback(settings, &self.start, presence, &ground)
-    }
-
-    /// Displacements of a robot without feedback.
+    /// Displacements of a robot whose controller observes the start at all times.
     fn clock_alone(
         &self,
-        mixture: &[[f64; 3]],
-        presence: &[f64],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Quantiles {
-        let (task, held) = (
-            self.task.without_feedback(),
-            self.without_feedback(presence, controller),
-        );
+        let task = self.task.without_feedback(&self.start);
         // Of one task, so that they run side by side.
         let domain = |domain: &Domain| Domain {
             task: Cow::Borrowed(&task),
             start: domain.start.clone(),
         };
         let domains: Vec<Domain> = domains.iter().map(domain).collect();
-        self.spreads(mixture, &[&held], &domains)[0].displacement
+        self.spreads(design, &[controller], &domains)[0].displacement
     }
 
     /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of
     /// a seed, m.
     pub fn judge(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         seed: u64,
     ) -> Quantiles {
         let starts = self.perturbed_starts(seed, Purpose::Judgement);
-        self.spreads(mixture, &[controller], &starts)[0].displacement
+        self.spreads(design, &[controller], &starts)[0].displacement
     }
 
     /// The controllers to choose from, each once, the last iterate first.
@@ -252,7 +243,7 @@ impl CoDesign {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
         let unknown: Vec<_> = unknown.map(|e| &e.controller).collect();
-        let mut found = (self.spreads(&self.mixture(progress), &unknown, &domains)).into_iter();
+        let mut found = (self.spreads(&self.design(progress), &unknown, &domains)).into_iter();
         let spread = |e: &Candidate| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
     }
@@ -273,18 +264,24 @@ impl CoDesign {
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let domain = |_| Domain {
-            task: Cow::Borrowed(&self.task),
-            start: perturbed(&self.start, settings.perturbation, &mut stream),
-        };
+        let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
+        let domain = |_| self.nominal(start());
         (0..settings.perturbed_rollouts).map(domain).collect()
+    }
+
+    /// The nominal task from a start.
+    fn nominal(&self, start: State<f64>) -> Domain<'_> {
+        Domain {
+            task: Cow::Borrowed(&self.task),
+            start,
+        }
     }
 
     /// The quantiles of every controller over the same domains, computed in parallel, in the order
     /// of the controllers.
     fn spreads(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
         domains: &[Domain],
     ) -> Vec<Reaches> {
@@ -299,7 +296,13 @@ impl CoDesign {
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
             let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
-            self.reach_many::<f64>(&[mixture], controller, &group[0].task, &starts)
+            self.reach_many(
+                &[design],
+                controller,
+                &group[0].task,
+                &starts,
+                GradientPrecision::F64,
+            )
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
@@ -364,13 +367,13 @@ mod tests {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
         let (codesign, progress) = after(&scene, 9, 1);
         let delivery = codesign.deliver(&progress);
-        let mixture = codesign.mixture(&progress);
+        let design = codesign.design(&progress);
         let loads = |every: usize| {
             let observed = (0..=scene.physics.steps).step_by(every).collect();
             let span = Span::from_start(observed);
             let task = codesign.task();
-            let seen = task.rollout(&mixture, &delivery.controller, &codesign.start, &span);
-            let moments = task.moments(&mixture, &delivery.controller, &seen);
+            let seen = task.rollout(&design, &delivery.controller, &codesign.start, &span);
+            let moments = task.moments(&design, &delivery.controller, &seen);
             let bar =
                 |(edge, m): (usize, &Material)| m.is_solid().then(|| BarLoad::of(edge, &moments));
             let materials = delivery.materials.iter().enumerate();
@@ -412,7 +415,7 @@ mod tests {
             Some(plain.selection)
         );
         // If the controller keeps changing, both may be delivered.
-        progress.controller.b1[0] += 0.1;
+        progress.controller.numbers_mut()[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
     }
 
@@ -424,7 +427,7 @@ mod tests {
         let codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(1).unwrap();
         let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
-            progress.controller.b1[0] += bias;
+            progress.controller.numbers_mut()[0] += bias;
             let spread = Quantiles { p10, p50, p90: p50 };
             Candidate {
                 iteration: progress.iteration,
@@ -450,7 +453,7 @@ mod tests {
         let rival = |merit, spread| {
             let spread = Some(Quantiles { p90: 9.0, ..spread });
             let mut controller = steady.controller.clone();
-            controller.b1[0] += 0.1;
+            controller.numbers_mut()[0] += 0.1;
             Candidate {
                 merit,
                 controller,

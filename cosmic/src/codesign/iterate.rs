@@ -4,10 +4,9 @@ use super::begin::CoDesign;
 use super::delivery::Delivery;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
-use crate::design::{alternatives, attract, flips, snap};
+use crate::design::{Design, alternatives, attract, flips, snap};
 use crate::error::Result;
 use crate::objective::{measures, violations};
-use crate::projection::Projection;
 use crate::scene::Pass;
 
 impl CoDesign {
@@ -52,35 +51,45 @@ impl CoDesign {
             }
         }
         if now.phase() == Phase::Attraction {
-            let (confidence, nudge) = now.attraction();
-            let mixture = self.task.mixture(Projection::Performance, &progress.z);
-            attract(&mut progress.z, &mixture, confidence, nudge);
+            self.attract(progress, &now);
         }
         progress.iteration = iteration;
         progress.skipped += record.skipped;
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;
         let check = self.step_check(progress);
-        self.checked = Some((self.mixture(progress), check));
+        self.checked = Some((self.design(progress), check));
         record.time_step = Some(check);
         record
     }
 
+    /// Draws edges with a clear material towards it.
+    fn attract(&self, progress: &mut Progress, now: &Schedule) {
+        let mixtures = self.design(progress);
+        let (confidence, nudge) = now.attraction();
+        if let Some(z) = progress.design.undecided_mut() {
+            attract(z, &mixtures.mixtures(), confidence, nudge);
+        }
+    }
+
     /// Gives every edge one material, within the widened volume bounds.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
-        let mixture = self.task.mixture(Projection::Performance, &progress.z);
-        let bounds = now.volume_bounds();
+        let design = self.design(progress);
+        let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
         let (rules, trials) = (&self.rules, self.scene.schedule.snap_trials);
-        let snapped = snap(&mixture, &bounds, rules);
-        let others = alternatives(&mixture, &snapped, &bounds, rules, trials);
-        let (materials, _) = self.farthest(snapped, others, &progress.controller);
-        progress.flips = flips(&mixture, &materials);
-        progress.lay_out(materials);
+        let snapped = snap(mixtures, &bounds, rules);
+        let others = alternatives(mixtures, &snapped, &bounds, rules, trials);
+        let (layout, _) = self.farthest(snapped, others, &progress.controller);
+        progress.flips = flips(mixtures, &layout);
+        progress.design = Design::Layout(layout);
     }
 
     /// A record with the values known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let measures = measures(&self.mixture(progress), self.scene.projection.delta);
+        let measures = measures(
+            &self.design(progress).mixtures(),
+            self.scene.projection.delta,
+        );
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

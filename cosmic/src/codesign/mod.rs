@@ -41,7 +41,6 @@ mod begin;
 mod review;
 mod reach;
 mod slope;
-mod domains;
 mod slopes;
 mod delivery;
 mod settle;

@@ -8,7 +8,7 @@ use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::{Phase, Schedule};
 use super::slope::{At, Slope};
 use super::slopes::Sought;
-use crate::design::clamp;
+use crate::design::{Design, clamp};
 use crate::inputs::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
 use crate::optimiser::Linearisation;
@@ -63,7 +63,8 @@ impl CoDesign {
 
         let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
         let share = self.scene.schedule.stability_share;
-        let before = progress.z.clone();
+        let before = progress.design.vectors().into_owned();
+        let mut z = before.clone();
         let shares = [1.0 - share, share];
         for (k, slope) in slopes.into_iter().enumerate() {
             let Some(mut slope) = slope else { continue };
@@ -81,13 +82,14 @@ impl CoDesign {
             };
             match self.mma.update(&mut progress.mma[k], &linearisation) {
                 Ok(update) => {
-                    blend(&mut progress.z, &before, &update.point, shares[k]);
+                    blend(&mut z, &before, &update.point, shares[k]);
                     record.mma[k] = Some(update.diagnostics);
                 }
                 Err(_) => record.skipped += 1,
             }
         }
-        clamp(&mut progress.z);
+        clamp(&mut z);
+        progress.design = Design::Undecided(z);
         let growth = self.scene.binarisation.penalty_growth;
         if self.is_augmented() {
             let before = &progress.violations;
@@ -108,14 +110,14 @@ impl CoDesign {
         record: &mut Record,
     ) {
         let at = self.point(progress, now);
-        let mixture = self.mixture(progress);
+        let design = self.design(progress);
         let full = self.is_evaluated(now);
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
         let sought = if rate == 0.0 {
-            Sought::Nothing(&mixture)
+            Sought::Nothing(&design)
         } else {
-            Sought::Controller(&mixture)
+            Sought::Controller(&design)
         };
         let ([mut slope], evaluated) = rayon::join(
             || self.slopes([sought], &at),
@@ -185,8 +187,8 @@ impl CoDesign {
         }
         let mut task = self.task.clone();
         task.physics.steps = steps;
-        let mixture = sought.mixture(&self.task, &at.inputs.z);
-        let again = self.try_many(&[mixture], &at.inputs.controller, &task)[0];
+        let design = sought.design(&self.task, &at.inputs.z);
+        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
         if again.along().is_nan() {
             f64::NAN
         } else {
@@ -204,8 +206,8 @@ impl CoDesign {
 
     /// The measures of the performance projection (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixture = self.task.mixture(Projection::Performance, z);
-        measures(&mixture, self.scene.projection.delta)
+        let mixtures = self.task.mixtures(Projection::Performance, z);
+        measures(&mixtures, self.scene.projection.delta)
     }
 
     /// True if the binarisation measures are augmented terms of the objective, and not constraints.

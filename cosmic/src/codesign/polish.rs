@@ -11,7 +11,7 @@ use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Sought;
-use crate::design::{Material, flipped};
+use crate::design::{Design, Material, flipped};
 use crate::projection::Holds;
 
 /// One of so many layouts goes on from the short rollouts to the full ones.
@@ -21,13 +21,13 @@ impl CoDesign {
     /// Tries other materials for single edges with the present controller and keeps the layout with
     /// the best full rollout. Returns the result of that rollout, if there was any.
     pub(super) fn polish(&self, progress: &mut Progress, now: &Schedule) -> Option<Reached> {
-        let (true, Some(materials)) = (now.polishes(), &progress.materials) else {
+        let (true, Some(layout)) = (now.polishes(), progress.design.layout()) else {
             return None;
         };
-        let finalists = self.finalists(progress, now, materials);
-        let (best, reached) = self.farthest(materials.clone(), finalists, &progress.controller);
-        if best != *materials {
-            progress.lay_out(best);
+        let finalists = self.finalists(progress, now, layout);
+        let (best, reached) = self.farthest(layout.to_vec(), finalists, &progress.controller);
+        if best != layout {
+            progress.design = Design::Layout(best);
             // The candidates are controllers of another robot.
             progress.candidates.clear();
         }
@@ -40,7 +40,7 @@ impl CoDesign {
         &self,
         progress: &Progress,
         now: &Schedule,
-        materials: &[Material],
+        layout: &[Material],
     ) -> Vec<Vec<Material>> {
         let schedule = &self.scene.schedule;
         let [Slope { gradient, .. }] = self.slopes([Sought::Shares], &self.point(progress, now));
@@ -48,13 +48,14 @@ impl CoDesign {
             // It predicts no gain.
             return Vec::new();
         }
+        let (slopes, _) = gradient.as_chunks();
         let holds = Holds::new(&self.scene.projection, &self.task.lattice);
         let cost = |edge: usize, from: Material, to: Material| {
-            let slope = |m: Material| gradient[3 * edge + m as usize];
+            let slope = |m: Material| m.of(&slopes[edge]);
             (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
         };
         let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
-        let tried = flipped(materials, &bounds, &self.rules, trials, cost);
+        let tried = flipped(layout, &bounds, &self.rules, trials, cost);
         let mut short = self.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
         let reached = self.reached(&tried, &progress.controller, &short);
@@ -91,7 +92,7 @@ mod tests {
 
     /// In how many edges two layouts differ.
     fn changes(a: &Progress, b: &Progress) -> usize {
-        let [a, b] = [a, b].map(|p| p.materials.as_ref().unwrap());
+        let [a, b] = [a, b].map(|p| p.design.layout().unwrap());
         a.iter().zip(b).filter(|(a, b)| a != b).count()
     }
 
@@ -114,7 +115,7 @@ mod tests {
             assert_eq!(progress.controller, before.controller);
             assert!(progress.candidates.is_empty());
             let share = |of: fn(&Material) -> bool| {
-                let materials = progress.materials.as_ref().unwrap();
+                let materials = progress.design.layout().unwrap();
                 materials.iter().filter(|m| of(m)).count() as f64 / materials.len() as f64
             };
             let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
@@ -155,13 +156,9 @@ mod tests {
         let wrong = |scene: &Scene| {
             let (codesign, progress) = after(scene, scene.schedule.iterations, 1);
             let held = filled(&codesign.task().lattice);
-            let materials = progress.materials.unwrap();
-            let differs = |(m, own): (Material, Material)| m.is_solid() && m != own;
-            materials
-                .into_iter()
-                .zip(held)
-                .filter(|&p| differs(p))
-                .count()
+            let materials = progress.design.layout().unwrap();
+            let differs = |(&m, own): (&Material, Material)| m.is_solid() && m != own;
+            materials.iter().zip(held).filter(|&p| differs(p)).count()
         };
         assert!(wrong(&scene) > 0);
         scene.projection.hold_materials = 1.0;

@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 use super::schedule::Phase;
-use crate::controller::Controller;
-use crate::design::{Material, one_hot};
+use crate::design::Design;
 use crate::error::{Error, Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
+use crate::policy::Controller;
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
 
@@ -29,10 +29,9 @@ pub struct Progress {
     pub own_loss: bool,
     /// Number of the last iteration done.
     pub iteration: usize,
-    /// Design vectors; one-hot from the snap on.
-    pub z: Vec<[f64; 3]>,
-    /// The layout, from the snap on.
-    pub materials: Option<Vec<Material>>,
+    /// The design: vectors until the snap, a layout from then on.
+    #[serde(flatten)]
+    pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
     /// State of the design's optimiser for each projection.
@@ -91,12 +90,6 @@ impl Progress {
         }
     }
 
-    /// Gives every edge one material and makes the design vectors one-hot.
-    pub(super) fn lay_out(&mut self, materials: Vec<Material>) {
-        self.z = one_hot(&materials);
-        self.materials = Some(materials);
-    }
-
     /// Checks that all lists of a saved state have the lengths of another state of the same scene.
     ///
     /// # Errors
@@ -105,8 +98,8 @@ impl Progress {
         let fits = |what: &str, found: usize, expected: usize| {
             fits(file, &format!("entries in `{what}`"), found, expected)
         };
-        let (edges, weights) = (other.z.len(), other.controller.weights());
-        fits("z", self.z.len(), edges)?;
+        let (edges, weights) = (other.design.edges(), other.controller.weights());
+        fits("z", self.design.edges(), edges)?;
         fits("adam.mean", self.adam.mean.len(), weights)?;
         fits("adam.mean_square", self.adam.mean_square.len(), weights)?;
         let candidates = self.candidates.iter().map(|c| &c.controller);
@@ -115,10 +108,16 @@ impl Progress {
             .chain(candidates)
             .chain(settled)
         {
-            let sizes = [controller, &other.controller].map(controller_sizes);
-            for ((what, found), (_, expected)) in sizes[0].iter().zip(sizes[1]) {
-                fits(what, *found, expected)?;
+            let blocks = controller.blocks().zip(other.controller.blocks());
+            for ((name, found, _), (expected_name, expected, _)) in blocks {
+                let same = usize::from(name == expected_name);
+                fits(
+                    &format!("controller.{expected_name}"),
+                    same * found.len(),
+                    expected.len(),
+                )?;
             }
+            fits("controller", controller.weights(), weights)?;
         }
         for mma in &self.mma {
             fits("mma.previous", mma.previous.len(), 3 * edges)?;
@@ -129,22 +128,8 @@ impl Progress {
         for mean in self.design_mean.iter().filter(|mean| !mean.is_empty()) {
             fits("design_mean", mean.len(), 3 * edges)?;
         }
-        if let Some(materials) = &self.materials {
-            fits("materials", materials.len(), edges)?;
-        }
         Ok(())
     }
-}
-
-fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] {
-    [
-        ("controller.inputs", controller.inputs),
-        ("controller.hidden", controller.hidden),
-        ("controller.w1", controller.w1.len()),
-        ("controller.b1", controller.b1.len()),
-        ("controller.w2", controller.w2.len()),
-        ("controller.b2", controller.b2.len()),
-    ]
 }
 
 /// A controller of the fine-tuning.

@@ -1,17 +1,18 @@
 //! The displacement and the merit of robots in full rollouts.
 
+use std::borrow::Borrow;
+
 use autodiff::Real;
 use rayon::prelude::*;
 
 use super::begin::CoDesign;
 use super::progress::Progress;
 use super::reliability::Merit;
-use crate::controller::Controller;
-use crate::design::Material;
+use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
-use crate::projection;
+use crate::policy::Controller;
 use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
@@ -60,40 +61,23 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
 impl CoDesign {
     /// A full rollout of the present robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
-        self.try_many(&[self.mixture(progress)], &progress.controller, &self.task)[0]
+        self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
 
     /// The present robot after such numbers of steps from the unperturbed start, in the precision of gradients;
     /// `None` if it diverges.
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
-        match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.watch_in::<f64>(progress, steps),
-            GradientPrecision::F32 => self.watch_in::<f32>(progress, steps),
-        }
-    }
-
-    fn watch_in<R: Real + Into<f64>>(
-        &self,
-        progress: &Progress,
-        steps: Vec<usize>,
-    ) -> Option<Trajectory<f64>> {
-        let mixture = self.mixture(progress);
-        let lifted: Vec<[R; 3]> = mixture.iter().map(|m| m.map(R::lit)).collect();
-        let span = Span::from_start(steps);
-        let watched = Span {
-            watched: true,
-            ..span.clone()
-        };
-        let (controller, start) = (progress.controller.map(R::lit), self.start.map(R::lit));
-        let seen = self.task.rollout(&lifted, &controller, &start, &watched);
-        let states: Vec<State<f64>> = seen.states.iter().map(|s| s.map(R::into)).collect();
-        let is_cleared = |last| self.task.simulator.is_cleared(last);
-        if states.last().is_none_or(is_cleared) {
-            let steps = seen.steps;
-            return Some(Trajectory { steps, states });
-        }
-        let guarded = (self.task).guarded(&mixture, &progress.controller, &self.start, &span);
-        guarded.divergence.is_none().then_some(guarded.trajectory)
+        let (task, precision) = (&self.task, self.scene.gradient.precision);
+        let (designs, starts) = ([self.design(progress)], [&self.start]);
+        watched(
+            &designs,
+            &progress.controller,
+            task,
+            &starts,
+            steps,
+            precision,
+        )
+        .remove(0)
     }
 
     /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
@@ -101,15 +85,13 @@ impl CoDesign {
     /// need [`reach_many`](Self::reach_many) in f64.
     pub(super) fn try_many(
         &self,
-        mixtures: &[Vec<[f64; 3]>],
+        designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let starts = vec![&self.start; mixtures.len()];
-        match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, task, &starts),
-            GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, task, &starts),
-        }
+        let starts = vec![&self.start; designs.len()];
+        let precision = self.scene.gradient.precision;
+        self.reach_many(designs, controller, task, &starts, precision)
     }
 
     /// The best of a layout and its alternatives by one full rollout each, with the result of that
@@ -137,20 +119,21 @@ impl CoDesign {
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let mixtures: Vec<_> = layouts.iter().map(|l| projection::one_hot(l)).collect();
-        let side_by_side = |mixtures: &[Vec<_>]| self.try_many(mixtures, controller, task);
-        let groups = mixtures.par_chunks(together(layouts.len()));
+        let designs: Vec<_> = layouts.iter().cloned().map(Design::Layout).collect();
+        let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
+        let groups = designs.par_chunks(together(layouts.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
 
     /// A full rollout of a robot in a domain.
     pub fn reach(
         &self,
-        mixture: &[[f64; 3]],
+        design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domain: &Domain,
     ) -> Reached {
-        self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
+        let (task, starts) = (&domain.task, [&domain.start]);
+        self.reach_many(&[design], controller, task, &starts, GradientPrecision::F64)[0]
     }
 
     /// How the merit of a rollout is computed.
@@ -162,88 +145,45 @@ impl CoDesign {
         }
     }
 
-    /// Full rollouts from several starts, all of one mixture or each of its own, in the number type
-    /// `R`; with two goals also towards the goal behind.
-    pub(super) fn reach_many<R: Real + Into<f64>>(
+    /// Full rollouts from several starts, all of one design or each of its own; with two goals also
+    /// towards the goal behind.
+    pub(super) fn reach_many(
         &self,
-        mixtures: &[impl AsRef<[[f64; 3]]>],
+        designs: &[impl Borrow<Design<Mixture<f64>>>],
         controller: &Controller<f64>,
         task: &Task,
         starts: &[&State<f64>],
-    ) -> Vec<Reached>
-    where
-        dyn AnyLoss: LossOf<R>,
-    {
-        let ahead = self.reach_goal::<R>(mixtures, controller, task, starts);
+        precision: GradientPrecision,
+    ) -> Vec<Reached> {
+        let steps = task.physics.steps;
+        let towards_goal = |task: &Task| {
+            let observed = if self.loss.is_far() {
+                vec![steps]
+            } else {
+                self.loss.observed(steps)
+            };
+            let seen = watched(designs, controller, task, starts, observed, precision);
+            let pairs = starts.iter().zip(seen);
+            let reached = pairs.map(|(start, seen)| self.reached_in(start, seen.as_ref()));
+            reached.collect::<Vec<_>>()
+        };
+        let ahead = towards_goal(task);
         if !self.scene.controller.two_goals {
             return ahead;
         }
-        let behind = self.reach_goal::<R>(mixtures, controller, &task.turned_back(), starts);
-        let pairs = ahead.into_iter().zip(behind);
+        let pairs = ahead.into_iter().zip(towards_goal(&task.turned_back()));
         pairs.map(|(a, b)| a.with_behind(b)).collect()
     }
 
-    /// Full rollouts towards the goal of a task with one goal.
-    fn reach_goal<R: Real + Into<f64>>(
-        &self,
-        mixtures: &[impl AsRef<[[f64; 3]]>],
-        controller: &Controller<f64>,
-        task: &Task,
-        starts: &[&State<f64>],
-    ) -> Vec<Reached>
-    where
-        dyn AnyLoss: LossOf<R>,
-    {
-        let steps = task.physics.steps;
-        let observed = if self.loss.is_far() {
-            vec![steps]
-        } else {
-            self.loss.observed(steps)
-        };
-        let span = Span::from_start(observed);
-        let watched = Span {
-            watched: true,
-            ..span.clone()
-        };
-        let lift = |mixture: &[[f64; 3]]| mixture.iter().map(|m| m.map(R::lit)).collect();
-        let lifted: Vec<Vec<_>> = mixtures.iter().map(|m| lift(m.as_ref())).collect();
-        let from: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
-        let all = task.rollout_many(&lifted, &controller.map(R::lit), &from, &watched);
-        let reached = |(k, seen): (usize, &Trajectory<R>)| {
-            let start = starts[k];
-            let last = seen.at(steps).map(R::into);
-            if task.simulator.is_cleared(&last) {
-                return self.reached_at(start, &last, || self.loss.loss_of(seen).into());
-            }
-            // The watch in lanes stops earlier than the guard does. The guard decides.
-            let mixture = mixtures[k % mixtures.len()].as_ref();
-            let guarded = task.guarded(mixture, controller, start, &span);
-            if guarded.divergence.is_some() {
-                let (moved, merit) = ([f64::NAN; 2], f64::NAN);
-                return Reached {
-                    moved,
-                    merit,
-                    behind: None,
-                };
-            }
-            let seen = &guarded.trajectory;
-            let loss = || LossOf::<f64>::loss_of(&*self.loss, seen);
-            self.reached_at(start, seen.at(steps), loss)
-        };
-        all.iter().enumerate().map(reached).collect()
-    }
-
-    fn reached_at(
-        &self,
-        start: &State<f64>,
-        last: &State<f64>,
-        loss: impl FnOnce() -> f64,
-    ) -> Reached {
-        let moved = self.between(start, last);
-        let merit = if self.loss.is_far() {
-            moved[0]
-        } else {
-            -loss()
+    /// The result of a rollout towards one goal; that of a diverged rollout is NaN.
+    fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
+        let moved = seen.map_or([f64::NAN; 2], |seen| {
+            self.between(start, seen.at(seen.last_step()))
+        });
+        let loss = |seen: &Trajectory<f64>| LossOf::<f64>::loss_of(&*self.loss, seen);
+        let merit = match seen {
+            Some(seen) if !self.loss.is_far() => -loss(seen),
+            _ => moved[0],
         };
         Reached {
             moved,
@@ -262,6 +202,58 @@ impl CoDesign {
         let [from, to] = [start, last].map(|s| ground.point_to_ground(s.x[0]));
         [to[0] - from[0], to[1] - from[1]]
     }
+}
+
+/// Robots from several starts after such numbers of steps in a precision, all of one design or each of its
+/// own; `None` for a robot that diverges.
+fn watched(
+    designs: &[impl Borrow<Design<Mixture<f64>>>],
+    controller: &Controller<f64>,
+    task: &Task,
+    starts: &[&State<f64>],
+    steps: Vec<usize>,
+    precision: GradientPrecision,
+) -> Vec<Option<Trajectory<f64>>> {
+    let span = Span::from_start(steps);
+    let watched = Span {
+        watched: true,
+        ..span.clone()
+    };
+    let roll = match precision {
+        GradientPrecision::F64 => roll_in::<f64>,
+        GradientPrecision::F32 => roll_in::<f32>,
+    };
+    let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
+    let all = roll(&borrowed, controller, task, starts, &watched);
+    let seen = |(k, seen): (usize, Trajectory<f64>)| {
+        let is_cleared = |last| task.simulator.is_cleared(last);
+        if seen.states.last().is_none_or(is_cleared) {
+            return Some(seen);
+        }
+        // The watch in lanes stops earlier than the guard does. The guard decides.
+        let design = borrowed[k % borrowed.len()];
+        let guarded = task.guarded(design, controller, starts[k], &span);
+        guarded.divergence.is_none().then_some(guarded.trajectory)
+    };
+    all.into_iter().enumerate().map(seen).collect()
+}
+
+/// Rollouts in the number type `R`, rounded to f64.
+fn roll_in<R: Real + Into<f64>>(
+    designs: &[&Design<Mixture<f64>>],
+    controller: &Controller<f64>,
+    task: &Task,
+    starts: &[&State<f64>],
+    span: &Span,
+) -> Vec<Trajectory<f64>> {
+    let designs: Vec<_> = designs.iter().map(|design| design.lift::<R>()).collect();
+    let starts: Vec<_> = starts.iter().map(|start| start.map(R::lit)).collect();
+    let all = task.rollout_many(&designs, &controller.map(R::lit), &starts, span);
+    let rounded = |Trajectory { steps, states }: Trajectory<R>| Trajectory {
+        states: states.iter().map(|state| state.map(R::into)).collect(),
+        steps,
+    };
+    all.into_iter().map(rounded).collect()
 }
 
 /// The index of the largest merit, the first one if several are equal. Later numbers of a merit

@@ -37,89 +37,55 @@ pub(super) enum Merit {
     MinusLoss,
 }
 
-/// Why a robot is unreliable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fault {
-    Diverges,
-    LowQuantile,
-    OtherRollout,
-}
-
 impl Merit {
-    /// The largest difference from a median that a reliable robot has.
-    fn tolerance(self, median: f64) -> f64 {
-        let least = match self {
-            Self::Distance | Self::ShorterWay => LEAST_DISTANCE,
-            Self::MinusLoss => 0.0,
-        };
-        0.5 * median.abs().max(least)
-    }
-
-    fn fault(self, spread: &Quantiles, unperturbed: f64) -> Option<Fault> {
-        let Quantiles { p10, p50, .. } = *spread;
-        if ![p10, p50, unperturbed].iter().all(|x| x.is_finite()) {
-            return Some(Fault::Diverges);
-        }
-        let tolerance = self.tolerance(p50);
-        if p50 - p10 > tolerance {
-            Some(Fault::LowQuantile)
-        } else if (unperturbed - p50).abs() > tolerance {
-            Some(Fault::OtherRollout)
-        } else {
-            None
-        }
-    }
-
     /// The score that controllers and starts are chosen by: the median of a reliable robot, the 10 %
     /// quantile of an unreliable one. Each robot has a single score, so no choice depends on the
     /// order of the robots. A reliable robot is always preferred to an unreliable one with a lower
     /// 10 % quantile.
     pub(super) fn score(self, spread: &Quantiles, unperturbed: f64) -> f64 {
-        match self.fault(spread, unperturbed) {
-            None => spread.p50,
-            Some(_) => spread.p10,
+        match self.reliability(spread, unperturbed) {
+            Reliability::Reliable => spread.p50,
+            Reliability::Unreliable { .. } => spread.p10,
         }
     }
 
     /// Judges a robot by its quantiles over perturbed starts and by its unperturbed rollout.
     pub(super) fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
-        let Some(fault) = self.fault(spread, unperturbed) else {
-            return Reliability::Reliable;
-        };
         let Quantiles { p10, p50, .. } = *spread;
-        let tolerance = self.tolerance(p50);
-        let reason = match (fault, self) {
-            (Fault::Diverges, _) => "rollouts diverge".to_owned(),
-            (Fault::LowQuantile, Self::MinusLoss) => format!(
+        let unreliable = |reason: String| Reliability::Unreliable { reason };
+        if ![p10, p50, unperturbed].iter().all(|x| x.is_finite()) {
+            return unreliable("rollouts diverge".to_owned());
+        }
+        let (least, of_which) = match self {
+            Self::Distance => (LEAST_DISTANCE, ""),
+            Self::ShorterWay => (LEAST_DISTANCE, " of the shorter of the two ways"),
+            Self::MinusLoss => (0.0, ""),
+        };
+        let tolerance = 0.5 * p50.abs().max(least);
+        let is_low = p50 - p10 > tolerance;
+        if !is_low && (unperturbed - p50).abs() <= tolerance {
+            return Reliability::Reliable;
+        }
+        unreliable(match (is_low, self) {
+            (true, Self::MinusLoss) => format!(
                 "the 90 % quantile of the loss over perturbed starts is {:.4}, more than {tolerance:.4} \
                  above the median of {:.4}",
                 -p10, -p50
             ),
-            (Fault::OtherRollout, Self::MinusLoss) => format!(
+            (false, Self::MinusLoss) => format!(
                 "the loss of the unperturbed rollout is {:.4}, more than {tolerance:.4} away from the \
                  median of {:.4} over perturbed starts",
                 -unperturbed, -p50
             ),
-            (Fault::LowQuantile, _) => format!(
-                "the 10 % quantile{} over perturbed starts is {p10:.3} m, more than {tolerance:.3} m \
-                 below the median of {p50:.3} m",
-                self.of_which()
+            (true, _) => format!(
+                "the 10 % quantile{of_which} over perturbed starts is {p10:.3} m, more than {tolerance:.3} m \
+                 below the median of {p50:.3} m"
             ),
-            (Fault::OtherRollout, _) => format!(
-                "the unperturbed rollout reaches {unperturbed:.3} m{}, more than {tolerance:.3} m away \
-                 from the median of {p50:.3} m over perturbed starts",
-                self.of_which()
+            (false, _) => format!(
+                "the unperturbed rollout reaches {unperturbed:.3} m{of_which}, more than {tolerance:.3} m away \
+                 from the median of {p50:.3} m over perturbed starts"
             ),
-        };
-        Reliability::Unreliable { reason }
-    }
-
-    /// What the distance is measured along if a robot has two goals, for a message.
-    fn of_which(self) -> &'static str {
-        match self {
-            Self::ShorterWay => " of the shorter of the two ways",
-            Self::Distance | Self::MinusLoss => "",
-        }
+        })
     }
 }
 

@@ -154,7 +154,7 @@ mod tests {
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
         // An update that loses as much is one to take back.
-        progress.controller.b1[0] += 1.0;
+        progress.controller.numbers_mut()[0] += 1.0;
         assert!(codesign.settle(&mut progress, &now, merit - 1.0));
         assert_eq!(progress.controller, own.controller);
         assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));

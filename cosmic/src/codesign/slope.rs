@@ -1,9 +1,12 @@
-//! A gradient of the loss, and how several become one: averaged over passes and over domains.
+//! A gradient of the loss, the point where it is taken, and how several become one: averaged over passes and
+//! over domains.
+
+use rayon::prelude::*;
 
 use crate::domain::Domain;
 use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
-use crate::task::Horizon;
+use crate::task::{Horizon, Task};
 
 /// A gradient of the loss, the loss, and the robot's result within the horizon. The gradient of a
 /// loss that is not finite is NaN throughout, so that no optimiser uses it.
@@ -39,7 +42,7 @@ impl Slope {
     }
 
     /// The mean over domains.
-    pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
+    fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self {
             gradient: Vec::new(),
@@ -66,6 +69,30 @@ pub(super) struct At<'a> {
     pub(super) domains: Vec<Domain<'a>>,
     pub(super) inputs: Inputs<f64>,
     pub(super) horizon: Horizon,
+}
+
+impl At<'_> {
+    /// The means of gradients over the domains, or without any the gradients of the nominal task.
+    pub(super) fn means<const N: usize>(
+        &self,
+        nominal: &Task,
+        slopes: impl Fn(&Task, &Inputs<f64>) -> [Slope; N] + Sync,
+    ) -> [Slope; N] {
+        if self.domains.is_empty() {
+            return slopes(nominal, &self.inputs);
+        }
+        let in_domain = |domain: &Domain| {
+            let start = domain.start.clone();
+            let inputs = Inputs {
+                start,
+                ..self.inputs.clone()
+            };
+            slopes(&domain.task, &inputs)
+        };
+        // Collected in order: the sum does not depend on the number of threads.
+        let of_domains: Vec<[Slope; N]> = self.domains.par_iter().map(in_domain).collect();
+        std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
+    }
 }
 
 #[cfg(test)]

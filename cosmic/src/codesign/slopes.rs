@@ -1,14 +1,19 @@
 //! Gradients of the loss.
 
-use autodiff::{Real, Var};
+use autodiff::{CotangentBound, Real, Var};
 
 use super::begin::CoDesign;
+use super::progress::Progress;
 use super::reach::worse;
+use super::schedule::Schedule;
 use super::slope::{At, Slope};
+use crate::design::{Design, Mixture};
+use crate::domain::{Domain, draw};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
+use crate::random::{Purpose, stream_of};
 use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
@@ -18,12 +23,12 @@ use crate::task::{Horizon, Task, together};
 pub(super) enum Sought<'a> {
     /// The design, in a projection.
     Design(Projection),
-    /// The shares of the materials, which one-hot design vectors are themselves (D7).
+    /// The shares of the materials in a layout. They are its design vectors (D7).
     Shares,
-    /// The controller of a robot of this mixture.
-    Controller(&'a [[f64; 3]]),
-    /// No variable: the loss of a robot of this mixture, without a gradient.
-    Nothing(&'a [[f64; 3]]),
+    /// The controller of a robot of this design.
+    Controller(&'a Design<Mixture<f64>>),
+    /// No variable: the loss of a robot of this design, without a gradient.
+    Nothing(&'a Design<Mixture<f64>>),
 }
 
 impl Sought<'_> {
@@ -35,14 +40,12 @@ impl Sought<'_> {
         }
     }
 
-    /// The robot's mixture.
-    pub(super) fn mixture<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+    /// The robot's design. Shares that are variables are not decided: their void edges keep their stiffness.
+    pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => task.mixture(*projection, z),
-            Self::Shares => z.to_vec(),
-            Self::Controller(mixture) | Self::Nothing(mixture) => {
-                mixture.iter().map(|m| m.map(R::lit)).collect()
-            }
+            Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
+            Self::Shares => Design::of_shares(z),
+            Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
     }
 }
@@ -62,6 +65,46 @@ struct Seen<R> {
 }
 
 impl CoDesign {
+    /// The point of an iteration's gradients.
+    pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
+        At {
+            domains: self.domains(progress, now),
+            inputs: self.inputs(progress),
+            horizon: self.horizon(now),
+        }
+    }
+
+    /// The inputs of the present robot's rollout from the unperturbed start.
+    pub fn inputs(&self, progress: &Progress) -> Inputs<f64> {
+        Inputs {
+            z: progress.design.vectors().into_owned(),
+            controller: progress.controller.clone(),
+            start: self.start.clone(),
+        }
+    }
+
+    /// The domains of an iteration's gradients; none if the scene asks for the nominal robot. Every
+    /// iteration has its own, by its number, so that a resumed run draws the same domains.
+    fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
+        let settings = &self.scene.robust;
+        let number = now.iteration as u64;
+        let mut stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
+        let domain = |_| draw(&self.task, settings, &mut stream);
+        (0..settings.samples).map(domain).collect()
+    }
+
+    /// The steps that carry the gradient in an iteration, and how its cotangents are bounded.
+    fn horizon(&self, now: &Schedule) -> Horizon {
+        let gradient = &self.scene.gradient;
+        let every = gradient.cotangent_every;
+        let bound = |norm| CotangentBound { norm, every };
+        Horizon {
+            steps: now.horizon(),
+            mode: self.scene.schedule.horizon_mode,
+            cotangent_bound: gradient.cotangent_bound.map(bound),
+        }
+    }
+
     /// The gradients by the design in the performance and the stability projection; `None` for a
     /// projection without a share in the update. On one thread the two rollouts run side by side in
     /// lanes, on more threads in parallel.
@@ -85,9 +128,15 @@ impl CoDesign {
     /// Several gradients in one call are all by the design: their rollouts share the controller.
     pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let horizon = &at.horizon;
-        self.means(at, |task, inputs| match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.differentiated::<f64, N>(task, inputs, &sought, horizon),
-            GradientPrecision::F32 => self.differentiated::<f32, N>(task, inputs, &sought, horizon),
+        at.means(&self.task, |task, inputs| {
+            match self.scene.gradient.precision {
+                GradientPrecision::F64 => {
+                    self.differentiated::<f64, N>(task, inputs, &sought, horizon)
+                }
+                GradientPrecision::F32 => {
+                    self.differentiated::<f32, N>(task, inputs, &sought, horizon)
+                }
+            }
         })
     }
 
@@ -106,8 +155,8 @@ impl CoDesign {
         let mut merits = [0.0; N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
-            let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
-            let losses = self.losses_of(task, &mixtures, &copies[0], horizon);
+            let designs: [_; N] = std::array::from_fn(|k| sought[k].design(task, &copies[k].z));
+            let losses = self.losses_of(task, &designs, &copies[0], horizon);
             std::array::from_fn(|k| {
                 [displacements[k], merits[k]] = self.reached_within(&losses[k], &inputs.start);
                 losses[k].loss
@@ -150,7 +199,7 @@ impl CoDesign {
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
-        mixtures: &[Vec<[R; 3]>; N],
+        designs: &[Design<Mixture<R>>; N],
         inputs: &Inputs<R>,
         horizon: &Horizon,
     ) -> Vec<Sloped<R>>
@@ -158,7 +207,7 @@ impl CoDesign {
         dyn AnyLoss: LossOf<R>,
     {
         let losses = |task: &Task| {
-            let seen = task.over_horizon(mixtures, inputs, &*self.loss, horizon);
+            let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
             seen.into_iter().map(|trajectory| Seen {
                 loss: self.loss.loss_of(&trajectory),
                 trajectory,
@@ -188,13 +237,14 @@ impl CoDesign {
 #[cfg(test)]
 mod tests {
     use super::{At, Slope, Sought};
-    use crate::codesign::CoDesign;
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
+    use crate::codesign::{CoDesign, Progress};
     use crate::inputs::{CONTROLLER, DESIGN, Inputs};
     use crate::projection::Projection;
     use crate::scene::{GradientPrecision, HorizonMode, Scene};
-    use crate::task::Horizon;
+    use crate::simulator::stability::Vibration;
+    use crate::task::{Horizon, Task};
 
     /// The loss of two goals, its gradient by design and controller against differences. The robot
     /// falls freely: nothing has a kink.
@@ -208,13 +258,14 @@ mod tests {
         let inputs = codesign.inputs(&progress);
         let horizon = Horizon::head(24);
         let value = |inputs: &Inputs<f64>| {
-            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-            codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
+            let design = Sought::Design(Projection::Performance).design(&codesign.task, &inputs.z);
+            codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-                codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].loss
+                let sought = Sought::Design(Projection::Performance);
+                let design = sought.design(&codesign.task, &inputs.z);
+                codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -277,7 +328,7 @@ mod tests {
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let mixture = double.mixture(&progress);
+        let design = double.design(&progress);
         let at = At {
             domains: Vec::new(),
             inputs: double.inputs(&progress),
@@ -286,7 +337,7 @@ mod tests {
         for sought in [
             Sought::Design(Projection::Performance),
             Sought::Design(Projection::Stability),
-            Sought::Controller(&mixture),
+            Sought::Controller(&design),
         ] {
             let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], &at));
             let off: f64 = (a.gradient.iter().zip(&b.gradient))
@@ -333,5 +384,43 @@ mod tests {
         scene.robust.samples = 2;
         scene.gradient.precision = GradientPrecision::F64;
         check(&scene, HorizonMode::Head);
+    }
+
+    /// The largest frequency of a task's robot, 1/s.
+    fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
+        let body = task.body(&codesign.design(progress));
+        let rest = &task.lattice.positions;
+        Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
+    }
+
+    #[test]
+    fn time_steps_are_held_against_the_robots_that_are_drawn() {
+        let mut scene = tiny();
+        let alone = CoDesign::new(&scene).unwrap();
+        let progress = alone.begin(0).unwrap();
+        let nominal = (
+            alone.step_check(&progress),
+            frequency(&alone, &progress, &alone.task),
+        );
+        (scene.robust.samples, scene.robust.stiffness) = (32, 0.4);
+        let drawing = CoDesign::new(&scene).unwrap();
+        let progress = drawing.begin(0).unwrap();
+        let check = drawing.step_check(&progress);
+        let drawn = drawing.domains(&progress, &Schedule::at(&scene, 1));
+        let drawn = drawn
+            .iter()
+            .map(|w| frequency(&drawing, &progress, &w.task));
+        let fastest = drawn.fold(0.0, f64::max);
+        let faster = scene.robust.faster();
+        assert!(nominal.1 < fastest && fastest < faster * nominal.1);
+        // Products and quotients of the same numbers, in another order.
+        let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
+        assert!(is(
+            check.bound.frequency,
+            faster * nominal.0.bound.frequency
+        ));
+        let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
+        // Symplectic Euler's damped limit is all but inverse to the frequency.
+        assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
     }
 }

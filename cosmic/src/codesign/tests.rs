@@ -3,9 +3,8 @@
 use autodiff::{Memory, Real};
 
 use crate::codesign::{CoDesign, Progress, Record};
-use crate::design::flips;
+use crate::design::{Design, flips};
 use crate::objective::Loss;
-use crate::projection::one_hot;
 use crate::scene::{LossKind, Scene};
 use crate::simulator::Trajectory;
 
@@ -96,12 +95,12 @@ fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;
     let (mut codesign, mut progress) = after(&scene, scene.schedule.snap_at - 1, seed);
-    let soft = codesign.mixture(&progress);
+    let soft = codesign.design(&progress);
     codesign.iterate(&mut progress);
-    let materials = progress.materials.as_ref().unwrap();
+    let layout = progress.design.layout().unwrap();
     // The records of the layout that was chosen, not of the layout that it was compared with.
-    assert_eq!(progress.flips, flips(&soft, materials));
-    assert_eq!(codesign.mixture(&progress), one_hot::<f64>(materials));
+    assert_eq!(progress.flips, flips(&soft.mixtures(), layout));
+    assert_eq!(codesign.design(&progress), Design::Layout(layout.to_vec()));
     codesign.evaluate(&progress).merit
 }
 

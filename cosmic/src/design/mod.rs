@@ -1,14 +1,24 @@
-//! Materials and design vectors: what the optimiser moves, before any projection.
+//! Designs of robots, from what the optimiser moves to what is built.
 //!
-//! A design is one vector `z` in `[0, 1]^3` per edge: void, skeleton, actuator.
+//! - A design vector per edge, `[f64; 3]` from 0 to 1, is what the optimiser moves.
+//! - A [`Mixture`] per edge is what a [projection](crate::projection) makes of it: shares of the materials.
+//! - A layout is one [`Material`] per edge.
+//!
+//! [`Design`] holds one of them for all edges.
 
 mod material;
+mod mixture;
+mod layout;
+mod vectors;
 mod tilt;
 mod start;
 mod structure;
 mod snap;
 
-pub use material::{Material, attract, clamp, dominant, one_hot, vectors_of_mixture};
+pub use layout::Design;
+pub use material::Material;
+pub use mixture::{Mixture, volumes};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap};
-pub use start::{filled, layout_materials, start_vectors};
+pub use start::{filled, layout_materials, start};
 pub use structure::{LayoutRules, MOST_RANKED, Structure};
+pub use vectors::{attract, clamp};

@@ -1,6 +1,6 @@
 //! The hard snap: one material per edge, within the volume bounds.
 
-use super::{LayoutRules, Material, dominant};
+use super::{LayoutRules, Material, Mixture};
 use crate::lattice::EdgeRules;
 use crate::scene::VolumeSettings;
 
@@ -31,28 +31,27 @@ impl VolumeBounds {
 ///
 /// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
 /// bounds, the nearest one to their middle is taken.
-pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds, rules: &LayoutRules) -> Vec<Material> {
-    let mut materials: Vec<Material> = mixture.iter().map(dominant).collect();
-    let counts = Counts::new(bounds, mixture.len());
-    let groups = rules.edges.groups(mixture.len());
-    let cost = |edge: usize, from: Material, to: Material| {
-        Some(mixture[edge][from as usize] - mixture[edge][to as usize])
-    };
+pub fn snap(
+    mixtures: &[Mixture<f64>],
+    bounds: &VolumeBounds,
+    rules: &LayoutRules,
+) -> Vec<Material> {
+    let mut materials: Vec<Material> = mixtures.iter().map(Mixture::dominant).collect();
+    let counts = Counts::new(bounds, mixtures.len());
+    let groups = rules.edges().groups(mixtures.len());
+    let cost = |edge: usize, from, to| Some(mixtures[edge][from] - mixtures[edge][to]);
     // Each bridge connects something that was apart.
-    for _ in 0..=mixture.len() {
+    for _ in 0..=mixtures.len() {
         materials = mended(materials, &counts, rules, &groups, &cost);
         let bridge = rules.bridge(&materials);
         if bridge.is_empty() {
             break;
         }
-        let solid = |m: &[f64; 3]| dominant(&[f64::NEG_INFINITY, m[1], m[2]]);
-        for group in groups
-            .iter()
-            .filter(|g| g.iter().any(|edge| bridge.contains(edge)))
-        {
-            group
-                .iter()
-                .for_each(|&edge| materials[edge] = solid(&mixture[group[0]]));
+        let is_in_bridge = |group: &&Vec<usize>| group.iter().any(|edge| bridge.contains(edge));
+        for group in groups.iter().filter(is_in_bridge) {
+            let [_, skeleton, actuator] = mixtures[group[0]].0;
+            let solid = Material::dominant(&[f64::NEG_INFINITY, skeleton, actuator]);
+            group.iter().for_each(|&edge| materials[edge] = solid);
         }
     }
     materials
@@ -69,7 +68,7 @@ fn mended(
 ) -> Vec<Material> {
     loop {
         let present = counts.badness(&layout, rules);
-        let better = flips_of(groups, &layout, &rules.edges, cost)
+        let better = flips_of(groups, &layout, rules.edges(), cost)
             .into_iter()
             .map(|flip| flip.on(&layout))
             .find(|flipped| counts.badness(flipped, rules) < present);
@@ -118,10 +117,10 @@ fn flips_of<'g>(
     flips
 }
 
-/// The number of edges whose material is not that of their largest entry.
-pub fn flips(mixture: &[[f64; 3]], materials: &[Material]) -> usize {
-    let flipped = |(m, row): &(&Material, &[f64; 3])| **m != dominant(row);
-    materials.iter().zip(mixture).filter(flipped).count()
+/// The number of edges whose material is not that of their largest share.
+pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
+    let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != own.dominant();
+    materials.iter().zip(mixtures).filter(flipped).count()
 }
 
 /// Least share of an edge's mixture that makes a material an alternative there. One that is held
@@ -131,14 +130,14 @@ const LEAST_SHARE: f64 = 1e-3;
 /// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
 /// that is worse in faults or volumes, and none of a material that has no share in its edge.
 pub fn alternatives(
-    mixture: &[[f64; 3]],
+    mixtures: &[Mixture<f64>],
     materials: &[Material],
     bounds: &VolumeBounds,
     rules: &LayoutRules,
     most: usize,
 ) -> Vec<Vec<Material>> {
     let cost = |edge: usize, from, to| {
-        let [from, to] = [from, to].map(|m: Material| mixture[edge][m as usize]);
+        let [from, to] = [from, to].map(|m: Material| mixtures[edge][m]);
         (to >= LEAST_SHARE).then_some(from - to)
     };
     flipped(materials, bounds, rules, most, cost)
@@ -157,8 +156,8 @@ pub fn flipped(
 ) -> Vec<Vec<Material>> {
     let counts = Counts::new(bounds, materials.len());
     let present = counts.badness(materials, rules);
-    let groups = rules.edges.groups(materials.len());
-    let flips = flips_of(&groups, materials, &rules.edges, &cost);
+    let groups = rules.edges().groups(materials.len());
+    let flips = flips_of(&groups, materials, rules.edges(), &cost);
     let layouts = flips.iter().map(|flip| flip.on(materials));
     layouts
         .filter(|layout| counts.is_no_worse(layout, rules, present))
@@ -222,9 +221,9 @@ impl Counts {
 
 #[cfg(test)]
 mod tests {
-    use super::{VolumeBounds, alternatives, dominant, flips, snap};
-    use crate::design::LayoutRules;
+    use super::{VolumeBounds, alternatives, flips, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::design::{LayoutRules, Mixture};
     use crate::lattice::{EdgeRules, Lattice};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
@@ -261,7 +260,7 @@ mod tests {
     #[test]
     fn the_least_confident_edge_is_flipped_if_the_bounds_ask_for_it() {
         for (second, flipped) in [([0.4, 0.3, 0.3], 0), ([0.3, 0.4, 0.3], 1)] {
-            let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]];
+            let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]].map(Mixture);
             let snapped = snap(&mixture, &HALF, &free(4));
             assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
             assert_eq!(flips(&mixture, &snapped), flipped);
@@ -274,12 +273,13 @@ mod tests {
         for material in Material::ALL {
             let mut row = [0.2; 3];
             row[material as usize] = 0.6;
-            let materials = snap(&[row; 110], &bounds, &free(110));
+            let mixture = [Mixture(row); 110];
+            let materials = snap(&mixture, &bounds, &free(110));
             let solid = materials.iter().filter(|m| m.is_solid()).count();
             let actuators = materials.iter().filter(|&&m| m == Actuator).count();
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
-            assert!(flips(&[row; 110], &materials) > 0);
+            assert!(flips(&mixture, &materials) > 0);
         }
     }
 
@@ -290,7 +290,7 @@ mod tests {
                 solid,
                 actuator: [0.0, 1.0],
             };
-            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds, &free(5));
+            let materials = snap(&[Mixture([0.0, 1.0, 0.0]); 5], &bounds, &free(5));
             let solids = materials.iter().filter(|m| m.is_solid()).count();
             assert_eq!(solids, edges, "{solid:?} of 5 edges");
         }
@@ -303,7 +303,8 @@ mod tests {
             [0.6, 0.35, 0.05],
             [0.02, 0.0, 0.98],
             [0.7, 0.2, 0.1],
-        ];
+        ]
+        .map(Mixture);
         let layout = [Skeleton, Void, Actuator, Void];
         let wide = VolumeBounds {
             solid: [0.25, 0.75],
@@ -327,7 +328,7 @@ mod tests {
         );
         // Without a share in its edge, void is no alternative.
         let mut held = mixture;
-        held[0] = [1e-9, 1.0 - 1e-9, 0.0];
+        held[0] = Mixture([1e-9, 1.0 - 1e-9, 0.0]);
         let found: Vec<_> = all(&held, &wide).iter().map(differs).collect();
         assert_eq!(found, [(1, Skeleton), (3, Skeleton)]);
     }
@@ -345,7 +346,8 @@ mod tests {
             [0.51, 0.49, 0.0],
             [0.1, 0.9, 0.0],
             [0.1, 0.9, 0.0],
-        ];
+        ]
+        .map(Mixture);
         let half = VolumeBounds {
             solid: [0.25, 0.25],
             actuator: [0.0, 0.0],
@@ -385,12 +387,11 @@ mod tests {
                     let mut draw = || 0.5 + symmetric(&mut draws, 0.5);
                     let (void, split) = (draw() + 0.5 - solid, draw());
                     let void = void.clamp(0.0, 1.0);
-                    [void, (1.0 - void) * split, (1.0 - void) * (1.0 - split)]
+                    Mixture([void, (1.0 - void) * split, (1.0 - void) * (1.0 - split)])
                 };
-                let mixture: Vec<[f64; 3]> = lattice.edges.iter().map(|_| row()).collect();
-                torn += usize::from(
-                    rules.faults(&mixture.iter().map(dominant).collect::<Vec<_>>()) > 0,
-                );
+                let mixture: Vec<_> = lattice.edges.iter().map(|_| row()).collect();
+                let dominant: Vec<_> = mixture.iter().map(Mixture::dominant).collect();
+                torn += usize::from(rules.faults(&dominant) > 0);
                 let snapped = snap(&mixture, &bounds, &rules);
                 let share = |is: fn(&Material) -> bool| {
                     snapped.iter().filter(|m| is(m)).count() as f64 / 110.0
@@ -418,8 +419,8 @@ mod tests {
             solid: [0.0, 1.0],
             actuator: [0.0, 1.0],
         };
-        let mut mixture = vec![[0.98, 0.01, 0.01]; kept];
-        mixture.push([0.0, 0.4, 0.6]);
+        let mut mixture = vec![Mixture([0.98, 0.01, 0.01]); kept];
+        mixture.push(Mixture([0.0, 0.4, 0.6]));
         let snapped = snap(&mixture, &any, &rules);
         assert_eq!(rules.faults(&snapped), 0);
         assert_eq!(snapped[kept], Actuator);

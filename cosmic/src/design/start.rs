@@ -1,25 +1,28 @@
 //! Where an optimisation starts.
 
 use super::tilt::tilted;
-use super::{Material, one_hot, vectors_of_mixture};
+use super::vectors::vectors_of_mixture;
+use super::{Design, Material, Mixture};
 use crate::error::{Error, Result};
 use crate::generator::edges;
 use crate::lattice::{EdgeRules, Lattice, mean};
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
-/// The design vectors to start from, for a performance projection of sharpness `beta`. The seed
-/// matters to a tilted start alone.
+/// The design to start from, for a performance projection of sharpness `beta`. Only a tilted start depends
+/// on the seed.
 ///
 /// # Errors
 /// [`Error::Usage`] where a layout is asked for that is drawn for another lattice.
-pub fn start_vectors(
+pub fn start(
     settings: &StartSettings,
     lattice: &Lattice,
     beta: f64,
     seed: u64,
-) -> Result<Vec<[f64; 3]>> {
+) -> Result<Design<[f64; 3]>> {
     let void = match settings.kind {
-        StartKind::Layout => return Ok(one_hot(&layout_materials(settings.layout, lattice)?)),
+        StartKind::Layout => {
+            return Ok(Design::Layout(layout_materials(settings.layout, lattice)?));
+        }
         StartKind::Uniform => vec![1.0 / 3.0; lattice.edges.len()],
         StartKind::Filled => vec![settings.void; lattice.edges.len()],
         StartKind::Stability => stability_voids(lattice, settings.void_shift),
@@ -38,13 +41,14 @@ pub fn start_vectors(
         void
     };
     let rest = |void: f64| 0.5 * (1.0 - void);
-    let mixture: Vec<[f64; 3]> = void.iter().map(|&m| [m, rest(m), rest(m)]).collect();
-    let mut z = vectors_of_mixture(&mixture, beta);
+    let mixture = |&void: &f64| Mixture([void, rest(void), rest(void)]);
+    let mixtures: Vec<_> = void.iter().map(mixture).collect();
+    let mut z = vectors_of_mixture(&mixtures, beta);
     for tie in &lattice.rules.tie {
         let own: Vec<[f64; 3]> = tie.iter().map(|&edge| z[edge]).collect();
         tie.iter().for_each(|&edge| z[edge] = mean(&own));
     }
-    Ok(z)
+    Ok(Design::Undecided(z))
 }
 
 /// The material that a layout gives every edge of the lattice.
@@ -131,20 +135,20 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{filled, layout_materials, start_vectors};
-    use crate::design::{Material, dominant};
+    use super::{filled, layout_materials, start};
+    use crate::design::{Design, Material};
     use crate::error::Result;
     use crate::lattice::Lattice;
     use crate::scene::{Layout, StartKind, StartSettings};
 
-    /// The start of a kind on a lattice of so many nodes.
-    fn vectors(kind: StartKind, lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
+    /// The start of a kind on a lattice.
+    fn design(kind: StartKind, lattice: &Lattice) -> Result<Design<[f64; 3]>> {
         let settings = StartSettings {
             kind,
             void: 0.05,
             ..StartSettings::default()
         };
-        start_vectors(&settings, lattice, 20.0, 0)
+        start(&settings, lattice, 20.0, 0)
     }
 
     #[test]
@@ -161,7 +165,9 @@ mod tests {
             (StartKind::Stability, &one_row, vec![third; 3]),
             (StartKind::ThreeLegged, &lattice, beside.collect()),
         ] {
-            let z = vectors(kind, lattice).unwrap();
+            let Design::Undecided(z) = design(kind, lattice).unwrap() else {
+                panic!("the start is decided")
+            };
             assert_eq!(z.len(), void.len());
             for (z, void) in z.into_iter().zip(void) {
                 // A third of everything is exact.
@@ -200,8 +206,8 @@ mod tests {
                 kind: StartKind::Layout,
                 ..StartSettings::default()
             };
-            let z = start_vectors(&settings, &lattice, 20.0, 0).unwrap();
-            assert_eq!(z.iter().map(dominant).collect::<Vec<_>>(), materials);
+            let begun = start(&settings, &lattice, 20.0, 0).unwrap();
+            assert_eq!(begun, Design::Layout(materials));
         }
     }
 
@@ -221,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_layout_for_another_lattice_is_refused() {
-        let error = vectors(StartKind::Layout, &Lattice::sample(5, 5, 0.0)).unwrap_err();
+        let error = design(StartKind::Layout, &Lattice::sample(5, 5, 0.0)).unwrap_err();
         assert!(error.to_string().contains("has 25 nodes and 72 edges"));
     }
 }

@@ -41,61 +41,50 @@ pub struct Structure {
 impl Structure {
     /// The structure of a layout.
     pub fn new(lattice: &Lattice, layout: &[Material]) -> Self {
-        let frame = Frame::new(lattice);
-        let degrees = frame.degrees(layout);
+        let bars = Bars { lattice, layout };
+        let degrees = bars.degrees();
         let live: Vec<usize> = (0..lattice.nodes()).filter(|&n| degrees[n] > 0).collect();
-        let piece = frame.pieces(layout);
+        let piece = bars.pieces();
         let mut pieces: Vec<usize> = live.iter().map(|&node| piece[node]).collect();
         pieces.sort_unstable();
         pieces.dedup();
-        let bars = (lattice.edges.iter().zip(layout)).filter(|(_, material)| material.is_solid());
-        let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
+        let ends: Vec<[usize; 2]> = bars.iter().map(|(_, ends)| ends).collect();
         Self {
             pieces: pieces.len(),
             nodes: live.len(),
-            free_ends: frame.free_ends(layout),
-            crossings: crossings(&lattice.places, &bars).len(),
-            feet: frame.feet(layout),
-            floppy_modes: (bars.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &bars, &live)),
+            free_ends: bars.free_ends(),
+            crossings: crossings(&lattice.places, &ends).len(),
+            feet: bars.feet(),
+            floppy_modes: (ends.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &ends, &live)),
         }
     }
 }
 
-/// Nodes and edges of a lattice.
-#[derive(Clone, Debug)]
-struct Frame {
-    edges: Vec<[usize; 2]>,
-    nodes: usize,
-    payload: Vec<usize>,
-    /// The nodes of the lowest row.
-    lowest: Vec<usize>,
+/// The bars of a layout.
+struct Bars<'a> {
+    lattice: &'a Lattice,
+    layout: &'a [Material],
 }
 
-impl Frame {
-    fn new(lattice: &Lattice) -> Self {
-        let is_low = |&node: &usize| lattice.places[node][1] < LEVEL;
-        Self {
-            edges: lattice.edges.clone(),
-            nodes: lattice.nodes(),
-            payload: lattice.payload.iter().map(|payload| payload.node).collect(),
-            lowest: (0..lattice.nodes()).filter(is_low).collect(),
-        }
+impl Bars<'_> {
+    /// The edge of every bar, and its nodes.
+    fn iter(&self) -> impl Iterator<Item = (usize, [usize; 2])> {
+        let edges = self.lattice.edges.iter().zip(self.layout).enumerate();
+        let bars = edges.filter(|(_, (_, material))| material.is_solid());
+        bars.map(|(edge, (ends, _))| (edge, *ends))
     }
 
     /// How many bars end at every node.
-    fn degrees(&self, layout: &[Material]) -> Vec<usize> {
-        let mut degrees = vec![0; self.nodes];
-        for (ends, material) in self.edges.iter().zip(layout) {
-            if material.is_solid() {
-                ends.iter().for_each(|&node| degrees[node] += 1);
-            }
-        }
+    fn degrees(&self) -> Vec<usize> {
+        let mut degrees = vec![0; self.lattice.nodes()];
+        let ends = self.iter().flat_map(|(_, ends)| ends);
+        ends.for_each(|node| degrees[node] += 1);
         degrees
     }
 
     /// A number for every node, one for all nodes that bars connect.
-    fn pieces(&self, layout: &[Material]) -> Vec<usize> {
-        let mut parent: Vec<usize> = (0..self.nodes).collect();
+    fn pieces(&self) -> Vec<usize> {
+        let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
             while parent[node] != node {
                 parent[node] = parent[parent[node]];
@@ -103,44 +92,46 @@ impl Frame {
             }
             node
         };
-        for (&[i, j], material) in self.edges.iter().zip(layout) {
-            if material.is_solid() {
-                let [i, j] = [root(&mut parent, i), root(&mut parent, j)];
-                parent[i] = j;
-            }
+        for (_, ends) in self.iter() {
+            let [i, j] = ends.map(|node| root(&mut parent, node));
+            parent[i] = j;
         }
-        (0..self.nodes)
-            .map(|node| root(&mut parent, node))
-            .collect()
+        let nodes = 0..parent.len();
+        nodes.map(|node| root(&mut parent, node)).collect()
+    }
+
+    fn payload(&self) -> impl Iterator<Item = usize> {
+        self.lattice.payload.iter().map(|payload| payload.node)
     }
 
     /// Whether each node hangs together with the first payload.
-    fn held(&self, layout: &[Material]) -> Vec<bool> {
-        let pieces = self.pieces(layout);
-        let first = self.payload.first().map(|&node| pieces[node]);
+    fn held(&self) -> Vec<bool> {
+        let pieces = self.pieces();
+        let first = self.payload().next().map(|node| pieces[node]);
         pieces.iter().map(|piece| Some(*piece) == first).collect()
     }
 
-    fn free_ends(&self, layout: &[Material]) -> usize {
-        let degrees = self.degrees(layout).into_iter().enumerate();
+    fn free_ends(&self) -> usize {
+        let degrees = self.degrees().into_iter().enumerate();
+        let is_free = |node| self.payload().all(|payload| payload != node);
         degrees
-            .filter(|(node, degree)| *degree == 1 && !self.payload.contains(node))
+            .filter(|&(node, degree)| degree == 1 && is_free(node))
             .count()
     }
 
-    fn feet(&self, layout: &[Material]) -> usize {
-        let degrees = self.degrees(layout);
-        let lowest = self.lowest.iter();
-        lowest.filter(|&&node| degrees[node] > 0).count()
+    /// How many nodes of the lowest row have a bar.
+    fn feet(&self) -> usize {
+        let nodes = self.lattice.places.iter().zip(self.degrees());
+        nodes
+            .filter(|(place, degree)| place[1] < LEVEL && *degree > 0)
+            .count()
     }
 }
 
 /// What the layouts of a lattice are to be like.
 #[derive(Clone, Debug)]
 pub struct LayoutRules {
-    frame: Frame,
-    /// What single edges may be made of.
-    pub edges: EdgeRules,
+    lattice: Lattice,
     asked: DesignSettings,
     /// Pairs of edges that cross, if they may not both be bars.
     crossing: Vec<[usize; 2]>,
@@ -150,56 +141,52 @@ impl LayoutRules {
     /// The rules of a lattice's edges, and what the settings ask for.
     pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
         Self {
-            frame: Frame::new(lattice),
-            edges: lattice.rules.clone(),
             crossing: if asked.crossings {
                 Vec::new()
             } else {
                 crossings(&lattice.places, &lattice.edges)
             },
+            lattice: lattice.clone(),
             asked: asked.clone(),
         }
+    }
+
+    /// What single edges may be made of.
+    pub(super) fn edges(&self) -> &EdgeRules {
+        &self.lattice.rules
+    }
+
+    fn bars<'a>(&'a self, layout: &'a [Material]) -> Bars<'a> {
+        let lattice = &self.lattice;
+        Bars { lattice, layout }
     }
 
     /// How many faults a layout has: bars and payloads apart from the first payload, and what else is
     /// not to be.
     pub(super) fn faults(&self, layout: &[Material]) -> usize {
-        let asked = &self.asked;
+        let (asked, bars) = (&self.asked, self.bars(layout));
         let mut faults = 0;
         if asked.one_piece {
-            let held = self.frame.held(layout);
-            faults += self.loose(layout, &held).count();
-            faults += (self.frame.payload.iter())
-                .filter(|&&node| !held[node])
-                .count();
+            let held = bars.held();
+            faults += bars.iter().filter(|(_, ends)| !held[ends[0]]).count();
+            faults += bars.payload().filter(|&node| !held[node]).count();
         }
         if !asked.free_ends {
-            faults += self.frame.free_ends(layout);
+            faults += bars.free_ends();
         }
         if asked.feet > 0 {
-            faults += asked.feet.saturating_sub(self.frame.feet(layout));
+            faults += asked.feet.saturating_sub(bars.feet());
         }
-        let crossing = self.crossing.iter();
-        faults + crossing.filter(|pair| are_bars(pair, layout)).count()
-    }
-
-    /// The bars apart from the first payload.
-    fn loose<'a>(
-        &'a self,
-        layout: &'a [Material],
-        held: &'a [bool],
-    ) -> impl Iterator<Item = usize> + 'a {
-        let edges = self.frame.edges.iter().zip(layout).enumerate();
-        let loose = edges.filter(|(_, (ends, material))| material.is_solid() && !held[ends[0]]);
-        loose.map(|(edge, _)| edge)
+        let are_bars = |pair: &&[usize; 2]| pair.iter().all(|&edge| layout[edge].is_solid());
+        faults + self.crossing.iter().filter(are_bars).count()
     }
 
     /// A layout without its loose bars, if there are to be none.
     pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
-        let mut rest = layout.to_vec();
+        let (mut rest, bars) = (layout.to_vec(), self.bars(layout));
         if self.asked.one_piece {
-            let held = self.frame.held(layout);
-            for edge in self.loose(layout, &held) {
+            let held = bars.held();
+            for (edge, _) in bars.iter().filter(|(_, ends)| !held[ends[0]]) {
                 rest[edge] = Material::Void;
             }
         }
@@ -212,24 +199,27 @@ impl LayoutRules {
         if !self.asked.one_piece {
             return Vec::new();
         }
-        let held = self.frame.held(layout);
-        let (degrees, payload) = (self.frame.degrees(layout), &self.frame.payload);
-        let is_goal = |node: usize| !held[node] && (degrees[node] > 0 || payload.contains(&node));
+        let bars = self.bars(layout);
+        let (held, mut is_goal) = (bars.held(), vec![false; self.lattice.nodes()]);
+        let ends = bars.iter().flat_map(|(_, ends)| ends);
+        for node in ends.chain(bars.payload()) {
+            is_goal[node] = !held[node];
+        }
         // From all held nodes at once, an edge at a time.
-        let mut way: Vec<Option<[usize; 2]>> = vec![None; self.frame.nodes];
+        let mut way: Vec<Option<[usize; 2]>> = vec![None; held.len()];
         let mut seen = held.clone();
-        let mut front: VecDeque<usize> = (0..self.frame.nodes).filter(|&n| held[n]).collect();
+        let mut front: VecDeque<usize> = (0..held.len()).filter(|&n| held[n]).collect();
         while let Some(node) = front.pop_front() {
-            if is_goal(node) {
+            if is_goal[node] {
                 let steps = std::iter::successors(way[node], |[_, from]| way[*from]);
                 return steps.map(|[edge, _]| edge).collect();
             }
-            for (edge, ends) in self.frame.edges.iter().enumerate() {
+            for (edge, ends) in self.lattice.edges.iter().enumerate() {
                 let Some(at) = ends.iter().position(|&end| end == node) else {
                     continue;
                 };
                 let next = ends[1 - at];
-                if !seen[next] && self.edges.allow(edge, true) {
+                if !seen[next] && self.edges().allow(edge, true) {
                     seen[next] = true;
                     way[next] = Some([edge, node]);
                     front.push_back(next);
@@ -238,10 +228,6 @@ impl LayoutRules {
         }
         Vec::new()
     }
-}
-
-fn are_bars(pair: &[usize; 2], layout: &[Material]) -> bool {
-    pair.iter().all(|&edge| layout[edge].is_solid())
 }
 
 /// Degrees of freedom of hinged bars beyond those of a rigid body: twice the nodes, less three, less the

@@ -15,40 +15,56 @@ use super::sticking::Sticking;
 
 impl Flying<NoGround> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, _, _, _, x4, x5, x6] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t15 = R::lit(self.flight.decay);
         let t20 = R::lit(self.flight.drift.dt);
-        let t24 = y1.fma(t20, y3);
-        let t26 = y0.fma(t20, y2);
-        let t27 = t15 * t24;
-        let t28 = x6 * t24;
-        let t29 = x5 * t24;
-        let t30 = t15 * t26;
-        let t31 = x6 * t26;
-        let t33 = x4.fma(t26, t29);
-        [y0, y1, t30, t27, t31, t28, t33]
+        let mut x_bar = [[R::zero(); 7]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t24 = y1.fma(t20, y3);
+            let t26 = y0.fma(t20, y2);
+            let t27 = t15 * t24;
+            let t28 = x6 * t24;
+            let t29 = x5 * t24;
+            let t30 = t15 * t26;
+            let t31 = x6 * t26;
+            let t33 = x4.fma(t26, t29);
+            x_bar[m] = [y0, y1, t30, t27, t31, t28, t33];
+        }
+        x_bar
     }
 }
 
 impl Drifting<NoGround> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, _, _, _] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t9 = R::lit(self.drift.dt);
-        let t14 = y1.fma(t9, y3);
-        let t16 = y0.fma(t9, y2);
-        [y0, y1, t16, t14]
+        let mut x_bar = [[R::zero(); 4]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t14 = y1.fma(t9, y3);
+            let t16 = y0.fma(t9, y2);
+            x_bar[m] = [y0, y1, t16, t14];
+        }
+        x_bar
     }
 }
 
 impl Flying<Sticking> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
         let t12 = R::lit(self.flight.gravity[0]);
         let t13 = x4.fma(x6, t12);
@@ -72,46 +88,53 @@ impl Flying<Sticking> {
         let t33 = t30.less_equal(t11);
         let t35 = R::select(t33, t11, t30);
         let t36 = t20.less_equal(t35);
-        let t45 = R::select(t24, t11, y3);
-        let t47 = R::select(t24, t11, y2);
-        let t48 = y1 * t19;
-        let t49 = y1 * t20;
-        let t50 = R::chain(t30, y1);
-        let t51 = R::select(t33, t11, t50);
-        let t52 = R::select(t36, t49, t51);
-        let t53 = R::select(t24, t52, t49);
-        let t54 = t45 + t53;
-        let t56 = y0.fma(t16, t48);
-        let t57 = y0 * t20;
-        let t58 = R::chain(t30, y0);
-        let t59 = R::select(t33, t11, t58);
-        let t60 = R::select(t36, t57, t59);
-        let t61 = R::select(t24, t60, t57);
-        let t62 = t47 + t61;
-        let t63 = R::select(t24, t56, t11);
-        let t66 = R::select(t36, t11, t63);
-        let t68 = R::select(t33, t11, t66);
-        let t69 = R::chain(t29, t68);
-        let t70 = R::chain(t32, t68);
-        let t71 = -t69;
-        let t72 = y1 + t71;
-        let t73 = R::select(t24, t70, t11);
-        let t75 = t54 + t73;
-        let t76 = t15 * t75;
-        let t77 = x6 * t75;
-        let t78 = x5 * t75;
-        let t79 = t15 * t62;
-        let t80 = x6 * t62;
-        let t82 = x4.fma(t62, t78);
-        [y0, t72, t79, t76, t80, t77, t82]
+        let mut x_bar = [[R::zero(); 7]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t45 = R::select(t24, t11, y3);
+            let t47 = R::select(t24, t11, y2);
+            let t48 = y1 * t19;
+            let t49 = y1 * t20;
+            let t50 = R::chain(t30, y1);
+            let t51 = R::select(t33, t11, t50);
+            let t52 = R::select(t36, t49, t51);
+            let t53 = R::select(t24, t52, t49);
+            let t54 = t45 + t53;
+            let t56 = y0.fma(t16, t48);
+            let t57 = y0 * t20;
+            let t58 = R::chain(t30, y0);
+            let t59 = R::select(t33, t11, t58);
+            let t60 = R::select(t36, t57, t59);
+            let t61 = R::select(t24, t60, t57);
+            let t62 = t47 + t61;
+            let t63 = R::select(t24, t56, t11);
+            let t66 = R::select(t36, t11, t63);
+            let t68 = R::select(t33, t11, t66);
+            let t69 = R::chain(t29, t68);
+            let t70 = R::chain(t32, t68);
+            let t71 = -t69;
+            let t72 = y1 + t71;
+            let t73 = R::select(t24, t70, t11);
+            let t75 = t54 + t73;
+            let t76 = t15 * t75;
+            let t77 = x6 * t75;
+            let t78 = x5 * t75;
+            let t79 = t15 * t62;
+            let t80 = x6 * t62;
+            let t82 = x4.fma(t62, t78);
+            x_bar[m] = [y0, t72, t79, t76, t80, t77, t82];
+        }
+        x_bar
     }
 }
 
 impl Drifting<Sticking> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t8 = R::lit(0.0);
         let t9 = R::lit(self.drift.dt);
         let t10 = t9.fma(x3, x1);
@@ -128,40 +151,47 @@ impl Drifting<Sticking> {
         let t23 = t20.less_equal(t8);
         let t25 = R::select(t23, t8, t20);
         let t26 = t9.less_equal(t25);
-        let t35 = R::select(t14, t8, y3);
-        let t37 = R::select(t14, t8, y2);
-        let t38 = x3 * y1;
-        let t39 = y1 * t9;
-        let t40 = R::chain(t20, y1);
-        let t41 = R::select(t23, t8, t40);
-        let t42 = R::select(t26, t39, t41);
-        let t43 = R::select(t14, t42, t39);
-        let t44 = t35 + t43;
-        let t46 = x2.fma(y0, t38);
-        let t47 = y0 * t9;
-        let t48 = R::chain(t20, y0);
-        let t49 = R::select(t23, t8, t48);
-        let t50 = R::select(t26, t47, t49);
-        let t51 = R::select(t14, t50, t47);
-        let t52 = t37 + t51;
-        let t53 = R::select(t14, t46, t8);
-        let t56 = R::select(t26, t8, t53);
-        let t58 = R::select(t23, t8, t56);
-        let t59 = R::chain(t19, t58);
-        let t60 = R::chain(t22, t58);
-        let t61 = -t59;
-        let t62 = y1 + t61;
-        let t63 = R::select(t14, t60, t8);
-        let t65 = t44 + t63;
-        [y0, t62, t52, t65]
+        let mut x_bar = [[R::zero(); 4]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t35 = R::select(t14, t8, y3);
+            let t37 = R::select(t14, t8, y2);
+            let t38 = x3 * y1;
+            let t39 = y1 * t9;
+            let t40 = R::chain(t20, y1);
+            let t41 = R::select(t23, t8, t40);
+            let t42 = R::select(t26, t39, t41);
+            let t43 = R::select(t14, t42, t39);
+            let t44 = t35 + t43;
+            let t46 = x2.fma(y0, t38);
+            let t47 = y0 * t9;
+            let t48 = R::chain(t20, y0);
+            let t49 = R::select(t23, t8, t48);
+            let t50 = R::select(t26, t47, t49);
+            let t51 = R::select(t14, t50, t47);
+            let t52 = t37 + t51;
+            let t53 = R::select(t14, t46, t8);
+            let t56 = R::select(t26, t8, t53);
+            let t58 = R::select(t23, t8, t56);
+            let t59 = R::chain(t19, t58);
+            let t60 = R::chain(t22, t58);
+            let t61 = -t59;
+            let t62 = y1 + t61;
+            let t63 = R::select(t14, t60, t8);
+            let t65 = t44 + t63;
+            x_bar[m] = [y0, t62, t52, t65];
+        }
+        x_bar
     }
 }
 
 impl Flying<Coulomb> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
         let t12 = R::lit(self.flight.gravity[0]);
         let t13 = x4.fma(x6, t12);
@@ -203,69 +233,76 @@ impl Flying<Coulomb> {
         let t58 = t47 * t57;
         let t59 = t11.less(t41);
         let t61 = R::select(t59, t58, t16);
-        let t70 = R::select(t24, t11, y3);
-        let t71 = R::select(t24, y2, t11);
-        let t72 = R::select(t24, t11, y2);
-        let t73 = y1 * t19;
-        let t74 = y1 * t20;
-        let t75 = R::chain(t30, y1);
-        let t76 = R::select(t33, t11, t75);
-        let t77 = R::select(t36, t74, t76);
-        let t78 = R::select(t24, t77, t74);
-        let t79 = t70 + t78;
-        let t80 = R::select(t24, y0, t11);
-        let t82 = t61 * t80;
-        let t83 = R::chain(t40, t80);
-        let t84 = t71 + t83;
-        let t86 = y0.fma(t16, t73);
-        let t87 = y0 * t20;
-        let t88 = R::chain(t30, y0);
-        let t89 = R::select(t33, t11, t88);
-        let t90 = R::select(t36, t87, t89);
-        let t91 = R::select(t24, t90, t87);
-        let t92 = t72 + t91;
-        let t93 = R::select(t59, t84, t11);
-        let t94 = R::select(t59, t11, t84);
-        let t95 = t92 + t94;
-        let t96 = -t93;
-        let t97 = R::select(t43, t96, t11);
-        let t98 = R::select(t46, t93, t97);
-        let t100 = R::select(t55, t11, t98);
-        let t101 = -t100;
-        let t102 = t41 * t101;
-        let t103 = -t102;
-        let t104 = R::select(t23, t103, t11);
-        let t105 = R::select(t51, t102, t104);
-        let t106 = t79 + t105;
-        let t107 = R::select(t43, t101, t11);
-        let t108 = R::select(t46, t100, t107);
-        let t109 = t95 + t108;
-        let t110 = -t82;
-        let t111 = t86 + t110;
-        let t112 = R::select(t24, t111, t11);
-        let t115 = R::select(t36, t11, t112);
-        let t117 = R::select(t33, t11, t115);
-        let t118 = R::chain(t29, t117);
-        let t119 = R::chain(t32, t117);
-        let t120 = -t118;
-        let t121 = y1 + t120;
-        let t122 = R::select(t24, t119, t11);
-        let t124 = t106 + t122;
-        let t125 = t15 * t124;
-        let t126 = x6 * t124;
-        let t127 = x5 * t124;
-        let t128 = t15 * t109;
-        let t129 = x6 * t109;
-        let t131 = x4.fma(t109, t127);
-        [y0, t121, t128, t125, t129, t126, t131]
+        let mut x_bar = [[R::zero(); 7]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t70 = R::select(t24, t11, y3);
+            let t71 = R::select(t24, y2, t11);
+            let t72 = R::select(t24, t11, y2);
+            let t73 = y1 * t19;
+            let t74 = y1 * t20;
+            let t75 = R::chain(t30, y1);
+            let t76 = R::select(t33, t11, t75);
+            let t77 = R::select(t36, t74, t76);
+            let t78 = R::select(t24, t77, t74);
+            let t79 = t70 + t78;
+            let t80 = R::select(t24, y0, t11);
+            let t82 = t61 * t80;
+            let t83 = R::chain(t40, t80);
+            let t84 = t71 + t83;
+            let t86 = y0.fma(t16, t73);
+            let t87 = y0 * t20;
+            let t88 = R::chain(t30, y0);
+            let t89 = R::select(t33, t11, t88);
+            let t90 = R::select(t36, t87, t89);
+            let t91 = R::select(t24, t90, t87);
+            let t92 = t72 + t91;
+            let t93 = R::select(t59, t84, t11);
+            let t94 = R::select(t59, t11, t84);
+            let t95 = t92 + t94;
+            let t96 = -t93;
+            let t97 = R::select(t43, t96, t11);
+            let t98 = R::select(t46, t93, t97);
+            let t100 = R::select(t55, t11, t98);
+            let t101 = -t100;
+            let t102 = t41 * t101;
+            let t103 = -t102;
+            let t104 = R::select(t23, t103, t11);
+            let t105 = R::select(t51, t102, t104);
+            let t106 = t79 + t105;
+            let t107 = R::select(t43, t101, t11);
+            let t108 = R::select(t46, t100, t107);
+            let t109 = t95 + t108;
+            let t110 = -t82;
+            let t111 = t86 + t110;
+            let t112 = R::select(t24, t111, t11);
+            let t115 = R::select(t36, t11, t112);
+            let t117 = R::select(t33, t11, t115);
+            let t118 = R::chain(t29, t117);
+            let t119 = R::chain(t32, t117);
+            let t120 = -t118;
+            let t121 = y1 + t120;
+            let t122 = R::select(t24, t119, t11);
+            let t124 = t106 + t122;
+            let t125 = t15 * t124;
+            let t126 = x6 * t124;
+            let t127 = x5 * t124;
+            let t128 = t15 * t109;
+            let t129 = x6 * t109;
+            let t131 = x4.fma(t109, t127);
+            x_bar[m] = [y0, t121, t128, t125, t129, t126, t131];
+        }
+        x_bar
     }
 }
 
 impl Drifting<Coulomb> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3] = x;
-        let [y0, y1, y2, y3] = y_bar;
+        let [_, _, _, _] = y;
         let t8 = R::lit(0.0);
         let t9 = R::lit(self.drift.dt);
         let t10 = t9.fma(x3, x1);
@@ -300,63 +337,70 @@ impl Drifting<Coulomb> {
         let t48 = t37 * t47;
         let t49 = t8.less(t31);
         let t51 = R::select(t49, t48, x2);
-        let t60 = R::select(t14, t8, y3);
-        let t61 = R::select(t14, y2, t8);
-        let t62 = R::select(t14, t8, y2);
-        let t63 = x3 * y1;
-        let t64 = y1 * t9;
-        let t65 = R::chain(t20, y1);
-        let t66 = R::select(t23, t8, t65);
-        let t67 = R::select(t26, t64, t66);
-        let t68 = R::select(t14, t67, t64);
-        let t69 = t60 + t68;
-        let t70 = R::select(t14, y0, t8);
-        let t72 = t51 * t70;
-        let t73 = R::chain(t30, t70);
-        let t74 = t61 + t73;
-        let t76 = x2.fma(y0, t63);
-        let t77 = y0 * t9;
-        let t78 = R::chain(t20, y0);
-        let t79 = R::select(t23, t8, t78);
-        let t80 = R::select(t26, t77, t79);
-        let t81 = R::select(t14, t80, t77);
-        let t82 = t62 + t81;
-        let t83 = R::select(t49, t74, t8);
-        let t84 = R::select(t49, t8, t74);
-        let t85 = t82 + t84;
-        let t86 = -t83;
-        let t87 = R::select(t33, t86, t8);
-        let t88 = R::select(t36, t83, t87);
-        let t90 = R::select(t45, t8, t88);
-        let t91 = -t90;
-        let t92 = t31 * t91;
-        let t93 = -t92;
-        let t94 = R::select(t13, t93, t8);
-        let t95 = R::select(t41, t92, t94);
-        let t96 = t69 + t95;
-        let t97 = R::select(t33, t91, t8);
-        let t98 = R::select(t36, t90, t97);
-        let t99 = t85 + t98;
-        let t100 = -t72;
-        let t101 = t76 + t100;
-        let t102 = R::select(t14, t101, t8);
-        let t105 = R::select(t26, t8, t102);
-        let t107 = R::select(t23, t8, t105);
-        let t108 = R::chain(t19, t107);
-        let t109 = R::chain(t22, t107);
-        let t110 = -t108;
-        let t111 = y1 + t110;
-        let t112 = R::select(t14, t109, t8);
-        let t114 = t96 + t112;
-        [y0, t111, t99, t114]
+        let mut x_bar = [[R::zero(); 4]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3] = y_bar[m];
+            let t60 = R::select(t14, t8, y3);
+            let t61 = R::select(t14, y2, t8);
+            let t62 = R::select(t14, t8, y2);
+            let t63 = x3 * y1;
+            let t64 = y1 * t9;
+            let t65 = R::chain(t20, y1);
+            let t66 = R::select(t23, t8, t65);
+            let t67 = R::select(t26, t64, t66);
+            let t68 = R::select(t14, t67, t64);
+            let t69 = t60 + t68;
+            let t70 = R::select(t14, y0, t8);
+            let t72 = t51 * t70;
+            let t73 = R::chain(t30, t70);
+            let t74 = t61 + t73;
+            let t76 = x2.fma(y0, t63);
+            let t77 = y0 * t9;
+            let t78 = R::chain(t20, y0);
+            let t79 = R::select(t23, t8, t78);
+            let t80 = R::select(t26, t77, t79);
+            let t81 = R::select(t14, t80, t77);
+            let t82 = t62 + t81;
+            let t83 = R::select(t49, t74, t8);
+            let t84 = R::select(t49, t8, t74);
+            let t85 = t82 + t84;
+            let t86 = -t83;
+            let t87 = R::select(t33, t86, t8);
+            let t88 = R::select(t36, t83, t87);
+            let t90 = R::select(t45, t8, t88);
+            let t91 = -t90;
+            let t92 = t31 * t91;
+            let t93 = -t92;
+            let t94 = R::select(t13, t93, t8);
+            let t95 = R::select(t41, t92, t94);
+            let t96 = t69 + t95;
+            let t97 = R::select(t33, t91, t8);
+            let t98 = R::select(t36, t90, t97);
+            let t99 = t85 + t98;
+            let t100 = -t72;
+            let t101 = t76 + t100;
+            let t102 = R::select(t14, t101, t8);
+            let t105 = R::select(t26, t8, t102);
+            let t107 = R::select(t23, t8, t105);
+            let t108 = R::chain(t19, t107);
+            let t109 = R::chain(t22, t107);
+            let t110 = -t108;
+            let t111 = y1 + t110;
+            let t112 = R::select(t14, t109, t8);
+            let t114 = t96 + t112;
+            x_bar[m] = [y0, t111, t99, t114];
+        }
+        x_bar
     }
 }
 
 impl Tension<Hooke> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
-        let [y0, y1] = y_bar;
+        let [_, _] = y;
         let t9 = R::lit(1e-12);
         let t10 = x1.fma(x1, t9);
         let t11 = R::lit(1.0);
@@ -375,32 +419,39 @@ impl Tension<Hooke> {
         let t26 = t17 * t25;
         let t27 = t17 * t26;
         let t28 = -t27;
-        let t31 = x1 * y1;
-        let t32 = y1 * t26;
-        let t34 = x0.fma(y0, t31);
-        let t35 = y0 * t26;
-        let t36 = t17 * t34;
-        let t38 = t24 * t36;
-        let t39 = t21 * t38;
-        let t40 = x3 * t38;
-        let t41 = t28.fma(t34, t40);
-        let t42 = -t40;
-        let t43 = t19 * t42;
-        let t44 = x4 * t42;
-        let t45 = x2 * t44;
-        let t46 = x5 * t44;
-        let t47 = t18 * t41;
-        let t49 = t14.fma(t47, t35);
-        let t51 = t12.fma(t47, t32);
-        [t49, t51, t46, t39, t43, t45]
+        let mut x_bar = [[R::zero(); 6]; M];
+        for m in 0..M {
+            let [y0, y1] = y_bar[m];
+            let t31 = x1 * y1;
+            let t32 = y1 * t26;
+            let t34 = x0.fma(y0, t31);
+            let t35 = y0 * t26;
+            let t36 = t17 * t34;
+            let t38 = t24 * t36;
+            let t39 = t21 * t38;
+            let t40 = x3 * t38;
+            let t41 = t28.fma(t34, t40);
+            let t42 = -t40;
+            let t43 = t19 * t42;
+            let t44 = x4 * t42;
+            let t45 = x2 * t44;
+            let t46 = x5 * t44;
+            let t47 = t18 * t41;
+            let t49 = t14.fma(t47, t35);
+            let t51 = t12.fma(t47, t32);
+            x_bar[m] = [t49, t51, t46, t39, t43, t45];
+        }
+        x_bar
     }
 }
 
 impl Tension<Stiffening> {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
-        let [y0, y1] = y_bar;
+        let [_, _] = y;
         let t9 = R::lit(1e-12);
         let t10 = x1.fma(x1, t9);
         let t11 = R::lit(1.0);
@@ -423,37 +474,44 @@ impl Tension<Stiffening> {
         let t30 = t17 * t29;
         let t31 = t17 * t30;
         let t32 = -t31;
-        let t35 = x1 * y1;
-        let t36 = y1 * t30;
-        let t38 = x0.fma(y0, t35);
-        let t39 = y0 * t30;
-        let t40 = t17 * t38;
-        let t42 = t28 * t40;
-        let t43 = t25 * t42;
-        let t44 = t26 * t42;
-        let t45 = t21 * t43;
-        let t46 = x3 * t43;
-        let t47 = t21 * t44;
-        let t49 = t24.fma(t44, t46);
-        let t51 = t23.fma(t47, t49);
-        let t52 = t32.fma(t38, t51);
-        let t53 = -t51;
-        let t54 = t19 * t53;
-        let t55 = x4 * t53;
-        let t56 = x2 * t55;
-        let t57 = x5 * t55;
-        let t58 = t18 * t52;
-        let t60 = t14.fma(t58, t39);
-        let t62 = t12.fma(t58, t36);
-        [t60, t62, t57, t45, t54, t56]
+        let mut x_bar = [[R::zero(); 6]; M];
+        for m in 0..M {
+            let [y0, y1] = y_bar[m];
+            let t35 = x1 * y1;
+            let t36 = y1 * t30;
+            let t38 = x0.fma(y0, t35);
+            let t39 = y0 * t30;
+            let t40 = t17 * t38;
+            let t42 = t28 * t40;
+            let t43 = t25 * t42;
+            let t44 = t26 * t42;
+            let t45 = t21 * t43;
+            let t46 = x3 * t43;
+            let t47 = t21 * t44;
+            let t49 = t24.fma(t44, t46);
+            let t51 = t23.fma(t47, t49);
+            let t52 = t32.fma(t38, t51);
+            let t53 = -t51;
+            let t54 = t19 * t53;
+            let t55 = x4 * t53;
+            let t56 = x2 * t55;
+            let t57 = x5 * t55;
+            let t58 = t18 * t52;
+            let t60 = t14.fma(t58, t39);
+            let t62 = t12.fma(t58, t36);
+            x_bar[m] = [t60, t62, t57, t45, t54, t56];
+        }
+        x_bar
     }
 }
 
 impl Bend {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 8], y_bar: [R; 6]) -> [R; 8] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 8, 6, M>) -> [[R; 8]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7] = x;
-        let [y0, y1, y2, y3, y4, y5] = y_bar;
+        let [_, _, _, _, _, _] = y;
         let t15 = x2 - x0;
         let t18 = x3 - x1;
         let t19 = R::lit(1e-12);
@@ -498,79 +556,98 @@ impl Bend {
         let t59 = t57 * t58;
         let t60 = t26 * t59;
         let t61 = t39 * t59;
-        let t72 = -y3;
-        let t73 = y1 + t72;
-        let t74 = y5 + t72;
-        let t75 = -y2;
-        let t76 = y0 + t75;
-        let t77 = y4 + t75;
-        let t78 = -t74;
-        let t79 = t43 * t78;
-        let t80 = R::chain(t61, t78);
-        let t82 = t44.fma(t77, t79);
-        let t83 = R::chain(t61, t77);
-        let t84 = -t73;
-        let t85 = t30 * t84;
-        let t86 = R::chain(t60, t84);
-        let t88 = t31.fma(t76, t85);
-        let t89 = R::chain(t60, t76);
-        let t90 = t39 * t82;
-        let t91 = R::chain(t59, t82);
-        let t93 = t26.fma(t88, t90);
-        let t94 = R::chain(t59, t88);
-        let t95 = t58 * t93;
-        let t96 = t56 * t95;
-        let t97 = R::chain(t51, t95);
-        let t98 = -t97;
-        let t100 = t43.fma(t98, t89);
-        let t102 = t31.fma(t98, t80);
-        let t104 = t44.fma(t97, t86);
-        let t106 = t30.fma(t97, t83);
-        let t107 = R::chain(t50, t96);
-        let t108 = R::chain(t53, t96);
-        let t109 = x7 * t107;
-        let t111 = t46.fma(t107, t108);
-        let t113 = t45.fma(t109, t108);
-        let t114 = t39 * t106;
-        let t116 = t33.fma(t106, t91);
-        let t117 = t39 * t102;
-        let t119 = t32.fma(t102, t116);
-        let t120 = t42 * t119;
-        let t121 = t40 * t120;
-        let t123 = t37.fma(t121, t117);
-        let t125 = t35.fma(t121, t114);
-        let t126 = -t125;
-        let t127 = -t123;
-        let t128 = t26 * t100;
-        let t130 = t18.fma(t100, t94);
-        let t131 = t26 * t104;
-        let t133 = t15.fma(t104, t130);
-        let t134 = t29 * t133;
-        let t135 = t27 * t134;
-        let t137 = t23.fma(t135, t131);
-        let t139 = t21.fma(t135, t128);
-        let t140 = t126 + t139;
-        let t141 = -t139;
-        let t142 = t127 + t137;
-        let t143 = -t137;
-        [t143, t141, t142, t140, t123, t125, t113, t111]
+        let mut x_bar = [[R::zero(); 8]; M];
+        for m in 0..M {
+            let [y0, y1, y2, y3, y4, y5] = y_bar[m];
+            let t72 = -y3;
+            let t73 = y1 + t72;
+            let t74 = y5 + t72;
+            let t75 = -y2;
+            let t76 = y0 + t75;
+            let t77 = y4 + t75;
+            let t78 = -t74;
+            let t79 = t43 * t78;
+            let t80 = R::chain(t61, t78);
+            let t82 = t44.fma(t77, t79);
+            let t83 = R::chain(t61, t77);
+            let t84 = -t73;
+            let t85 = t30 * t84;
+            let t86 = R::chain(t60, t84);
+            let t88 = t31.fma(t76, t85);
+            let t89 = R::chain(t60, t76);
+            let t90 = t39 * t82;
+            let t91 = R::chain(t59, t82);
+            let t93 = t26.fma(t88, t90);
+            let t94 = R::chain(t59, t88);
+            let t95 = t58 * t93;
+            let t96 = t56 * t95;
+            let t97 = R::chain(t51, t95);
+            let t98 = -t97;
+            let t100 = t43.fma(t98, t89);
+            let t102 = t31.fma(t98, t80);
+            let t104 = t44.fma(t97, t86);
+            let t106 = t30.fma(t97, t83);
+            let t107 = R::chain(t50, t96);
+            let t108 = R::chain(t53, t96);
+            let t109 = x7 * t107;
+            let t111 = t46.fma(t107, t108);
+            let t113 = t45.fma(t109, t108);
+            let t114 = t39 * t106;
+            let t116 = t33.fma(t106, t91);
+            let t117 = t39 * t102;
+            let t119 = t32.fma(t102, t116);
+            let t120 = t42 * t119;
+            let t121 = t40 * t120;
+            let t123 = t37.fma(t121, t117);
+            let t125 = t35.fma(t121, t114);
+            let t126 = -t125;
+            let t127 = -t123;
+            let t128 = t26 * t100;
+            let t130 = t18.fma(t100, t94);
+            let t131 = t26 * t104;
+            let t133 = t15.fma(t104, t130);
+            let t134 = t29 * t133;
+            let t135 = t27 * t134;
+            let t137 = t23.fma(t135, t131);
+            let t139 = t21.fma(t135, t128);
+            let t140 = t126 + t139;
+            let t141 = -t139;
+            let t142 = t127 + t137;
+            let t143 = -t137;
+            x_bar[m] = [t143, t141, t142, t140, t123, t125, t113, t111];
+        }
+        x_bar
     }
 }
 
 impl Total {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, _, _, _, _] = x;
-        let [y0] = y_bar;
-        [y0, y0, y0, y0, y0]
+        let [_] = y;
+        let mut x_bar = [[R::zero(); 5]; M];
+        for m in 0..M {
+            let [y0] = y_bar[m];
+            x_bar[m] = [y0, y0, y0, y0, y0];
+        }
+        x_bar
     }
 }
 
 impl Sum {
     #[inline(always)]
-    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 1]) -> [R; 2] {
+    #[allow(clippy::needless_range_loop)]
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
+        let autodiff::Pullback { x, y, y_bar } = at;
         let [_, _] = x;
-        let [y0] = y_bar;
-        [y0, y0]
+        let [_] = y;
+        let mut x_bar = [[R::zero(); 2]; M];
+        for m in 0..M {
+            let [y0] = y_bar[m];
+            x_bar[m] = [y0, y0];
+        }
+        x_bar
     }
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
+use autodiff::arrays::vjp_by_duals;
+use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
 use super::law::Law;
@@ -93,8 +94,11 @@ pub trait BarForce: Law {
 
     /// The adjoint of the impulse: an [emitted](autodiff::emit) one is faster.
     #[inline(always)]
-    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
-        tension.vjp_by_partials(x, y_bar)
+    fn tension_vjp<R: Real, const M: usize>(
+        tension: &Tension<Self>,
+        at: Pullback<R, 6, 2, M>,
+    ) -> [[R; 6]; M] {
+        vjp_by_duals(tension, at)
     }
 }
 
@@ -139,8 +143,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
-        L::tension_vjp(self, x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+        L::tension_vjp(self, at)
     }
 }
 

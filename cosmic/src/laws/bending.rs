@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step};
 use super::stiffness::Stiffness;
@@ -95,8 +95,8 @@ impl Kernel<8, 6> for Bend {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 8], y_bar: [R; 6]) -> [R; 8] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 8, 6, M>) -> [[R; 8]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -111,8 +111,8 @@ impl Kernel<5, 1> for Total {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
+        self.emitted_vjp(at)
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::fmt::Debug;
 
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::arrays::vjp_by_duals;
+use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
 use super::law::Law;
 use super::motion::{Drift, Flight};
@@ -98,14 +99,20 @@ pub trait Contact: Law {
 
     /// The adjoint of a step: an [emitted](autodiff::emit) one is faster.
     #[inline(always)]
-    fn flying_vjp<R: Real>(flying: &Flying<Self>, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
-        flying.vjp_by_partials(x, y_bar)
+    fn flying_vjp<R: Real, const M: usize>(
+        flying: &Flying<Self>,
+        at: Pullback<R, 7, 4, M>,
+    ) -> [[R; 7]; M] {
+        vjp_by_duals(flying, at)
     }
 
     /// The adjoint of a drift that nothing pushes.
     #[inline(always)]
-    fn drifting_vjp<R: Real>(drifting: &Drifting<Self>, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
-        drifting.vjp_by_partials(x, y_bar)
+    fn drifting_vjp<R: Real, const M: usize>(
+        drifting: &Drifting<Self>,
+        at: Pullback<R, 4, 4, M>,
+    ) -> [[R; 4]; M] {
+        vjp_by_duals(drifting, at)
     }
 }
 
@@ -127,8 +134,8 @@ impl<C: Contact> Kernel<7, 4> for Flying<C> {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
-        C::flying_vjp(self, x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        C::flying_vjp(self, at)
     }
 }
 
@@ -148,8 +155,8 @@ impl<C: Contact> Kernel<4, 4> for Drifting<C> {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
-        C::drifting_vjp(self, x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        C::drifting_vjp(self, at)
     }
 }
 

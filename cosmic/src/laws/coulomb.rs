@@ -1,6 +1,6 @@
 //! Coulomb friction: it shortens the velocity along the ground and never reverses it (D5).
 
-use autodiff::Real;
+use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
 use super::law::Law;
@@ -58,12 +58,18 @@ impl Contact for Coulomb {
     }
 
     #[inline(always)]
-    fn flying_vjp<R: Real>(flying: &Flying<Self>, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
-        flying.emitted_vjp(x, y_bar)
+    fn flying_vjp<R: Real, const M: usize>(
+        flying: &Flying<Self>,
+        at: Pullback<R, 7, 4, M>,
+    ) -> [[R; 7]; M] {
+        flying.emitted_vjp(at)
     }
 
     #[inline(always)]
-    fn drifting_vjp<R: Real>(drifting: &Drifting<Self>, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
-        drifting.emitted_vjp(x, y_bar)
+    fn drifting_vjp<R: Real, const M: usize>(
+        drifting: &Drifting<Self>,
+        at: Pullback<R, 4, 4, M>,
+    ) -> [[R; 4]; M] {
+        drifting.emitted_vjp(at)
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
+use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
 use super::stiffness::Stiffness;
 use crate::ground::Ground;
@@ -133,8 +133,8 @@ impl Kernel<2, 1> for Sum {
     }
 
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 1]) -> [R; 2] {
-        self.emitted_vjp(x, y_bar)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
+        self.emitted_vjp(at)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Hooke's law: tension in proportion to the change of length.
 
-use autodiff::Real;
+use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;
@@ -28,7 +28,10 @@ impl BarForce for Hooke {
     }
 
     #[inline(always)]
-    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
-        tension.emitted_vjp(x, y_bar)
+    fn tension_vjp<R: Real, const M: usize>(
+        tension: &Tension<Self>,
+        at: Pullback<R, 6, 2, M>,
+    ) -> [[R; 6]; M] {
+        tension.emitted_vjp(at)
     }
 }

@@ -1,7 +1,7 @@
 //! Springs that grow stiffer as they are stretched or compressed: `k (e + c e^3)` for a change of
 //! length `e` (m) from the target.
 
-use autodiff::Real;
+use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;
@@ -42,7 +42,10 @@ impl BarForce for Stiffening {
     }
 
     #[inline(always)]
-    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
-        tension.emitted_vjp(x, y_bar)
+    fn tension_vjp<R: Real, const M: usize>(
+        tension: &Tension<Self>,
+        at: Pullback<R, 6, 2, M>,
+    ) -> [[R; 6]; M] {
+        tension.emitted_vjp(at)
     }
 }

@@ -2,7 +2,9 @@
 
 use autodiff::Real;
 
-/// The measures of a mixture; each a mean over the edges.
+use crate::design::{Material, Mixture};
+
+/// The measures of mixtures; each a mean over the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures<R> {
     /// Share of solid material, `V`.
@@ -23,24 +25,24 @@ impl<R: Real> Measures<R> {
     }
 }
 
-/// The measures of a mixture. `delta` keeps the overlap of two vanishing shares finite.
-pub fn measures<R: Real>(mixture: &[[R; 3]], delta: f64) -> Measures<R> {
-    let mean = |measure: &dyn Fn(&[R; 3]) -> R| {
-        let terms: Vec<R> = mixture.iter().map(measure).collect();
-        R::sum_of(&terms) * R::lit(1.0 / mixture.len() as f64)
+/// The measures of mixtures. `delta` keeps the overlap of two vanishing shares finite.
+pub fn measures<R: Real>(mixtures: &[Mixture<R>], delta: f64) -> Measures<R> {
+    let mean = |measure: &dyn Fn(&Mixture<R>) -> R| {
+        let terms: Vec<R> = mixtures.iter().map(measure).collect();
+        R::sum_of(&terms) * R::lit(1.0 / mixtures.len() as f64)
     };
     Measures {
-        volume: mean(&|m| m[1] + m[2]),
-        actuator_volume: mean(&|m| m[2]),
+        volume: mean(&Mixture::solid),
+        actuator_volume: mean(&|m| m[Material::Actuator]),
         binarisation: mean(&shortfall),
-        overlap: [(0, 1), (0, 2), (1, 2)].map(|(k, l)| mean(&|m| overlap(m[k], m[l], delta))),
+        overlap: [(0, 1), (0, 2), (1, 2)].map(|(k, l)| mean(&|m| overlap(m.0[k], m.0[l], delta))),
     }
 }
 
 /// `1 - |m|`, as the paper writes it: for a nearly one-hot mixture the difference is rounded at
 /// 1e-16 and no finer.
-fn shortfall<R: Real>(m: &[R; 3]) -> R {
-    R::one() - R::dot(m, m).sqrt()
+fn shortfall<R: Real>(m: &Mixture<R>) -> R {
+    R::one() - R::dot(&m.0, &m.0).sqrt()
 }
 
 /// The product of two shares over their mean.
@@ -51,16 +53,13 @@ fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
 #[cfg(test)]
 mod tests {
     use super::measures;
+    use crate::design::Design;
+    use crate::design::Material::{Actuator, Skeleton, Void};
 
     #[test]
     fn a_layout_has_volumes_and_nothing_else() {
-        let layout = [
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-            [0.0, 1.0, 0.0],
-        ];
-        let m = measures(&layout, 1e-6);
+        let layout = Design::Layout(vec![Void, Skeleton, Actuator, Skeleton]);
+        let m = measures::<f64>(&layout.mixtures(), 1e-6);
         assert_eq!((m.volume, m.actuator_volume), (0.75, 0.25));
         assert_eq!(m.constrained(), [0.0; 4]);
     }

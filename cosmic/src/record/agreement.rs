@@ -6,6 +6,7 @@
 use super::design_file::{DESIGN, DesignFile};
 use super::summary::{SUMMARY, Summary};
 use super::trajectory_file::{TRAJECTORY, TrajectoryFile};
+use crate::design::volumes;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::simulator::Span;
@@ -54,12 +55,10 @@ pub fn check_numbers(
     trajectory: &TrajectoryFile,
 ) -> Result<()> {
     let case = design.case(scene, &folder.join(DESIGN).display().to_string())?;
-    let mixture = case.own_mixture();
-    let volume =
-        |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
+    let [volume, actuator_volume] = volumes(&case.own_design().mixtures());
     for (key, found, expected) in [
-        ("V", summary.volume, volume(|m| m[1] + m[2])),
-        ("V_act", summary.actuator_volume, volume(|m| m[2])),
+        ("V", summary.volume, volume),
+        ("V_act", summary.actuator_volume, actuator_volume),
     ] {
         if (found - expected).abs() > ROUNDING {
             let what = format!("expected `{key}` of {expected}, as in {DESIGN}, found {found}");
@@ -94,8 +93,7 @@ fn check_motion(
     let first = &trajectory.states[0];
     let case = design.case(scene, &folder.join(DESIGN).display().to_string())?;
     let span = Span::from_start(vec![*step]);
-    let (task, mixture) = (case.task(), case.own_mixture());
-    let rollout = task.rollout(&mixture, &case.controller, first, &span);
+    let rollout = (case.task()).rollout(&case.own_design(), &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {

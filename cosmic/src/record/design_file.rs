@@ -6,10 +6,10 @@
 use super::files::write_json;
 use super::format::{Format, parse_json};
 use crate::case::Case;
-use crate::controller::{Controller, Weights, observation_length};
-use crate::design::{Material, dominant, one_hot};
+use crate::design::{Design, Material};
 use crate::error::{Error, Result, fits};
 use crate::lattice::Lattice;
+use crate::policy::{Controller, Weights, blocks_of};
 use crate::reading::read_whole;
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
@@ -42,16 +42,16 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// A robot as a file.
+    /// A robot as a file. An undecided design is drawn with `materials`.
     pub fn new(
         lattice: &Lattice,
-        z: &[[f64; 3]],
+        design: &Design<[f64; 3]>,
         materials: &[Material],
         controller: &Controller<f64>,
     ) -> Self {
         Self {
             edges: lattice.edges.clone(),
-            z: z.to_vec(),
+            z: design.vectors().into_owned(),
             materials: materials.to_vec(),
             controller: Weights::from(controller),
             _format: IgnoredAny,
@@ -89,10 +89,9 @@ impl DesignFile {
         write_json(path, FORMAT, self)
     }
 
-    /// True if the design vectors are one-hot. Only then the mixture is exactly that of the layout
-    /// (D7).
-    pub fn is_snapped(&self) -> bool {
-        self.z == one_hot(&self.materials)
+    /// The design: a layout if the design vectors are one-hot.
+    pub fn design(&self) -> Design<[f64; 3]> {
+        Design::of_vectors(self.z.clone())
     }
 
     /// Checks that the design fits the scene, and returns its controller. Messages name `file`.
@@ -113,25 +112,17 @@ impl DesignFile {
         }
         fits("rows of `z`", self.z.len(), edges)?;
         fits("entries in `materials`", self.materials.len(), edges)?;
-        let decided: Vec<_> = self.z.iter().map(dominant).collect();
-        let differs = |e: &usize| self.materials[*e] != decided[*e];
-        if let Some(e) = (0..edges)
-            .find(differs)
-            .filter(|_| self.z == one_hot(&decided))
-        {
+        let design = self.design();
+        let layout = design.layout().unwrap_or(&self.materials);
+        if let Some(e) = (0..edges).find(|&e| self.materials[e] != layout[e]) {
             return Err(Error::Usage(format!(
                 "{file}: `materials[{e}]`: expected {} as in `z`, found {}",
-                decided[e] as usize, self.materials[e] as usize
+                layout[e] as usize, self.materials[e] as usize
             )));
         }
-        let hidden = self.controller.b1.len();
-        fits(
-            "entries in `controller.b1`",
-            hidden,
-            scene.controller.hidden,
-        )?;
-        let inputs = observation_length(&scene.controller, lattice.nodes());
-        self.controller.controller(inputs, edges, file)
+        self.controller.check_hidden(&scene.controller, file)?;
+        let blocks = blocks_of(&scene.controller, lattice.nodes(), edges);
+        self.controller.controller(&blocks, file)
     }
 
     /// The design as a case in its scene.
@@ -140,7 +131,6 @@ impl DesignFile {
     /// As [`robot`](Self::robot).
     pub fn case(&self, scene: &Scene, file: &str) -> Result<Case> {
         let controller = self.robot(scene, file)?;
-        let frozen = self.is_snapped().then(|| self.materials.clone());
-        Ok(Case::of_robot(scene, self.z.clone(), frozen, controller))
+        Ok(Case::of_robot(scene, self.design(), controller))
     }
 }

@@ -1,5 +1,6 @@
 //! The options by which a scene departs from the paper on purpose.
 
+use super::policy_name::PolicyName;
 use super::{
     BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
     ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
@@ -104,6 +105,11 @@ const KNOWN: &[KnownDeparture] = &[
         in_force: |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall,
         option: "start.layout",
         says: "the start follows another layout than the tall one of the paper's baseline",
+    },
+    KnownDeparture {
+        in_force: |s| s.controller.policy != PolicyName::default(),
+        option: "controller.policy",
+        says: "another policy than the paper's network drives the robot",
     },
     KnownDeparture {
         in_force: |s| s.controller.goal_relative,

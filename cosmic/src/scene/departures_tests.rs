@@ -34,6 +34,7 @@ const PAPERS: &[(&str, &[&str])] = &[
     ("ground.profile", &["\"flat\""]),
     // Nothing reads them unless the profile is "points", which is a departure.
     ("ground.points", &["[[1.0, 0.1]]"]),
+    ("controller.policy", &["\"mlp\""]),
     ("controller.goal_relative", &["false"]),
     ("controller.two_goals", &["false"]),
     // Designs d, b and c, the ablation, and design a.

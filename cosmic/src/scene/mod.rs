@@ -11,6 +11,7 @@
 mod pass;
 mod truss_file;
 mod terrain;
+mod policy_name;
 mod robot;
 mod design;
 mod optimisation;
@@ -26,6 +27,7 @@ mod doubts;
 mod check;
 mod diagnostic;
 mod read;
+mod toml_file;
 mod whole;
 mod write;
 mod builtin;
@@ -49,6 +51,7 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
+pub use policy_name::PolicyName;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
@@ -56,6 +59,7 @@ pub use robot::{
 };
 
 pub use terrain::{GroundSettings, ProfileKind};
+pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;
 pub use version::VERSION;
 
@@ -77,7 +81,7 @@ settings! {
         materials: MaterialSettings;
         /// Design vector to mixture.
         projection: ProjectionSettings;
-        /// The neural controller.
+        /// The controller.
         controller: ControllerSettings;
         /// The design at the start.
         start: StartSettings;

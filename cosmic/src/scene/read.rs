@@ -205,6 +205,13 @@ impl<'s, 't> Reader<'s, 't> {
         reader
     }
 
+    /// The scene after the changes in a table that is a part of the source.
+    pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
+        let mut reader = Reader::new(scene, Kind::Changes, std::slice::from_ref(source));
+        reader.table(table);
+        reader.resolved()
+    }
+
     /// A reader that has not read any source yet; see [`over`](Self::over).
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
@@ -270,33 +277,28 @@ impl<'s, 't> Reader<'s, 't> {
             let allowed = "write SECTION.KEY=VALUE, as physics.gravity=9.81";
             return self.fault(0..text.len(), message, allowed.to_owned());
         }
-        match DeTable::parse(text) {
-            Ok(document) => {
-                let version = match self.begin(document.get_ref()) {
-                    Ok(version) => version,
-                    Err(fault) => return self.faults.push(fault),
-                };
-                // Which laws there are, and so which sections, the physics say.
-                let sections = document.get_ref().iter();
-                let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
-                let (first, then): (Vec<_>, Vec<_>) =
-                    sections.partition(|(name, _)| name.get_ref() == "physics");
-                for (name, value) in first.into_iter().chain(then) {
-                    self.section(name.get_ref(), name.span(), value);
-                }
-                if let Some(version) = version {
-                    self.complete(version);
-                }
-            }
-            Err(error) => {
-                let span = error.span().unwrap_or(0..0);
-                if let Some((span, number)) = decimal_comma(text, span.start) {
-                    let message = format!("`{}` is not a number", &text[span.clone()]);
-                    return self.fault(span, message, format!("use a decimal point: {number}"));
-                }
-                let message = format!("not TOML: {}", error.message().replace('\n', ", "));
-                self.fault(span, message, String::new());
-            }
+        match parsed(self.source, text) {
+            Ok(document) => self.table(document.get_ref()),
+            Err(fault) => self.faults.push(fault),
+        }
+    }
+
+    /// Reads the sections of a table, and the keys above them if it is a whole scene.
+    fn table(&mut self, table: &DeTable) {
+        let version = match self.begin(table) {
+            Ok(version) => version,
+            Err(fault) => return self.faults.push(fault),
+        };
+        // Which laws there are, and so which sections, the physics say.
+        let sections = table.iter();
+        let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
+        let (first, then): (Vec<_>, Vec<_>) =
+            sections.partition(|(name, _)| name.get_ref() == "physics");
+        for (name, value) in first.into_iter().chain(then) {
+            self.section(name.get_ref(), name.span(), value);
+        }
+        if let Some(version) = version {
+            self.complete(version);
         }
     }
 
@@ -401,6 +403,28 @@ impl<'s, 't> Reader<'s, 't> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// Parses a source of this number as TOML.
+pub(super) fn parsed(
+    source: usize,
+    text: &str,
+) -> std::result::Result<Spanned<DeTable<'_>>, Fault> {
+    let fault = |span: Range<usize>, message: String, allowed: String| Fault {
+        source,
+        span,
+        message,
+        allowed,
+    };
+    DeTable::parse(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        if let Some((span, number)) = decimal_comma(text, span.start) {
+            let message = format!("`{}` is not a number", &text[span.clone()]);
+            return fault(span, message, format!("use a decimal point: {number}"));
+        }
+        let message = format!("not TOML: {}", error.message().replace('\n', ", "));
+        fault(span, message, String::new())
+    })
 }
 
 /// Finds the number with a decimal comma at a byte of a text. Returns its place and the number with

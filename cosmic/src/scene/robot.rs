@@ -3,6 +3,7 @@
 use super::Scene;
 use std::sync::Arc;
 
+use super::policy_name::PolicyName;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::ground::Ground;
@@ -240,8 +241,11 @@ settings! {
 }
 
 settings! {
-    /// The neural controller: its size, its inputs, its goals and how its weights start.
+    /// The controller: its policy, its size, its inputs, its goals and how its weights start.
     struct ControllerSettings {
+        /// What drives the robot: a network that observes it, the same network in open loop (driven by the clock
+        /// alone), or a policy that the program was given.
+        policy: PolicyName = PolicyName::default(), since 1, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.
@@ -291,17 +295,6 @@ impl ControllerSettings {
         let [along, height] = self.goal;
         Self {
             goal: [-along, height],
-            ..self.clone()
-        }
-    }
-
-    /// These settings for a controller that sees the clock alone.
-    #[must_use]
-    pub fn without_feedback(&self) -> Self {
-        Self {
-            offset_scale: 0.0,
-            velocity_scale: 0.0,
-            goal_relative: false,
             ..self.clone()
         }
     }

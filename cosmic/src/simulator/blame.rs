@@ -2,9 +2,9 @@
 //! node exceeds.
 
 use super::rollout::Simulator;
-use crate::controller::{Controller, observation};
 use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
+use crate::policy::Controller;
 
 /// A term of the step, by what it did to one node; displayed as part of a sentence.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -46,7 +46,9 @@ impl Simulator {
         node: usize,
     ) -> Cause {
         let time = step as f64 * self.dt;
-        let activation = self.activation(body, controller, before, time);
+        let activation = self
+            .activations(body, controller, &[(before, time)])
+            .remove(0);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge that does not strain has no effect, not even as NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
@@ -75,18 +77,6 @@ impl Simulator {
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
-    }
-
-    /// The outputs of a controller, one an edge, for a robot in a state at a time, s.
-    pub(super) fn activation(
-        &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
-        state: &State<f64>,
-        time: f64,
-    ) -> Vec<f64> {
-        let seen = observation(&self.controller, time, state, &body.presence, &self.ground);
-        controller.activation(&seen)
     }
 
     /// The edges of a node that can pull on it: those with any stiffness.

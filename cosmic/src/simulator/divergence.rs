@@ -10,9 +10,9 @@ use std::ops::{ControlFlow, Range};
 use super::blame::Cause;
 use super::rollout::{Simulator, Span, Still};
 use super::trajectory::{ABSURD, Trajectory, WATCHED};
-use crate::controller::Controller;
 use crate::error::Error;
 use crate::lattice::{Body, State};
+use crate::policy::Controller;
 
 /// States that the search holds at a time.
 const BLOCK: usize = 64;

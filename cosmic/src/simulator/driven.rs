@@ -1,7 +1,6 @@
 //! Robots that are driven from outside: activations are given in place of a controller.
 
-use super::parameters::Drive;
-use super::rollout::{Simulator, Span};
+use super::rollout::{Driving, Simulator, Span};
 use super::trajectory::Trajectory;
 use crate::lattice::{Body, Lattice, State};
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -45,8 +44,8 @@ impl Driven {
         }
         let model = world.robot.for_bodies(bodies);
         let slots = activations.iter().map(|held| model.graph.to_slots(held));
-        let drive = Drive::Held(slots.collect());
-        world.in_lanes(model, bodies, drive, &starts, span)
+        let numbers = world.numbers(&model, bodies, Driving::Held(slots.collect()));
+        world.in_lanes(model, bodies, &numbers, &starts, span)
     }
 }
 
@@ -54,6 +53,7 @@ impl Driven {
 mod tests {
     use super::Driven;
     use crate::case::Case;
+    use crate::design::Design;
     use crate::laws::force_names;
     use crate::scene::Scene;
     use crate::simulator::{Span, Trajectory};
@@ -86,11 +86,11 @@ mod tests {
         let scene = Scene::load("stability").unwrap();
         let mut case = Case::of_scene(&scene.with("small", &text).unwrap(), 1).unwrap();
         let held: Vec<f64> = (0..case.lattice.edges.len()).map(held).collect();
-        case.controller.w2.fill(0.0);
         let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
-        case.controller.b2 = held.iter().map(bias).collect();
+        let biases: Vec<f64> = held.iter().map(bias).collect();
+        case.controller.hold_outputs(&biases);
         // Every bar is an actuator and starts beyond its stops, so that stops act on idle bars too.
-        case.z = vec![[0.0, 0.5, 1.0]; held.len()];
+        case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
         case.start.x.iter_mut().for_each(|x| x[0] *= 1.5);
         (case, held)
     }
@@ -111,7 +111,7 @@ mod tests {
             for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
                 let task = case.task();
                 let controlled =
-                    task.rollout(&case.own_mixture(), &case.controller, &case.start, &span);
+                    task.rollout(&case.own_design(), &case.controller, &case.start, &span);
                 // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
                 // 1e-10.
                 let far = apart(&controlled, seen);

@@ -6,10 +6,13 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
-use crate::controller::Controller;
 use crate::design::Material;
 use crate::lattice::{Body, State, crossings, length, rate};
 use crate::laws::Pose;
+use crate::policy::Controller;
+
+/// States whose activations are computed together.
+const BLOCK: usize = 64;
 
 /// A magnitude over some states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -145,22 +148,38 @@ impl Simulator {
         trajectory: &Trajectory<f64>,
     ) -> Vec<EdgeMoments> {
         let states = trajectory.steps.iter().zip(&trajectory.states);
-        let moment = |(&step, state)| self.moment(body, controller, step, state);
-        states.map(moment).collect()
+        let states: Vec<_> = states.map(|(&step, state)| (step, state)).collect();
+        let blocks = states.chunks(BLOCK);
+        blocks
+            .flat_map(|block| self.moments_of(body, controller, block))
+            .collect()
     }
 
-    /// The loads and rates of the edges in the state after `step` steps.
-    fn moment(
+    /// The loads and rates of the edges in states after so many steps each.
+    fn moments_of(
         &self,
         body: &Body<f64>,
         controller: &Controller<f64>,
-        step: usize,
+        states: &[(usize, &State<f64>)],
+    ) -> Vec<EdgeMoments> {
+        let time = |step: usize| step as f64 * self.dt;
+        let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
+        let activations = self.activations(body, controller, &moments);
+        let both = states.iter().zip(activations);
+        both.map(|(&(step, state), activation)| self.moment(body, state, time(step), activation))
+            .collect()
+    }
+
+    /// The loads and rates of the edges in a state at a time.
+    fn moment(
+        &self,
+        body: &Body<f64>,
         state: &State<f64>,
+        time: f64,
+        activation: Vec<f64>,
     ) -> EdgeMoments {
         let edges = self.lattice.edges.iter().enumerate();
         let forces = &self.robot.mechanics.forces;
-        let time = step as f64 * self.dt;
-        let activation = self.activation(body, controller, state, time);
         let pose = Pose {
             lattice: &self.lattice,
             body,
@@ -193,19 +212,26 @@ impl Simulator {
     ) -> Vec<Option<BarLoad>> {
         let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
-        let mut see = |step: usize, state: &State<f64>| {
-            let moment = self.moment(body, controller, step, state);
-            for (edge, bar) in bars.iter_mut().enumerate() {
-                if let Some(bar) = bar {
-                    bar.see(edge, &moment);
+        let mut see = |block: &[(usize, State<f64>)]| {
+            let states: Vec<_> = block.iter().map(|(step, state)| (*step, state)).collect();
+            for moment in self.moments_of(body, controller, &states) {
+                for (edge, bar) in bars.iter_mut().enumerate() {
+                    if let Some(bar) = bar {
+                        bar.see(edge, &moment);
+                    }
                 }
             }
         };
-        see(0, start);
+        let mut block = vec![(0, start.clone())];
         self.each_state(body, controller, start, 0..steps, |step, state| {
-            see(step, &state);
+            block.push((step, state));
+            if block.len() == BLOCK {
+                see(&block);
+                block.clear();
+            }
             ControlFlow::Continue(())
         });
+        see(&block);
         let load = |bar: Option<Gathered>| bar.map(Gathered::load);
         bars.into_iter().map(load).collect()
     }
@@ -322,10 +348,9 @@ impl Gathered {
 #[cfg(test)]
 mod tests {
     use super::{BarLoad, Largest, Loads, Magnitude};
-    use crate::controller::Controller;
-    use crate::design::Material;
+    use crate::design::{Design, Material};
     use crate::lattice::{Body, Lattice, State};
-    use crate::projection::one_hot;
+    use crate::policy::Controller;
     use crate::scene::Scene;
     use crate::simulator::{Simulator, Trajectory};
 
@@ -387,8 +412,8 @@ mod tests {
         let scene = Scene::paper();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let layout = vec![Material::Skeleton; lattice.edges.len()];
-        let mixture = one_hot::<f64>(&layout);
-        let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+        let design = Design::Layout(layout.clone());
+        let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
         let controller = Controller::xavier(&scene.controller, &lattice, 1);
         let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
         let rest = lattice.state_at_rest();

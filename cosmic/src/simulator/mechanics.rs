@@ -85,7 +85,7 @@ impl Mechanics {
         p: &mut Program<R>,
         graph: &Graph,
         state: [Array; 4],
-        given: &Parameters<Array, impl Sized>,
+        given: &Parameters<Array>,
         activation: Array,
         time: Option<Array>,
     ) -> [Array; 4] {

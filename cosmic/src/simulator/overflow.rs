@@ -10,8 +10,8 @@ use std::ops::Range;
 use autodiff::{Tape, Var};
 
 use super::rollout::{Planned, Simulator, Span};
-use crate::controller::Controller;
 use crate::lattice::{Body, State};
+use crate::policy::Controller;
 
 /// Steps of a block.
 const BLOCK: usize = 64;
@@ -133,8 +133,9 @@ impl Sweep<'_> {
 #[cfg(test)]
 mod tests {
     use super::Sweep;
-    use crate::controller::Controller;
+    use crate::design::Design;
     use crate::lattice::{Body, Lattice, State};
+    use crate::policy::Controller;
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 
@@ -142,8 +143,8 @@ mod tests {
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
         let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
-        let mixture = vec![[1.0 / 3.0; 3]; lattice.edges.len()];
-        let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+        let design = Design::of_shares(&vec![[1.0 / 3.0; 3]; lattice.edges.len()]);
+        let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
         let controller = Controller::xavier(&scene.controller, &lattice, 0);
         let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
         (simulator, body, controller, lattice.state_at_rest())

@@ -1,8 +1,11 @@
 //! What a robot's steps are given and none of them changes.
 
-/// The parameters of a robot's steps, which no step changes: arrays and matrices of a program, or
-/// the numbers in them.
-pub(super) struct Parameters<A, M = A> {
+use autodiff::{Array, Program, Real};
+
+use crate::lattice::Body;
+
+/// The parameters of a robot's steps, which no step changes, apart from those of its policy.
+pub(super) struct Parameters<A> {
     /// Stiffness of the edge in every slot of the graph, N/m.
     pub(super) stiffness: A,
     /// Rest length of the edge in every slot, m.
@@ -11,46 +14,73 @@ pub(super) struct Parameters<A, M = A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// The source of the activations.
-    pub(super) drive: Drive<A, M>,
-    /// For each force, the arrays that it wants.
+    /// How much every node belongs to the robot; `None` if all nodes do.
+    pub(super) presence: Option<A>,
+    /// Activations that stay constant, one per slot of the graph, in place of a policy.
+    pub(super) held: Option<A>,
+    /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
+    pub(super) seen: Option<[A; 4]>,
+    /// For each force, the arrays that it needs.
     pub(super) constants: Vec<Vec<A>>,
 }
 
-/// The source of a robot's activations.
-pub(super) enum Drive<A, M = A> {
-    /// No activations: no edge has an actuator.
-    Idle,
-    /// A controller.
-    Network(Network<A, M>),
-    /// Activations that stay constant, one per slot of the graph.
-    Held(A),
+/// A way from a robot to the parameters of its steps. The robot describes them once: a [`Program`] declares arrays
+/// for them, and [`Filled`] collects the numbers of bodies.
+pub(super) trait Road {
+    type Number: Real;
+    type Array;
+
+    /// An array of `len` numbers that depend on the body.
+    fn of_body(
+        &mut self,
+        len: usize,
+        numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
+    ) -> Self::Array;
+
+    /// An array of `len` numbers that each start is given.
+    fn of_start(&mut self, len: usize) -> Self::Array;
+
+    /// An array of numbers that all robots share.
+    fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 
-/// The folded controller: of its first layer the sensed columns, of its
-/// second the rows of the actuators.
-pub(super) struct Network<A, M = A> {
-    pub(super) w1: M,
-    pub(super) b1: A,
-    pub(super) w2: M,
-    pub(super) b2: A,
+/// Declares the parameters of a program.
+impl<R: Real> Road for Program<R> {
+    type Number = R;
+    type Array = Array;
+
+    fn of_body(&mut self, len: usize, _: impl Fn(&Body<R>) -> Vec<R>) -> Array {
+        self.parameter(len)
+    }
+    fn of_start(&mut self, len: usize) -> Array {
+        self.parameter(len)
+    }
+    fn shared(&mut self, numbers: &[f64]) -> Array {
+        self.parameter(numbers.len())
+    }
 }
 
-impl<T> Parameters<T> {
-    /// All of them, in the order in which a robot declares them.
-    pub(super) fn in_order(self) -> Vec<T> {
-        let each = [
-            self.stiffness,
-            self.rest_length,
-            self.strain,
-            self.inverse_mass,
-        ];
-        let drive = match self.drive {
-            Drive::Idle => Vec::new(),
-            Drive::Network(n) => vec![n.w1, n.b1, n.w2, n.b2],
-            Drive::Held(activation) => vec![activation],
-        };
-        let rest = self.constants.into_iter().flatten();
-        each.into_iter().chain(drive).chain(rest).collect()
+/// The numbers of parameters in the order of their declaration: each a list of every body's, or of the
+/// one that all share.
+pub(super) struct Filled<'a, R> {
+    pub(super) bodies: &'a [Body<R>],
+    /// The numbers that each start is given.
+    pub(super) of_starts: Vec<Vec<R>>,
+    pub(super) numbers: Vec<Vec<Vec<R>>>,
+}
+
+impl<R: Real> Road for Filled<'_, R> {
+    type Number = R;
+    type Array = ();
+
+    fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
+        self.numbers.push(self.bodies.iter().map(numbers).collect());
+    }
+    fn of_start(&mut self, _: usize) {
+        self.numbers.push(std::mem::take(&mut self.of_starts));
+    }
+    fn shared(&mut self, numbers: &[f64]) {
+        let numbers = numbers.iter().map(|&x| R::lit(x)).collect();
+        self.numbers.push(vec![numbers]);
     }
 }

@@ -1,30 +1,56 @@
 //! One step of the robot, as a page of stages over arrays.
 
-use std::ops::Range;
+use std::sync::Arc;
 
-use autodiff::{Array, Graph, Matrix, Model, Program, Real};
+use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::mechanics::Mechanics;
-use super::parameters::{Drive, Network, Parameters};
+use super::parameters::{Parameters, Road};
+use crate::ground::Ground;
 use crate::lattice::{Body, Lattice};
+use crate::policy::{
+    self, Block, Controller, Declared, Fold, Given, Mean, Outputs, Policy, PolicyStep, Recording,
+    Seen, Sizes,
+};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
 ///
-/// - Parameters: see [`Parameters`].
+/// - Parameters: see [`Parameters`], and behind them those of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
 /// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` where a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
-    /// Slots that hold an edge with an output of the controller, ascending.
+    /// Slots that hold an edge with an output of the policy, ascending.
     actuated: Vec<usize>,
-    hidden: usize,
-    /// Whether the controller sees positions and velocities.
-    senses: [bool; 2],
-    /// Whether constant activations replace a controller.
-    held: bool,
+    /// Rest lengths in slots.
+    rest_length: Vec<f64>,
+    pub(super) drive: Drive,
+    /// Whether nodes belong to the robot as much as its body says.
+    weighs: bool,
+    /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
+    seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
+}
+
+/// The source of a robot's activations.
+#[derive(Clone, Debug)]
+pub(super) enum Drive {
+    /// A policy.
+    Policy(Driver),
+    /// Activations that stay constant, one per slot of the graph.
+    Held,
+}
+
+/// A policy, and what is known of it before a rollout.
+#[derive(Clone, Debug)]
+pub(super) struct Driver {
+    policy: Arc<dyn Policy>,
+    pub(super) blocks: Arc<[Block]>,
+    pub(super) settings: ControllerSettings,
+    /// The numbers that a step is given for it.
+    given: Arc<[Given]>,
 }
 
 impl Robot {
@@ -33,28 +59,60 @@ impl Robot {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        // A spring does not know its direction, and the graph wants tails before heads.
+        // Springs are symmetric; `Graph` requires i < j.
         let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
         let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
         let graph = Graph::new(lattice.nodes(), &edges);
         let mut actuated = graph.slot_of_edge().to_vec();
         actuated.sort_unstable();
-        Self {
+        let mut robot = Self {
+            rest_length: graph.to_slots(&lattice.rest_length),
             graph,
             actuated,
-            hidden: controller.hidden,
-            senses: controller.senses(),
-            held: false,
+            drive: Drive::Held,
+            weighs: false,
+            seen: None,
             mechanics: Mechanics::new(lattice, physics),
-        }
+        };
+        robot.drive = Drive::Policy(robot.driver(controller));
+        robot
     }
 
-    /// The same robot without what none of these bodies has any use for: edges without stiffness,
-    /// which pull on nothing however far they are stretched, and outputs of the controller for
-    /// edges that do not strain, or are not there: zero times an activation is zero whatever the
-    /// activation.
+    /// The policy of a scene, recorded once to see what it is given.
+    fn driver(&self, settings: &ControllerSettings) -> Driver {
+        let policy = policy::of_settings(settings);
+        let blocks = policy.parameters(&Sizes {
+            nodes: self.graph.nodes(),
+            edges: self.graph.slot_of_edge().len(),
+            settings,
+        });
+        let mut driver = Driver {
+            policy,
+            blocks: blocks.into(),
+            settings: settings.clone(),
+            given: Arc::new([]),
+        };
+        let mut declared = Declared(Program::default());
+        let p = &mut declared.0;
+        let mut nodes = || p.state(self.graph.nodes());
+        let (x, v) = ([nodes(), nodes()], [nodes(), nodes()]);
+        let (clock, presence) = (p.input(2), None);
+        let seen = Seen {
+            x,
+            v,
+            clock,
+            presence,
+        };
+        let (_, given) = driver.record(&mut declared, seen, self.outputs());
+        driver.given = given.into();
+        driver
+    }
+
+    /// The same robot without what none of these bodies needs: edges without stiffness, which pull on
+    /// nothing however far they are stretched, and outputs of the policy for edges that do not strain, or
+    /// are not there: zero times an activation is zero whatever the activation.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
-        let mut robot = self.clone();
+        let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
         let slack: Vec<bool> = (0..self.graph.slot_of_edge().len()).map(slack).collect();
         if slack.contains(&true) {
@@ -68,118 +126,131 @@ impl Robot {
         robot
     }
 
-    /// This robot with a controller that sees the clock alone.
-    pub(super) fn without_feedback(&self) -> Self {
+    /// The same robot for bodies in which nodes are more or less present, or not.
+    pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
-            senses: [false; 2],
+            weighs: bodies.iter().any(|body| !body.presence.is_empty()),
             ..self.clone()
         }
     }
 
-    /// This robot with constant activations in place of a controller.
+    /// This robot with a policy that sees this state, flat, in place of the current one.
+    pub(super) fn without_feedback(&self, seen: &[f64]) -> Self {
+        Self {
+            seen: Some(seen.into()),
+            ..self.clone()
+        }
+    }
+
+    /// This robot with constant activations in place of a policy.
     pub(super) fn held(&self) -> Self {
         Self {
-            held: true,
+            drive: Drive::Held,
             ..self.clone()
         }
     }
 
-    /// The edges with an output of the controller, in the order of the outputs: that of the
-    /// slots, so that they spread out by whole lanes.
-    pub(super) fn actuators(&self) -> Vec<usize> {
-        let edges = self.graph.edge_of_slot();
-        self.actuated
-            .iter()
-            .filter_map(|&slot| edges[slot])
+    fn outputs(&self) -> Outputs<'_> {
+        Outputs {
+            graph: &self.graph,
+            actuated: &self.actuated,
+        }
+    }
+
+    /// The parameters, in the order of their declaration. Those of the policy follow.
+    pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
+        let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
+        let inverse = |mass: &P::Number| mass.recip();
+        Parameters {
+            stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
+            rest_length: p.shared(&self.rest_length),
+            strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
+            inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
+            presence: (self.weighs).then(|| p.of_body(nodes, |body| body.presence.clone())),
+            held: matches!(self.drive, Drive::Held).then(|| p.of_start(slots)),
+            seen: (self.seen.as_ref())
+                .map(|seen| [0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes]))),
+            constants: (self.mechanics.constants())
+                .map(|arrays| arrays.iter().map(|a| p.shared(a)).collect())
+                .collect(),
+        }
+    }
+
+    /// The numbers for the parameters of the policy; all bodies share them.
+    pub(super) fn policy_numbers<R: Real>(
+        &self,
+        controller: &Controller<R>,
+        ground: &Ground,
+    ) -> Vec<Vec<R>> {
+        let Drive::Policy(driver) = &self.drive else {
+            return Vec::new();
+        };
+        if self.actuated.is_empty() {
+            return Vec::new();
+        }
+        let mean = if self.weighs {
+            Mean::InStep
+        } else {
+            Mean::OfAll
+        };
+        let (settings, sight) = (&driver.settings, driver.policy.observe());
+        let fold = Fold::new(settings, ground, self.graph.nodes(), sight, mean);
+        let (fold, outputs) = (fold.without_constants(), self.outputs());
+        let given = driver.given.iter();
+        given
+            .map(|given| given.numbers(controller, &fold, &outputs))
             .collect()
     }
 
-    /// The stretches of the folded controller's sensed values that are more than constants.
-    pub(super) fn sensed_columns(&self) -> Vec<Range<usize>> {
-        let nodes = self.graph.nodes();
-        let [positions, velocities] = self.senses;
-        let parts = [(positions, 2 * nodes), (velocities, 2 * nodes), (true, 2)];
-        let mut end = 0;
-        let stretch = |(seen, len): (bool, usize)| {
-            end += len;
-            seen.then(|| end - len..end)
-        };
-        parts.into_iter().filter_map(stretch).collect()
-    }
-
-    /// The activation of every edge, in slots.
-    fn activation<R: Real>(
+    /// Records the activation of every slot from the state and the clock. Without actuators the policy is not
+    /// asked, and any array of the right length stands for its activation.
+    pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
-        network: &Network<Array, Matrix>,
-        sensed: &[Array],
+        given: &Parameters<Array>,
+        state: [Array; 4],
+        clock: Array,
     ) -> Array {
-        let mut places = vec![false; self.graph.slots()];
-        for &slot in &self.actuated {
-            places[slot] = true;
-        }
-        let hidden = p.dense_tanh(network.w1, sensed, network.b1);
-        p.dense_tanh_spread(network.w2, &[hidden], network.b2, &places)
+        let driver = match &self.drive {
+            Drive::Held => return given.held.expect("held activations are a parameter"),
+            Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
+            Drive::Policy(driver) => driver,
+        };
+        let [x, y, vx, vy] = given.seen.unwrap_or(state);
+        let seen = Seen {
+            x: [x, y],
+            v: [vx, vy],
+            clock,
+            presence: given.presence,
+        };
+        let (activation, _) = driver.record(p, seen, self.outputs());
+        activation
     }
+}
 
-    /// Declares the parameters, in the order of [`Parameters::in_order`].
-    fn declare<R: Real>(&self, p: &mut Program<R>) -> Parameters<Array, Matrix> {
-        let (slots, nodes) = (self.graph.slots(), self.graph.nodes());
-        let (hidden, outputs) = (self.hidden, self.actuated.len());
-        let inputs = self.sensed_columns().into_iter().map(|c| c.len()).sum();
-        // Fields are evaluated in the order in which they are written.
-        Parameters {
-            stiffness: p.parameter(slots),
-            rest_length: p.parameter(slots),
-            strain: p.parameter(slots),
-            inverse_mass: p.parameter(nodes),
-            drive: if self.held {
-                Drive::Held(p.parameter(slots))
-            } else if outputs > 0 {
-                Drive::Network(Network {
-                    w1: p.matrix(hidden, inputs),
-                    b1: p.parameter(hidden),
-                    w2: p.matrix(outputs, hidden),
-                    b2: p.parameter(outputs),
-                })
-            } else {
-                Drive::Idle
-            },
-            constants: (self.mechanics.constants())
-                .map(|arrays| arrays.iter().map(|a| p.parameter(a.len())).collect())
-                .collect(),
-        }
+impl Driver {
+    /// Records the policy: the activation of every slot, and what the step is given for it.
+    fn record(&self, p: &mut dyn Recording, seen: Seen, outputs: Outputs) -> (Array, Vec<Given>) {
+        let sees = (self.policy.observe(), &self.settings);
+        let mut step = PolicyStep::new(p, &self.blocks, sees, seen, outputs);
+        let activation = self.policy.record(&mut step);
+        (activation, step.into_given())
     }
 }
 
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        let given = self.declare(p);
-        let [x, y, vx, vy] = [(); 4].map(|()| p.state(self.graph.nodes()));
+        let given = self.parameters(p);
+        let state = [(); 4].map(|()| p.state(self.graph.nodes()));
         let clock = p.input(2);
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
-        // 1. The controller looks at the state; without actuators it is not asked, and any array
-        //    of the right length stands for its activation.
-        let [positions, velocities] = self.senses;
-        let seen = [
-            (x, positions),
-            (y, positions),
-            (vx, velocities),
-            (vy, velocities),
-        ];
-        let seen = seen.into_iter().filter(|(_, is_seen)| *is_seen);
-        let sensed: Vec<Array> = seen.map(|(array, _)| array).chain([clock]).collect();
-        let activation = match &given.drive {
-            Drive::Network(network) => self.activation(p, network, &sensed),
-            Drive::Held(activation) => *activation,
-            Drive::Idle => given.strain,
-        };
+        // 1. The policy looks at the state.
+        let activation = self.activation(p, &given, state, clock);
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let at_nodes = vec![Some(0); self.graph.nodes()];
         let time = time.map(|time| p.gather(time, &at_nodes));
-        let state = [x, y, vx, vy];
         let mechanics = &self.mechanics;
         let next = mechanics.record(p, &self.graph, state, &given, activation, time);
         for (state, next) in state.into_iter().zip(next) {
@@ -193,5 +264,23 @@ impl Model for Robot {
     }
     fn record_f32(&self, p: &mut Program<f32>) {
         self.record(p);
+    }
+}
+
+/// The policy alone: a step that leaves nodes and clock as they are, and whose last part of the state becomes
+/// the activation of every slot.
+#[derive(Clone, Debug)]
+pub(super) struct Activations(pub(super) Robot);
+
+impl Model for Activations {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let given = self.0.parameters(p);
+        let state = [(); 4].map(|()| p.state(self.0.graph.nodes()));
+        let (clock, before) = (p.state(2), p.state(self.0.graph.slots()));
+        let activation = self.0.activation(p, &given, state, clock);
+        for part in state.into_iter().chain([clock]) {
+            p.advance(part, part);
+        }
+        p.advance(before, activation);
     }
 }

@@ -3,14 +3,14 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
 
-use super::parameters::{Drive, Network, Parameters};
-use super::robot::Robot;
+use super::parameters::Filled;
+use super::robot::{Activations, Drive, Robot};
 use super::trajectory::Trajectory;
-use crate::controller::{Controller, clock, observation_length};
 use crate::ground::Ground;
 use crate::lattice::{Body, Lattice, State};
+use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// Which steps are done, and what is looked at.
@@ -61,9 +61,8 @@ pub struct Simulator {
     /// The speed of a node, m/s, above which a guarded rollout counts as diverged; `None` without a
     /// bound.
     pub(super) speed_bound: Option<f64>,
-    pub(super) controller: ControllerSettings,
-    /// Rest lengths in the slots of the robot's graph.
-    rest_length: Vec<f64>,
+    /// The scene's section `controller`.
+    controller: ControllerSettings,
     /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
     clock: Arc<[f64]>,
     /// For the record that the reverse sweep of a rollout reads.
@@ -89,7 +88,6 @@ impl Simulator {
         Self {
             lattice: lattice.clone(),
             dt: physics.dt,
-            rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
             ground: Ground::from(physics),
             speed_bound: physics.speed_bound,
@@ -114,12 +112,15 @@ impl Simulator {
         other
     }
 
-    /// This world for controllers [without feedback](Controller::without_feedback).
+    /// This world for policies that see this state at all times: only their clock goes on.
+    ///
+    /// # Panics
+    /// If the state is of another lattice.
     #[must_use]
-    pub fn without_feedback(&self) -> Self {
+    pub fn without_feedback(&self, seen: &State<f64>) -> Self {
+        self.check(&[], &[seen]);
         Self {
-            controller: self.controller.without_feedback(),
-            robot: self.robot.without_feedback(),
+            robot: self.robot.without_feedback(&self.flatten(seen)),
             ..self.clone()
         }
     }
@@ -135,8 +136,14 @@ impl Simulator {
     /// This world with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
+        let controller = self.controller.turned_back();
+        let mut robot = self.robot.clone();
+        if let Drive::Policy(driver) = &mut robot.drive {
+            driver.settings.clone_from(&controller);
+        }
         Self {
-            controller: self.controller.turned_back(),
+            controller,
+            robot,
             ..self.clone()
         }
     }
@@ -161,8 +168,7 @@ impl Simulator {
 
     /// Steps robots of one controller from several starts, all of one body or each of its own: the
     /// bits of as many [rollouts](Simulator::rollout) in less time, as they run in SIMD lanes and
-    /// read the controller's weights once. Bodies whose nodes differ in presence run one after the
-    /// other: to them the controller's folded weights are others.
+    /// read the controller's weights once.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout), and if there are several bodies, but not one for each
@@ -180,65 +186,61 @@ impl Simulator {
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
         self.check(bodies, &starts);
         self.check_controller(controller);
-        let groups = alike(bodies);
-        if groups.len() == 1 {
-            return self.side_by_side(bodies, controller, &starts, span);
-        }
-        let mut all = vec![None; starts.len()];
-        for group in groups {
-            let bodies: Vec<Body<R>> = group.iter().map(|&k| bodies[k].clone()).collect();
-            let starts: Vec<&State<R>> = group.iter().map(|&k| starts[k]).collect();
-            let seen = self.side_by_side(&bodies, controller, &starts, span);
-            group
-                .iter()
-                .zip(seen)
-                .for_each(|(&k, seen)| all[k] = Some(seen));
-        }
-        all.into_iter().flatten().collect()
-    }
-
-    /// Steps robots whose nodes are present alike.
-    fn side_by_side<R: Real>(
-        &self,
-        bodies: &[Body<R>],
-        controller: &Controller<R>,
-        starts: &[&State<R>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
         let model = self.robot.for_bodies(bodies);
-        let drive = self.network(&model, &bodies[0].presence, controller);
-        self.in_lanes(model, bodies, drive, starts, span)
+        let numbers = self.numbers(&model, bodies, Driving::By(controller));
+        self.in_lanes(model, bodies, &numbers, &starts, span)
     }
 
-    /// Steps robots with several bodies, or with one body that all starts share.
+    /// Steps robots with several bodies, or with one body that all starts share, by the numbers of their
+    /// parameters.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
         bodies: &[Body<R>],
-        drive: Drive<Vec<Vec<R>>>,
+        numbers: &[Vec<Vec<R>>],
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let parameters = self.parameters(&model, bodies, drive).in_order();
         let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
         if let [start] = starts {
-            let parameters = parameters.into_iter().flatten().collect();
+            let parameters = numbers.iter().flatten().cloned().collect();
             let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
             return vec![self.trajectory(&seen, span, &still(0))];
         }
         let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
-        let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
-        let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
-            [shared] => Given::Shared(shared),
-            _ => Given::Each(of_bodies),
-        });
-        let given: Vec<Given<R>> = given.collect();
-        let seen = self
-            .plan(model, span)
-            .run_batch_with(&slices(&flat), &given);
+        let rollout = self.plan(model, span);
+        let seen = run_together(&rollout, &slices(&flat), numbers);
         let seen = seen.iter().enumerate();
         seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
             .collect()
+    }
+
+    /// The activation of every edge in some states, each at its time, s.
+    pub(crate) fn activations(
+        &self,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        moments: &[(&State<f64>, f64)],
+    ) -> Vec<Vec<f64>> {
+        let bodies = std::slice::from_ref(body);
+        self.check_controller(controller);
+        let robot = self.robot.for_all_edges(bodies);
+        let numbers = self.numbers(&robot, bodies, Driving::By(controller));
+        let slots = robot.graph.slots();
+        let start = |(state, time): &(&State<f64>, f64)| {
+            let clock = clock(&self.controller, *time);
+            [self.flatten(state), clock.to_vec(), vec![0.0; slots]].concat()
+        };
+        let starts: Vec<Vec<f64>> = moments.iter().map(start).collect();
+        let first = 4 * robot.graph.nodes() + 2;
+        let slot_of_edge = robot.graph.slot_of_edge().to_vec();
+        let rollout = Rollout {
+            entries: Some((first..first + slots).collect()),
+            ..Rollout::new(Activations(robot), 1)
+        };
+        let seen = run_together(&rollout, &slices(&starts), &numbers);
+        let of_edges = |seen: Vec<f64>| slot_of_edge.iter().map(|&slot| seen[slot]).collect();
+        seen.into_iter().map(of_edges).collect()
     }
 
     /// The states of [`rollout`](Simulator::rollout) without its driver: on a tape, every operation of
@@ -281,15 +283,16 @@ impl Simulator {
 
     /// Panics unless a controller fits this lattice.
     fn check_controller<R: Real>(&self, controller: &Controller<R>) {
-        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
-        let inputs = observation_length(&self.controller, nodes);
-        let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
-        let (c, hidden) = (controller, controller.hidden);
-        fits("what the controller sees", c.inputs, inputs);
-        fits("first weights", c.w1.len(), hidden * inputs);
-        fits("first biases", c.b1.len(), hidden);
-        fits("second weights", c.w2.len(), edges * hidden);
-        fits("second biases", c.b2.len(), edges);
+        let Drive::Policy(driver) = &self.robot.drive else {
+            return;
+        };
+        let given: Vec<_> = controller.blocks().collect();
+        self.fits("blocks of the controller", given.len(), driver.blocks.len());
+        for ((name, shape, _), block) in given.into_iter().zip(&*driver.blocks) {
+            assert_eq!(name, block.name, "the controller is of another policy");
+            let what = format!("numbers of the controller in `{name}`");
+            self.fits(&what, shape.len(), block.shape.len());
+        }
     }
 
     /// Panics unless the count of numbers is what this lattice needs.
@@ -336,34 +339,33 @@ impl Simulator {
         self.check(bodies, &[start]);
         self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
-        let drive = self.network(&model, &body.presence, controller);
-        let parameters = self.parameters(&model, bodies, drive).in_order();
+        let numbers = self.numbers(&model, bodies, Driving::By(controller));
         Planned {
             model,
-            parameters: parameters.into_iter().flatten().collect(),
+            parameters: numbers.into_iter().flatten().collect(),
         }
     }
 
-    /// The parameters of a robot: each a list of every body's, or of the one that all share. The nodes of
-    /// all bodies are present alike.
-    fn parameters<R: Real>(
+    /// The numbers of a robot's parameters: each a list of every body's, or of the one that all share.
+    pub(super) fn numbers<R: Real>(
         &self,
         robot: &Robot,
         bodies: &[Body<R>],
-        drive: Drive<Vec<Vec<R>>>,
-    ) -> Parameters<Vec<Vec<R>>> {
-        let each = |of: &dyn Fn(&Body<R>) -> Vec<R>| bodies.iter().map(of).collect();
-        let shared = |numbers: Vec<f64>| vec![numbers.into_iter().map(R::lit).collect()];
-        Parameters {
-            stiffness: each(&|body| robot.graph.to_slots(&body.stiffness)),
-            rest_length: shared(self.rest_length.clone()),
-            strain: each(&|body| robot.graph.to_slots(&body.strain)),
-            inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
-            drive,
-            constants: (robot.mechanics.constants())
-                .map(|arrays| arrays.into_iter().map(shared).collect())
-                .collect(),
-        }
+        driving: Driving<R>,
+    ) -> Vec<Vec<Vec<R>>> {
+        let (of_starts, controller) = match driving {
+            Driving::By(controller) => (Vec::new(), Some(controller)),
+            Driving::Held(activations) => (activations, None),
+        };
+        let mut filled = Filled {
+            bodies,
+            of_starts,
+            numbers: Vec::new(),
+        };
+        robot.parameters(&mut filled);
+        let of_policy = controller.map(|c| robot.policy_numbers(c, &self.ground));
+        let of_policy = of_policy.into_iter().flatten().map(|shared| vec![shared]);
+        filled.numbers.into_iter().chain(of_policy).collect()
     }
 
     /// The observed states, from flat arrays of them.
@@ -373,34 +375,6 @@ impl Simulator {
             steps: span.observed.clone(),
             states: states.map(|s| still.held(self.unflatten(s))).collect(),
         }
-    }
-
-    /// The part of the folded controller that senses something and has an effect; all bodies share
-    /// it.
-    fn network<R: Real>(
-        &self,
-        robot: &Robot,
-        presence: &[R],
-        controller: &Controller<R>,
-    ) -> Drive<Vec<Vec<R>>> {
-        let actuators = robot.actuators();
-        if actuators.is_empty() {
-            return Drive::Idle;
-        }
-        let folded = controller.folded(&self.controller, presence, &self.ground);
-        let sensed = robot.sensed_columns();
-        let rows = folded.w1.chunks_exact(folded.inputs);
-        let w1: Vec<&[R]> = rows
-            .flat_map(|row| sensed.iter().map(|columns| &row[columns.clone()]))
-            .collect();
-        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-        let w2: Vec<&[R]> = actuators.iter().map(row).collect();
-        Drive::Network(Network {
-            w1: vec![w1.concat()],
-            b1: vec![folded.b1],
-            w2: vec![w2.concat()],
-            b2: vec![actuators.iter().map(|&edge| folded.b2[edge]).collect()],
-        })
     }
 
     /// A state of the world's frame as the robot's arrays.
@@ -444,23 +418,27 @@ impl<R: Real> Still<R> {
     }
 }
 
-/// Bodies in groups whose nodes are present alike, by constants; a variable is like no other.
-fn alike<R: Real>(bodies: &[Body<R>]) -> Vec<Vec<usize>> {
-    let is_like = |a: &Body<R>, b: &Body<R>| {
-        let pairs = a.presence.iter().zip(&b.presence);
-        pairs.into_iter().all(|(&a, &b)| (a - b).is_zero())
-    };
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (k, body) in bodies.iter().enumerate() {
-        match groups
-            .iter_mut()
-            .find(|group| is_like(&bodies[group[0]], body))
-        {
-            Some(group) => group.push(k),
-            None => groups.push(vec![k]),
-        }
-    }
-    groups
+/// What drives robots.
+pub(super) enum Driving<'a, R> {
+    /// A policy with these numbers.
+    By(&'a Controller<R>),
+    /// Activations of each start, in slots.
+    Held(Vec<Vec<R>>),
+}
+
+/// The results of a rollout from several starts. Parameters are a list of every start's numbers, or of those
+/// that all share.
+fn run_together<M: Model, R: Real>(
+    rollout: &Rollout<M>,
+    starts: &[&[R]],
+    numbers: &[Vec<Vec<R>>],
+) -> Vec<Vec<R>> {
+    let numbers: Vec<Vec<&[R]>> = numbers.iter().map(|p| slices(p)).collect();
+    let given = numbers.iter().map(|of_starts| match of_starts[..] {
+        [shared] => Given::Shared(shared),
+        _ => Given::Each(of_starts),
+    });
+    rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
 /// A robot made ready for rollouts, and the numbers that every step of it is given.

@@ -7,8 +7,6 @@ use crate::real::Real;
 
 /// Bytes of a cache line, and of the widest register.
 const LINE: usize = 64;
-/// Bytes of a page.
-const PAGE: usize = 4096;
 
 /// An array of fixed length.
 pub(crate) struct Aligned<R> {
@@ -25,25 +23,9 @@ impl<R: Real> Aligned<R> {
     };
 
     pub(crate) fn zeros(len: usize) -> Self {
-        Self::zeros_to(LINE, len)
-    }
-
-    /// Makes it at least this long, with any numbers in it.
-    pub(crate) fn make_room(&mut self, len: usize) {
-        if self.len < len {
-            *self = Self::zeros(len);
-        }
-    }
-
-    /// Zeros from the start of a page on, which falls into the first set of the L1 cache.
-    pub(crate) fn to_pages(len: usize) -> Self {
-        Self::zeros_to(PAGE, len)
-    }
-
-    fn zeros_to(bytes: usize, len: usize) -> Self {
-        let numbers = vec![R::zero(); len + bytes / size_of::<R>().min(bytes)];
+        let numbers = vec![R::zero(); len + LINE / size_of::<R>().min(LINE)];
         // Alignment only saves time: where the size of the type allows none, do without.
-        let first = numbers.as_ptr().align_offset(bytes);
+        let first = numbers.as_ptr().align_offset(LINE);
         let first = if first <= numbers.len() - len {
             first
         } else {
@@ -53,6 +35,13 @@ impl<R: Real> Aligned<R> {
             numbers,
             first,
             len,
+        }
+    }
+
+    /// Makes it at least this long, with any numbers in it.
+    pub(crate) fn make_room(&mut self, len: usize) {
+        if self.len < len {
+            *self = Self::zeros(len);
         }
     }
 }

@@ -8,24 +8,23 @@ use super::super::operation::Operation;
 use super::super::row::{Bars, StepValues, joined};
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
-use super::outer::{OuterProducts, Pending};
-use super::panels::Panels;
+use super::outer::Pending;
 use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
 /// A layer as it is declared.
-pub(in crate::arrays) struct Layer<'a> {
-    pub(in crate::arrays) matrix: Matrix,
-    pub(in crate::arrays) x: &'a [Array],
-    pub(in crate::arrays) bias: Array,
-    pub(in crate::arrays) output: Array,
+pub(crate) struct Layer<'a> {
+    pub(crate) matrix: Matrix,
+    pub(crate) x: &'a [Array],
+    pub(crate) bias: Array,
+    pub(crate) output: Array,
     /// For every place of the output, whether it is a row; the others are zero.
-    pub(in crate::arrays) places: &'a [bool],
-    pub(in crate::arrays) tanh: bool,
+    pub(crate) places: &'a [bool],
+    pub(crate) tanh: bool,
 }
 
-pub(in crate::arrays) struct DenseLayer<R> {
+pub(crate) struct DenseLayer<R> {
     matrix: Matrix,
     /// The inputs, adjacent ones joined. A single stretch is read in place.
     inputs: Vec<Array>,
@@ -39,8 +38,8 @@ pub(in crate::arrays) struct DenseLayer<R> {
     weights: PackedMatrix<R>,
     /// `W^T`, for `W^T y_bar`.
     transposed: PackedMatrix<R>,
-    /// The cotangent of `W`.
-    weights_bar: Panels<R>,
+    /// The cotangent of `W`, row by row.
+    weights_bar: Vec<R>,
     /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
     batch: Pending<R>,
     /// Several stretches of inputs as one, or their cotangents.
@@ -97,8 +96,7 @@ impl<R: Real> Spread<R> {
 }
 
 impl<R: Real> DenseLayer<R> {
-    /// `numbers` counts the entries of all matrices of the program, which share the caches.
-    pub(in crate::arrays) fn new(layer: Layer, numbers: usize) -> Self {
+    pub(crate) fn new(layer: Layer) -> Self {
         let (matrix, starts) = (layer.matrix, layer.output.starts);
         let columns = matrix.columns;
         Self {
@@ -109,9 +107,9 @@ impl<R: Real> DenseLayer<R> {
             bias: layer.bias,
             output: layer.output,
             tanh: layer.tanh,
-            weights: PackedMatrix::zero(matrix.rows, columns, starts, numbers),
-            transposed: PackedMatrix::zero(columns, matrix.rows, starts, numbers),
-            weights_bar: Panels::zero(matrix.rows, columns),
+            weights: PackedMatrix::zero(matrix.rows, columns, starts),
+            transposed: PackedMatrix::zero(columns, matrix.rows, starts),
+            weights_bar: vec![R::zero(); matrix.rows * columns],
             batch: Pending::new(starts, matrix.rows, columns),
             packed: Vec::with_capacity(columns * starts),
             active: Active {
@@ -157,16 +155,8 @@ impl<R: Real> DenseLayer<R> {
     fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {
-            self.flush();
+            self.batch.flush(&mut self.weights_bar);
         }
-    }
-
-    fn flush(&mut self) {
-        R::vectorize(OuterProducts {
-            batch: &self.batch,
-            to: &mut self.weights_bar,
-        });
-        self.batch.clear();
     }
 }
 
@@ -271,21 +261,15 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
             bias: arrays[self.bias.id],
         };
         // A new sweep begins.
-        self.weights_bar.fill_zero();
+        self.weights_bar.fill(R::zero());
         self.batch.clear();
     }
 
     fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
-        self.flush();
-        let (columns, bars) = (
-            self.matrix.columns,
-            &mut parameter_bars[self.matrix.parameter],
-        );
-        self.weights_bar.each(|row, column, entries| {
-            let below = bars[row * columns + column..].iter_mut().step_by(columns);
-            for (bar, &entry) in below.zip(entries.iter()) {
-                *bar += entry;
-            }
+        self.batch.flush(&mut self.weights_bar);
+        R::vectorize(AddTo {
+            to: &mut parameter_bars[self.matrix.parameter],
+            bar: &self.weights_bar,
         });
     }
 }

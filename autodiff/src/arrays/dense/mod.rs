@@ -9,4 +9,4 @@ mod outer;
 mod layer;
 
 pub(crate) use aligned::Aligned;
-pub(super) use layer::{DenseLayer, Layer};
+pub(crate) use layer::{DenseLayer, Layer};

@@ -14,13 +14,12 @@ pub(super) enum PackedMatrix<R> {
 }
 
 impl<R: Real> PackedMatrix<R> {
-    /// Zeros, for this many starts. `numbers` counts the entries of all matrices whose products
-    /// alternate, this one's included.
-    pub(super) fn zero(rows: usize, columns: usize, starts: usize, numbers: usize) -> Self {
+    /// Zeros, for this many starts.
+    pub(super) fn zero(rows: usize, columns: usize, starts: usize) -> Self {
         match starts {
-            1 => Self::One(Panels::taking_turns(numbers, rows, columns)),
+            1 => Self::One(Panels::zero(rows, columns)),
             _ if starts == lanes::<R>() => Self::Lane(Tiles::zero(rows, columns)),
-            _ => Self::Two(Panels::taking_turns(numbers, rows, columns)),
+            _ => Self::Two(Panels::zero(rows, columns)),
         }
     }
 

@@ -5,6 +5,7 @@
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
 use super::panels::PHASES;
+use crate::product::{Factors, Strided};
 use crate::real::Real;
 use crate::simd::Lane;
 
@@ -46,6 +47,10 @@ impl<R: Real> Tiles<R> {
     /// start has the bits that it has alone.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
+        assert!(
+            x.len() >= self.columns * L::N,
+            "a column has no register of starts"
+        );
         for first in (0..self.rows).step_by(TILE) {
             // Two phases at a time, in the order (0 + 1) + (2 + 3), which panels have too.
             let phase = |phase| self.phase::<L>(x, first, phase);
@@ -72,15 +77,19 @@ impl<R: Real> Tiles<R> {
         let before = (0..phase).map(|p| columns.saturating_sub(p).div_ceil(PHASES));
         let place = first * columns + before.sum::<usize>() * TILE;
         let count = columns.saturating_sub(phase).div_ceil(PHASES);
-        let weights = self.entries[place..][..count * TILE].chunks_exact(TILE);
-        let x = x[(phase * L::N).min(x.len())..].chunks(PHASES * L::N);
-        let mut sums = [L::zero(); TILE];
-        for (weights, x) in weights.zip(x) {
-            let x = L::load(x);
-            for row in 0..TILE {
-                sums[row] = L::splat(weights[row]).fma(x, sums[row]);
-            }
-        }
-        sums
+        let factors = Factors {
+            a: Strided {
+                numbers: &self.entries[place..][..count * TILE],
+                row: 1,
+                column: TILE,
+            },
+            b: &x[(phase * L::N).min(x.len())..],
+            b_row: PHASES * L::N,
+            depth: count,
+        };
+        // SAFETY: the tile has so many numbers, and `x` a register for every column.
+        #[allow(unsafe_code)]
+        let [sums] = unsafe { factors.sums::<L, 1, TILE, 1>(L::N) };
+        sums.map(|[sum]| sum)
     }
 }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::fmt;
 use std::panic::Location;
 
-use crate::rollout::step;
+use crate::steps::step;
 
 /// The origin of a value or partial that is infinite or NaN.
 #[derive(Clone, Debug, PartialEq, Eq)]

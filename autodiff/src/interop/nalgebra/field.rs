@@ -8,7 +8,6 @@ use simba::scalar::SubsetOf;
 use super::super::element::Element;
 use super::super::functions::functions;
 use super::super::number::decided;
-use crate::elementary::Elementary;
 use crate::math::rounding;
 use crate::real::Real;
 
@@ -160,13 +159,10 @@ impl<R: Real> ComplexField for Element<R> {
         self
     }
     fn sinc(self) -> Self {
-        let x = self.0;
-        Self(cardinal(x.sin(), x, cardinal_series(-(x * x))))
+        Self(self.0.sinc())
     }
     fn sinhc(self) -> Self {
-        let x = self.0;
-        let sinh = x.elementary(Elementary::Sinh);
-        Self(cardinal(sinh, x, cardinal_series(x * x)))
+        Self(self.0.sinhc())
     }
     fn powc(self, exponent: Self) -> Self {
         self.powf(exponent)
@@ -213,21 +209,4 @@ impl<R: Real> RealField for Element<R> {
         frac_pi_6 FRAC_PI_6, frac_pi_8 FRAC_PI_8, frac_1_pi FRAC_1_PI, frac_2_pi FRAC_2_PI,
         frac_2_sqrt_pi FRAC_2_SQRT_PI, e E, log2_e LOG2_E, log10_e LOG10_E, ln_2 LN_2, ln_10 LN_10
     }
-}
-
-/// `value / x`, and 1 at 0. Near 0 the quotient is accurate but its derivatives are not, because their
-/// terms cancel: there they are taken from the series.
-fn cardinal<R: Real>(value: R, x: R, series: R) -> R {
-    let (size, quotient) = (x.abs(), value / x);
-    let near = R::select(size.less(R::one()), series, quotient);
-    R::select(size.less_equal(R::zero()), R::one(), quotient).straight_through(near)
-}
-
-/// `1 + r/3! + r^2/5! + ...` for `|r| < 1`, inside out. `1 / 31!` is 1e-34: enough for every type.
-fn cardinal_series<R: Real>(r: R) -> R {
-    let mut sum = R::one();
-    for k in (1..15).rev() {
-        sum = R::one() + r * R::lit(f64::from(2 * k * (2 * k + 1))).recip() * sum;
-    }
-    sum
 }

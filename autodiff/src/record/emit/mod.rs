@@ -1,9 +1,8 @@
-//! Writes the adjoint of a [`Kernel`], or all its partials, as straight-line Rust.
+//! Writes the adjoint of a [`Kernel`] as straight-line Rust.
 //!
 //! The kernel is run once on the reverse tape over symbols, numbers that note how they were
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
-//! the kernel, and a test asserts that it is what [`adjoint`] or [`partials`] prints today
-//! ([`assert_fresh`]).
+//! the kernel, and a test asserts that it is what [`adjoint`] prints today ([`assert_fresh`]).
 //!
 //! # From a build script
 //!
@@ -53,9 +52,8 @@
 mod fields;
 mod print;
 
+use std::array::from_fn;
 use std::f64::consts::{E, PI};
-
-use num_traits::One;
 
 use super::operation::Place;
 use super::recording::{Recording, current, record};
@@ -65,7 +63,8 @@ use crate::reverse::{Tape, Var};
 use print::{Formula, Printer};
 
 /// A method `emitted_vjp` of the kernel type `name`, as Rust source. [`Kernel::vjp`] of that type has to
-/// call it: `self.emitted_vjp(x, y_bar)`.
+/// call it: `self.emitted_vjp(at)`. What the results `y` contain, a hyperbolic tangent for example, is
+/// not computed again; what does not depend on the cotangents is computed once for all rows of them.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
 /// makes a kernel whose fields have the given values, in that order.
@@ -84,7 +83,7 @@ use print::{Formula, Printer};
 /// }
 /// // Check this in beside the kernel, and test that it stays the same.
 /// let source = emit::adjoint("Decay", &["self.dt"], |fields| Decay { dt: fields[0] });
-/// assert!(source.contains("fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 1]) -> [R; 2]"));
+/// assert!(source.contains("fn emitted_vjp<R: Real, const M: usize>"));
 /// assert!(source.contains("R::lit(self.dt)"));
 /// ```
 ///
@@ -109,87 +108,34 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     build: impl Fn(&[f64]) -> K,
 ) -> String {
     fields::check(name, fields, &build);
-    let signature = format!("vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}]");
-    method(name, &signature, fields, |values| Formula {
-        results: Vec::new(),
-        ..pulled_back(&build(values))
-    })
-}
-
-/// A method `emitted_vjp_with_results` of the kernel type `name`, as Rust source, for
-/// [`Kernel::vjp_with_results`] to call. What the results contain, a hyperbolic tangent for example, is
-/// not computed again. The arguments are those of [`adjoint`].
-///
-/// ```
-/// use autodiff::{Kernel, Real, emit};
-///
-/// struct Squash;
-/// impl Kernel<1, 1> for Squash {
-///     #[inline(always)]
-///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
-///         [x.tanh()]
-///     }
-/// }
-/// let source = emit::adjoint_with_results("Squash", &[], |_| Squash);
-/// assert!(source.contains("fn emitted_vjp_with_results"));
-/// assert!(!source.contains("tanh"));
-/// ```
-///
-/// # Panics
-/// As [`adjoint`].
-pub fn adjoint_with_results<K: Kernel<I, O>, const I: usize, const O: usize>(
-    name: &str,
-    fields: &[&str],
-    build: impl Fn(&[f64]) -> K,
-) -> String {
-    fields::check(name, fields, &build);
-    let signature = format!(
-        "vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) -> [R; {I}]"
+    // Several runs, with values of both signs and different sizes: the derivative rules of fused functions do
+    // not appear in `eval`.
+    let (few, more) = (
+        fields::stand_ins(E, fields.len()),
+        fields::stand_ins(PI, fields.len()),
     );
-    method(name, &signature, fields, |values| {
-        pulled_back(&build(values))
-    })
-}
-
-/// A method `emitted_partials` of the kernel type `name`, as Rust source, for [`Kernel::partials`] to
-/// call: a pullback for every result, in which nothing is computed twice. The arguments are those of
-/// [`adjoint`].
-///
-/// ```
-/// use autodiff::{Kernel, Real, emit};
-///
-/// struct Area;
-/// impl Kernel<2, 1> for Area {
-///     #[inline(always)]
-///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
-///         [width * height]
-///     }
-/// }
-/// let source = emit::partials("Area", &[], |_| Area);
-/// assert!(source.contains("fn emitted_partials"));
-/// assert!(source.contains("[[x1, x0]]"));
-/// ```
-///
-/// # Panics
-/// As [`adjoint`].
-pub fn partials<K: Kernel<I, O>, const I: usize, const O: usize>(
-    name: &str,
-    fields: &[&str],
-    build: impl Fn(&[f64]) -> K,
-) -> String {
-    fields::check(name, fields, &build);
-    let signature = format!("partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}])");
-    method(name, &signature, fields, |values| {
-        let mut tape = Tape::new();
-        let y = results(&build(values), &mut tape, &inputs::<I>(0));
-        let row = |o| places(tape.pullback(&y[o..=o], &[Symbol::one()]));
-        Formula {
-            sizes: (I, 0),
-            results: Vec::new(),
-            rows: (0..O).map(row).collect(),
-            values: Some(places(&y.map(Var::value))),
-        }
-    })
+    let runs: [Vec<f64>; 4] = [
+        few.clone().collect(),
+        more.clone().collect(),
+        few.map(|value| -37.0 * value).collect(),
+        more.map(|value| 1e6 * value).collect(),
+    ];
+    let [text, others @ ..] = runs.map(|values| {
+        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
+        let recording = Recording::simplified(&values);
+        let (formula, recording) = record(recording, || pulled_back(&build(&values)));
+        Printer::new(&recording, &formula, &named).print()
+    });
+    assert!(
+        others.iter().all(|other| *other == text),
+        "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
+    );
+    let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
+    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>) -> [[R; {I}]; M]");
+    format!(
+        "impl {name} {{\n    #[inline(always)]\n    #[allow(clippy::needless_range_loop)]\n    \
+         pub(crate) fn emitted_vjp<R: Real, const M: usize>({signature} {{\n{body}    }}\n}}\n"
+    )
 }
 
 /// Asserts that a source file is `header`, an empty line, and these methods: what is emitted today. Where the
@@ -211,70 +157,17 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     );
 }
 
-/// A method of the kernel type `name` that computes a formula, which is made of values for the fields.
-///
-/// # Panics
-/// If the formula depends on the values.
-fn method(
-    name: &str,
-    signature: &str,
-    fields: &[&str],
-    formula: impl Fn(&[f64]) -> Formula,
-) -> String {
-    // Several runs, with values of both signs and different sizes: the derivative rules of fused functions do
-    // not appear in `eval`.
-    let (few, more) = (
-        fields::stand_ins(E, fields.len()),
-        fields::stand_ins(PI, fields.len()),
-    );
-    let runs: [Vec<f64>; 4] = [
-        few.clone().collect(),
-        more.clone().collect(),
-        few.map(|value| -37.0 * value).collect(),
-        more.map(|value| 1e6 * value).collect(),
-    ];
-    let [text, others @ ..] = runs.map(|values| {
-        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        let (formula, recording) = record(Recording::simplified(&values), || formula(&values));
-        Printer::new(&recording, &formula, &named).print()
-    });
-    assert!(
-        others.iter().all(|other| *other == text),
-        "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
-    );
-    let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
-    format!(
-        "impl {name} {{\n    #[inline(always)]\n    \
-         pub(crate) fn emitted_{signature} {{\n{body}    }}\n}}\n"
-    )
-}
-
-/// `N` inputs of the formula, from the one numbered `first` on.
-fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
-    std::array::from_fn(|k| Symbol::input(first + k))
-}
-
-/// The kernel's results, recorded on a tape of symbols.
-fn results<K: Kernel<I, O>, const I: usize, const O: usize>(
-    kernel: &K,
-    tape: &mut Tape<Symbol>,
-    x: &[Symbol; I],
-) -> [Var<Symbol>; O] {
-    let y = tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])));
-    current(|recording| recording.assume_finite(&places(&y.map(Var::value))));
-    y
-}
-
-/// The cotangents of a kernel's inputs, its results given.
+/// The adjoint of a kernel, recorded on a tape of symbols.
 fn pulled_back<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Formula {
+    let x: [Symbol; I] = from_fn(Symbol::input);
+    let y_bar: [Symbol; O] = from_fn(|k| Symbol::input(I + k));
     let mut tape = Tape::new();
-    let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
-    let y = results(kernel, &mut tape, &x);
+    let y = tape.record(&x, |x| kernel.eval(from_fn::<_, I, _>(|k| x[k])));
+    let results = places(&y.map(Var::value));
+    current(|recording| recording.assume_finite(&results));
     Formula {
-        sizes: (I, O),
-        results: places(&y.map(Var::value)),
-        rows: vec![places(tape.pullback(&y, &y_bar))],
-        values: None,
+        results,
+        x_bar: places(tape.pullback(&y, &y_bar)),
     }
 }
 

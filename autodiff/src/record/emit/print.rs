@@ -5,16 +5,13 @@ use std::fmt::Write;
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::Recording;
 
-/// The results of a method, as places in a recording.
+/// The adjoint of a kernel, as places in a recording. Its inputs come first there, and after them the
+/// cotangents of the results.
 pub(super) struct Formula {
-    /// How many inputs come first in the recording, and how many cotangents after them.
-    pub(super) sizes: (usize, usize),
-    /// The results of the kernel, where the method is given them.
+    /// The results of the kernel, which are given.
     pub(super) results: Vec<Place>,
-    /// The cotangents of the inputs: one row, or one for each result.
-    pub(super) rows: Vec<Vec<Place>>,
-    /// The results of the kernel, where the method returns them too, before the rows.
-    pub(super) values: Option<Vec<Place>>,
+    /// The cotangents of the inputs.
+    pub(super) x_bar: Vec<Place>,
 }
 
 pub(super) struct Printer<'a> {
@@ -24,6 +21,8 @@ pub(super) struct Printer<'a> {
     fields: &'a [(&'a str, f64)],
     /// How often each number is read.
     reads: Vec<usize>,
+    /// Whether each number depends on the cotangents of the results.
+    of_bars: Vec<bool>,
 }
 
 impl<'a> Printer<'a> {
@@ -32,50 +31,65 @@ impl<'a> Printer<'a> {
         formula: &'a Formula,
         fields: &'a [(&'a str, f64)],
     ) -> Self {
-        Self {
+        let mut printer = Self {
             recording,
             formula,
             fields,
             reads: vec![0; recording.ops.len()],
+            of_bars: Vec::new(),
+        };
+        printer.count_reads();
+        for &op in &recording.ops {
+            let depends = match op {
+                Op::Input(k) => k as usize >= printer.inputs(),
+                _ => op.operands().iter().any(|x| printer.of_bars[x.at()]),
+            };
+            printer.of_bars.push(depends);
         }
+        printer
     }
 
-    /// The body of the method: the statements and the expression that it returns.
-    pub(super) fn print(mut self) -> String {
-        let formula = self.formula;
-        self.count_reads();
-        let mut text = String::new();
-        let (inputs, cotangents) = formula.sizes;
-        let all: Vec<Place> = (0..inputs + cotangents).map(Place::own).collect();
+    fn inputs(&self) -> usize {
+        self.formula.x_bar.len()
+    }
+
+    /// The body of the method. Numbers that do not depend on cotangents come before the loop over these.
+    pub(super) fn print(self) -> String {
+        let (formula, inputs) = (self.formula, self.inputs());
+        let all: Vec<Place> = (0..inputs + formula.results.len())
+            .map(Place::own)
+            .collect();
         let (x, y_bar) = all.split_at(inputs);
-        let arguments = [
-            ('x', x, "x"),
-            ('r', &formula.results, "y"),
-            ('y', y_bar, "y_bar"),
-        ];
-        for (letter, places, array) in arguments {
-            if !places.is_empty() {
-                let _ = writeln!(text, "let [{}] = {array};", self.names(letter, places));
-            }
-        }
+        let names = |letter, places| self.names(letter, places);
+        let [before, inside] = [false, true].map(|of_bars| self.statements(of_bars));
+        let inside: String = inside.lines().map(|line| format!("    {line}\n")).collect();
+        format!(
+            "let autodiff::Pullback {{ x, y, y_bar }} = at;\nlet [{}] = x;\nlet [{}] = y;\n{before}\
+             let mut x_bar = [[R::zero(); {inputs}]; M];\nfor m in 0..M {{\n    \
+             let [{}] = y_bar[m];\n{inside}    x_bar[m] = {};\n}}\nx_bar",
+            names('x', x),
+            names('r', &formula.results),
+            names('y', y_bar),
+            self.array(&formula.x_bar)
+        )
+    }
+
+    /// The definitions of numbers that depend on the cotangents, or of the others.
+    fn statements(&self, of_bars: bool) -> String {
+        let mut text = String::new();
         for (at, &op) in self.recording.ops.iter().enumerate() {
             let place = Place::own(at);
             let has_name = matches!(op, Op::Input(_)) || self.given(place).is_some();
-            if self.reads[at] > 0 && !has_name && !self.is_folded(place) {
+            let is_read = self.reads[at] > 0 && self.of_bars[at] == of_bars;
+            if is_read && !has_name && !self.is_folded(place) {
                 let _ = writeln!(text, "let t{at} = {};", self.expression(op));
             }
         }
-        let rows: Vec<String> = formula.rows.iter().map(|row| self.array(row)).collect();
-        let rows = rows.join(", ");
-        text + &match &formula.values {
-            Some(values) => format!("({}, [{rows}])", self.array(values)),
-            None => rows,
-        }
+        text
     }
 
     fn count_reads(&mut self) {
-        let mut pending = self.formula.rows.concat();
-        pending.extend(self.formula.values.iter().flatten());
+        let mut pending = self.formula.x_bar.clone();
         while let Some(place) = pending.pop() {
             self.reads[place.at()] += 1;
             if self.reads[place.at()] == 1 && self.given(place).is_none() {
@@ -133,7 +147,7 @@ impl<'a> Printer<'a> {
     }
 
     fn name(&self, place: Place) -> String {
-        let inputs = self.formula.sizes.0;
+        let inputs = self.inputs();
         match (self.recording.op(place), self.given(place)) {
             (Op::Input(k), _) if (k as usize) < inputs => format!("x{k}"),
             (Op::Input(k), _) => format!("y{}", k as usize - inputs),
@@ -197,7 +211,7 @@ fn unary(f: Unary, x: &str) -> String {
     match f {
         Unary::Neg => format!("-{x}"),
         Unary::Powi(exponent) => format!("{x}.powi({exponent})"),
-        Unary::Elementary(f) => format!("{x}.elementary(autodiff::Elementary::{f:?})"),
+        Unary::Elementary(f) => format!("{x}.{}()", f.name()),
         _ => format!("{x}.{}()", method(f)),
     }
 }

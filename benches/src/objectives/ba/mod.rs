@@ -4,12 +4,12 @@
 //! that is emitted from a recording of the kernel, one observation a lane. Repeated cameras, points
 //! and weights are treated as different ones.
 
+#[rustfmt::skip]
+mod adjoints;
 #[cfg(test)]
 mod emission;
-#[rustfmt::skip]
-mod partials;
 
-use autodiff::{Kernel, Real, batch};
+use autodiff::{Kernel, Pullback, Real, data};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -98,8 +98,8 @@ impl Kernel<INPUTS, 2> for Reprojection {
     }
 
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; INPUTS]) -> ([R; 2], [[R; INPUTS]; 2]) {
-        self.emitted_partials(x)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, INPUTS, 2, M>) -> [[R; INPUTS]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -198,9 +198,9 @@ impl Problem for Ba {
         } = self;
         let count = scene.weights.len();
         let keep = |i, error| reprojection[i] = error;
-        batch::values(&Reprojection, count, |i| scene.inputs(i), keep);
+        data::values(&Reprojection, count, |i| scene.inputs(i), keep);
         let keep = |i, [error]: [f64; 1]| weight_error[i] = error;
-        batch::values(&WeightError, count, |i| [scene.weights[i]], keep);
+        data::values(&WeightError, count, |i| [scene.weights[i]], keep);
     }
 
     fn derivative(&mut self) {
@@ -215,7 +215,7 @@ impl Problem for Ba {
         let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
         let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
         let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
-        batch::jacobians(
+        data::jacobians(
             &Reprojection,
             count,
             |i| scene.inputs(i),
@@ -232,7 +232,7 @@ impl Problem for Ba {
                 }
             },
         );
-        batch::jacobians(
+        data::jacobians(
             &WeightError,
             count,
             |i| [scene.weights[i]],

@@ -1,6 +1,6 @@
 //! Writes `adjoints.rs`, and tests that it is up to date.
 
-use autodiff::emit::{adjoint_with_results, assert_fresh};
+use autodiff::emit::{adjoint, assert_fresh};
 
 use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
 
@@ -16,13 +16,13 @@ use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
 #[test]
 fn adjoints_are_fresh() {
     let parts = [
-        adjoint_with_results("Gate", &[], |_| Gate),
-        adjoint_with_results("Change", &[], |_| Change),
-        adjoint_with_results("Cell", &[], |_| Cell),
-        adjoint_with_results("Hidden", &[], |_| Hidden),
-        adjoint_with_results("Product", &[], |_| Product),
-        adjoint_with_results("Prediction", &[], |_| Prediction),
-        adjoint_with_results("Add", &[], |_| Add),
+        adjoint("Gate", &[], |_| Gate),
+        adjoint("Change", &[], |_| Change),
+        adjoint("Cell", &[], |_| Cell),
+        adjoint("Hidden", &[], |_| Hidden),
+        adjoint("Product", &[], |_| Product),
+        adjoint("Prediction", &[], |_| Prediction),
+        adjoint("Add", &[], |_| Add),
     ];
     assert_fresh("src/objectives/lstm/adjoints.rs", HEADER, &parts);
 }

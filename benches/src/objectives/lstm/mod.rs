@@ -10,7 +10,7 @@ mod adjoints;
 mod emission;
 
 use autodiff::value_and_gradient;
-use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout};
+use autodiff::{Array, Function, Kernel, Model, Program, Pullback, Real, Rollout};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -73,13 +73,11 @@ struct Add;
 macro_rules! by_emitted {
     ($inputs:literal, $results:literal) => {
         #[inline(always)]
-        fn vjp_with_results<R: Real>(
+        fn vjp<R: Real, const M: usize>(
             &self,
-            x: [R; $inputs],
-            y: [R; $results],
-            y_bar: [R; $results],
-        ) -> [R; $inputs] {
-            self.emitted_vjp_with_results(x, y, y_bar)
+            at: Pullback<R, $inputs, $results, M>,
+        ) -> [[R; $inputs]; M] {
+            self.emitted_vjp(at)
         }
     };
 }

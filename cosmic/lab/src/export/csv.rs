@@ -28,7 +28,7 @@ pub(super) fn bars(
         _ => None,
     };
     let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.as_ref().map(|loads| of(&loads[m.edge]));
-    let of = |m: &Member, library: &[f64; 3]| library[m.material as usize];
+    let of = |m: &Member, library: &[f64; 3]| m.material.of(library);
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
     let strip = |m: &Member| sizes.width * m.span() + 0.25 * PI * sizes.width.powi(2);
@@ -123,7 +123,7 @@ fn whole(name: &str, says: &str) -> Column {
 
 fn stroke(member: &Member, max_strain: &[f64; 3]) -> f64 {
     if member.material == Material::Actuator {
-        max_strain[member.material as usize] * member.length
+        member.material.of(max_strain) * member.length
     } else {
         0.0
     }

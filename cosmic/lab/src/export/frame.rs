@@ -168,7 +168,7 @@ impl Frame {
         let cubic_metres = |mm3: f64| mm3 / MM.powi(3);
         let density = {
             let (first, section) = (&self.members[0], self.radii.section(&self.members[0]));
-            self.density[first.material as usize] / (section / MM.powi(2))
+            first.material.of(&self.density) / (section / MM.powi(2))
         };
         for member in &self.members {
             let [from, to] = self.trims(member);

@@ -23,7 +23,7 @@ impl Radii {
     pub(super) fn new(robot: &RobotFiles, members: &[Member], radius: f64) -> Result<Self> {
         let density = &robot.scene.materials.density;
         let [_, skeleton, actuator] = *density;
-        let is_light = |m: &&Member| density[m.material as usize] <= 0.0;
+        let is_light = |m: &&Member| m.material.of(density) <= 0.0;
         if let Some(member) = members.iter().find(is_light) {
             return Err(misfit(format!(
                 "the line density of {} is 0 (materials.density), so its struts have no section",
@@ -41,7 +41,7 @@ impl Radii {
     }
 
     pub(super) fn radius(&self, member: &Member) -> f64 {
-        self.of[member.material as usize]
+        member.material.of(&self.of)
     }
 
     pub(super) fn section(&self, member: &Member) -> f64 {

@@ -7,13 +7,13 @@
 use super::numpy::{NumpyArray, write_npz};
 use crate::files::write_text;
 use cosmic::case::Case;
-use cosmic::controller::Controller;
 use cosmic::error::{Error, Result};
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
+use cosmic::policy::{Layer, NETWORK, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::{Integrator, PhysicsSettings};
+use cosmic::scene::{Integrator, PhysicsSettings, PolicyName};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -103,7 +103,9 @@ fn check(case: &Case) -> Result<()> {
     let flat = (!physics.ground.resolved().is_flat()).then_some("ground.profile=flat");
     let of_physics = refusals.iter().find(|(is, _)| *is);
     let instead = of_physics.map(|(_, key)| format!("physics.{key}"));
-    match instead.or(flat.map(str::to_owned)) {
+    let policy = case.observation.policy != PolicyName::default();
+    let policy = policy.then_some("controller.policy=mlp").map(str::to_owned);
+    match instead.or(flat.map(str::to_owned)).or(policy) {
         None => Ok(()),
         Some(setting) => Err(Error::Usage(format!(
             "the model for MuJoCo has no image of what the scene has in place of {setting}; export it \
@@ -144,7 +146,7 @@ struct Robot<'c> {
     body: Body<f64>,
     forces: ForcesOfBars,
     /// On `qpos`, `qvel`, sine and cosine of the clock.
-    controller: Controller<f64>,
+    controller: Network<f64>,
     /// The nodes of the model, ascending.
     nodes: Vec<usize>,
     /// The edges that pull, ascending.
@@ -157,22 +159,24 @@ impl<'c> Robot<'c> {
     fn new(case: &'c Case, settings: &'c MujocoSettings) -> Self {
         let ground = Ground::from(&case.physics);
         let body = case.body();
-        let folded = (case.controller).folded(&case.observation, &body.presence, &ground);
-        let mixture = case.own_mixture();
-        let bars = (0..mixture.len()).filter(|&edge| mixture[edge] != [1.0, 0.0, 0.0]);
+        let count = case.lattice.nodes();
+        let network = Network::of(&case.controller).expect("`check` has accepted a network");
+        let folded = network.folded(&case.observation, count, &body.presence, &ground);
+        let layout = case.design.layout();
+        let is_bar = |edge: &usize| layout.is_none_or(|layout| layout[*edge].is_solid());
+        let bars = (0..case.lattice.edges.len()).filter(is_bar);
         let bars: Vec<usize> = bars.collect();
         let actuators = bars
             .iter()
             .copied()
             .filter(|&edge| body.strain[edge] != 0.0);
         let actuators: Vec<usize> = actuators.collect();
-        let count = case.lattice.nodes();
         let is_joined = |node| {
             bars.iter()
                 .any(|&edge| case.lattice.edges[edge].contains(&node))
         };
         let is_observed = |node| {
-            let mut rows = folded.w1.chunks_exact(folded.inputs);
+            let mut rows = folded.first.weights.chunks_exact(4 * count + 2);
             rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0))
         };
         // The displacement is that of node 0.
@@ -366,20 +370,14 @@ impl<'c> Robot<'c> {
 
     /// The controller as arrays of NumPy.
     fn arrays(&self) -> [(&'static str, NumpyArray); 9] {
-        let Controller {
-            hidden,
-            w1,
-            b1,
-            w2,
-            b2,
-            ..
-        } = self.controller.clone();
-        let outputs = b2.len();
+        let Network { first, second } = self.controller.clone();
+        let [weights, biases, output_weights, output_biases] = NETWORK;
+        let (hidden, outputs) = (first.biases.len(), second.biases.len());
         [
-            ("w1", NumpyArray::matrix(hidden, w1)),
-            ("b1", NumpyArray::vector(b1)),
-            ("w2", NumpyArray::matrix(outputs, w2)),
-            ("b2", NumpyArray::vector(b2)),
+            (weights, NumpyArray::matrix(hidden, first.weights)),
+            (biases, NumpyArray::vector(first.biases)),
+            (output_weights, NumpyArray::matrix(outputs, second.weights)),
+            (output_biases, NumpyArray::vector(second.biases)),
             ("strain", NumpyArray::vector(self.strain())),
             ("omega", NumpyArray::scalar(self.case.observation.omega)),
             ("dt", NumpyArray::scalar(self.case.physics.dt)),
@@ -390,17 +388,10 @@ impl<'c> Robot<'c> {
 
     /// The controller as JSON.
     fn weights(&self) -> ControllerFile {
-        let Controller { hidden, inputs, .. } = self.controller;
-        let rows = |weights: &[f64], length: usize| -> Vec<Vec<f64>> {
-            weights.chunks_exact(length).map(<[f64]>::to_vec).collect()
-        };
         ControllerFile {
             nodes: self.nodes.clone(),
             actuators: self.actuators.clone(),
-            w1: rows(&self.controller.w1, inputs),
-            b1: self.controller.b1.clone(),
-            w2: rows(&self.controller.w2, hidden),
-            b2: self.controller.b2.clone(),
+            network: Weights::from(&self.controller),
             strain: self.strain(),
             omega: self.case.observation.omega,
             dt: self.case.physics.dt,
@@ -416,10 +407,8 @@ impl<'c> Robot<'c> {
 struct ControllerFile {
     nodes: Vec<usize>,
     actuators: Vec<usize>,
-    w1: Vec<Vec<f64>>,
-    b1: Vec<f64>,
-    w2: Vec<Vec<f64>>,
-    b2: Vec<f64>,
+    #[serde(flatten)]
+    network: Weights,
     strain: Vec<f64>,
     omega: f64,
     dt: f64,
@@ -430,28 +419,33 @@ struct ControllerFile {
 /// A folded controller of so many nodes with its inputs in the order of the model: positions node by node,
 /// velocities node by node, the clock; and with outputs for actuators alone.
 fn reordered(
-    folded: &Controller<f64>,
+    folded: &Network<f64>,
     nodes: &[usize],
     actuators: &[usize],
     count: usize,
-) -> Controller<f64> {
+) -> Network<f64> {
+    let inputs = 4 * count + 2;
     let pairs = |part: usize| {
         let pair = move |&node| [part * count + node, (part + 1) * count + node];
         nodes.iter().flat_map(pair)
     };
-    let clock = 4 * count..folded.inputs;
+    let clock = 4 * count..inputs;
     let columns: Vec<usize> = pairs(0).chain(pairs(2)).chain(clock).collect();
-    let rows = folded.w1.chunks_exact(folded.inputs);
-    let of_edge = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-    Controller {
-        hidden: folded.hidden,
-        inputs: columns.len(),
-        w1: rows
-            .flat_map(|row| columns.iter().map(|&k| row[k]))
-            .collect(),
-        b1: folded.b1.clone(),
-        w2: actuators.iter().flat_map(of_edge).copied().collect(),
-        b2: actuators.iter().map(|&edge| folded.b2[edge]).collect(),
+    let Network { first, second } = folded;
+    let rows = first.weights.chunks_exact(inputs);
+    let hidden = first.biases.len();
+    let of_edge = |&edge: &usize| &second.weights[edge * hidden..][..hidden];
+    Network {
+        first: Layer {
+            weights: rows
+                .flat_map(|row| columns.iter().map(|&k| row[k]))
+                .collect(),
+            biases: first.biases.clone(),
+        },
+        second: Layer {
+            weights: actuators.iter().flat_map(of_edge).copied().collect(),
+            biases: actuators.iter().map(|&edge| second.biases[edge]).collect(),
+        },
     }
 }
 

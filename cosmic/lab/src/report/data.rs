@@ -67,7 +67,7 @@ pub(super) fn of_robot(robot: &RobotFiles, start: &[[f64; 2]]) -> Value {
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
-        .map(|mixture| mixture.map(|share| (1e3 * share).round() as i64))
+        .map(|mixture| mixture.0.map(|share| (1e3 * share).round() as i64))
         .collect()
 }
 

@@ -1,10 +1,10 @@
 //! The files of a run, or of a design alone, for reports.
 
 use cosmic::codesign::Record;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
-use cosmic::projection::{Holds, Projection, is_layout, mixture};
+use cosmic::projection::{Holds, Projection, projected};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::{
@@ -93,10 +93,10 @@ impl RobotFiles {
     /// The robot of design vectors as it is drawn: its edges are of the solid material that they have more of, and
     /// void where they have none.
     pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
-        let drawn = |[void, skeleton, actuator]: [f64; 3]| {
-            if void > 0.98 {
+        let drawn = |mixture: Mixture<f64>| {
+            if mixture[Material::Void] > 0.98 {
                 Material::Void
-            } else if skeleton >= actuator {
+            } else if mixture[Material::Skeleton] >= mixture[Material::Actuator] {
                 Material::Skeleton
             } else {
                 Material::Actuator
@@ -113,14 +113,13 @@ impl RobotFiles {
         }
     }
 
-    /// The mixtures of design vectors; a layout has exactly one material per edge (D7).
-    pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        if is_layout(z) {
-            return z.to_vec();
-        }
+    /// The mixtures of design vectors, which may be those of a layout.
+    pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
         let holds = Holds::new(settings, &self.lattice);
-        mixture(Projection::Performance, z, settings, &holds)
+        let design = Design::of_vectors(z.to_vec());
+        let design = projected(Projection::Performance, &design, settings, &holds);
+        design.mixtures().into_owned()
     }
 }
 
@@ -151,7 +150,7 @@ impl RunFiles {
         let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
         let trajectory = read_trajectory(folder, &robot)?;
         // Earlier versions counted bars of undecided designs, which have no bars yet.
-        if !robot.design.is_snapped() {
+        if robot.design.design().layout().is_none() {
             summary.undecided = Some(true);
             (summary.structure, summary.loads) = (None, None);
         }

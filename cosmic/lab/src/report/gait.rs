@@ -44,8 +44,8 @@ impl<'r> Gait<'r> {
             steps: run.trajectory.steps.clone(),
             states: run.trajectory.states.clone(),
         };
-        let (task, mixture) = (case.task(), case.own_mixture());
-        let moments = task.moments(&mixture, &case.controller, &trajectory);
+        let (task, design) = (case.task(), case.own_design());
+        let moments = task.moments(&design, &case.controller, &trajectory);
         let kept = &run.trajectory.bars;
         let load = |edge: usize| match kept.get(edge) {
             Some(bar) => bar.unwrap_or_default(),

@@ -33,7 +33,7 @@ pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     for material in [Material::Skeleton, Material::Actuator] {
         let made_of = design.materials.iter().zip(&design.edges);
         let edges = made_of.filter(|(m, _)| **m == material);
-        let width = [0.0, 3.5, 5.0][material as usize];
+        let width = material.of(&[0.0, 3.5, 5.0]);
         let colour = colour(material);
         let style =
             format!(r#"stroke="{colour}" stroke-width="{width:.1}" stroke-linecap="round""#);

@@ -35,5 +35,5 @@ pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;
-pub(crate) use picture::{PICTURES, Picture};
+pub(crate) use picture::PICTURES;
 pub use work::{Animations, write};

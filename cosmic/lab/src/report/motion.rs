@@ -75,14 +75,14 @@ pub(super) struct Motion<'r> {
 
 impl<'r> Motion<'r> {
     pub(super) fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
-        let largest = robot.scene.materials.max_strain[Material::Actuator as usize];
+        let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
         Self {
             robot,
             trajectory,
             body: body(robot),
             seen: seen(robot),
             presence: (robot.mixtures(&robot.design.z).iter())
-                .map(|mixture| 1.0 - mixture[0])
+                .map(|mixture| 1.0 - mixture[Material::Void])
                 .collect(),
             limit: if largest > 0.0 { largest } else { 1.0 },
             profile: robot.scene.physics.ground.resolved(),

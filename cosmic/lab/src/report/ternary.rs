@@ -47,10 +47,13 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     let mut svg = frame("Mixtures of the robot's edges on the way");
     let designs = run.designs.iter().map(|row| &row.z);
     let designs = designs.chain([&robot.design.z]);
-    let designs: Vec<Vec<[f64; 3]>> = designs.map(|z| robot.mixtures(z)).collect();
+    let designs: Vec<Vec<_>> = designs.map(|z| robot.mixtures(z)).collect();
     let materials = &robot.design.materials;
     for edge in robot.edges_of(Material::is_solid) {
-        let path: Vec<[f64; 2]> = designs.iter().map(|design| place(&design[edge])).collect();
+        let path: Vec<[f64; 2]> = designs
+            .iter()
+            .map(|design| place(&design[edge].0))
+            .collect();
         let colour = colour(materials[edge]);
         let style = format!(r#"stroke="{colour}" stroke-opacity="0.22" stroke-linejoin="round""#);
         svg.polyline(&path, &style);
@@ -78,7 +81,7 @@ fn ends(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);
     for edge in robot.edges_of(Material::is_solid) {
-        let [x, y] = place(&mixtures[edge]);
+        let [x, y] = place(&mixtures[edge].0);
         let spot = [x, y].map(|pixels| (pixels / 18.0).round() as i64);
         let material = robot.design.materials[edge];
         let (_, count, _) = spots.entry(spot).or_insert(([x, y], 0, material));

@@ -1,176 +1,195 @@
-//! A study's results, and their files.
+//! The files of a study's results: a document with figures, a table of runs, and the tables of the document.
 
-use super::Study;
-use super::check::Check;
-use super::in_mujoco::{FRICTIONS, Transfer};
-use super::motifs::MotifRow;
-use super::rows::{RunRow, TrialRow};
-use super::trials::Trial;
-use crate::files::write_text;
-use crate::table::{Cell, Table};
-use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, read_json, write_json};
-use cosmic::record::summary::NUMBERS;
-use cosmic::scene::Scene;
-use serde::{Deserialize, Serialize};
-use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
-
-/// The format of the results.
-const FORMAT: Format = Format {
-    name: "cosmic-study",
-    version: 1,
+use super::file::{Trial, Variant};
+use super::study::Study;
+use super::tables::{
+    DISPLACEMENT, TrialRow, all_departures, departures, in_mujoco, questions, runs, trials,
 };
+use crate::files::{write_text, write_texts};
+use crate::report::{Bar, PICTURES, RunFiles, bars};
+use crate::table::Table;
+use cosmic::error::{Error, Result};
+use cosmic::record::files::{Format, make_folder, read_json, write_json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
-/// The results of a study.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct StudyResults {
-    #[serde(flatten)]
-    pub(super) settings: Provenance,
-    pub(super) rows: Vec<TrialRow>,
-    pub(super) motifs: Vec<MotifRow>,
-}
+const FORMAT: Format = Format::new("cosmic-study", 2);
 
-/// The settings of the study that made the results.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Provenance {
-    study: String,
+/// The unit of all bars.
+const UNIT: &str = "displacement along the ground, m \
+    (bar: median; dots: seeds; stroke: the paper's, or Coulomb here)";
+
+/// The results in JSON.
+#[derive(Serialize, Deserialize)]
+struct Results {
     first_seed: u64,
     seeds: NonZeroUsize,
-    iterations: Option<NonZeroUsize>,
-    /// Settings under those of every scene, TOML. Results of older versions lack it.
+    /// Version 1 lacks them.
     #[serde(default)]
-    base: Option<String>,
+    trials: Vec<Settings>,
+    #[serde(default)]
+    tables: Vec<Value>,
 }
 
-impl StudyResults {
-    /// The trial with this name, which must be one of the study's.
-    pub(super) fn row(&self, name: &str) -> &TrialRow {
-        let row = self.rows.iter().find(|row| row.trial.name == name);
-        row.expect("a study has all of its trials")
-    }
+/// What differs from the base of a trial's scene.
+#[derive(Serialize, Deserialize)]
+struct Settings {
+    trial: String,
+    settings: Vec<String>,
+}
 
-    /// The trials of a table.
-    pub(super) fn table(&self, table: &str) -> Vec<&TrialRow> {
-        let rows = self.rows.iter();
-        rows.filter(|row| row.trial.table == table).collect()
-    }
-
-    /// Writes the document, a table with a row per run, and all numbers; returns the paths.
-    pub(super) fn write(&self, study: &Study, document: &str) -> Result<[PathBuf; 3]> {
-        let paths = ["md", "csv", "json"].map(|kind| place(study, kind));
-        for (path, text) in paths.iter().zip([document, &self.runs().to_csv()]) {
-            write_text(path, text)?;
-        }
-        write_json(&paths[2], FORMAT, self)?;
-        Ok(paths)
-    }
-
-    /// A row per run; a number that a run lacks is left empty.
-    fn runs(&self) -> Table {
-        let trials = self.rows.iter();
-        let runs: Vec<Pair> = trials
-            .flat_map(|row| row.runs.iter().map(|run| (&row.trial, run)))
-            .collect();
-        type Pair<'p> = (&'p Trial, &'p RunRow);
-        let of_summary = |(_, run): &Pair, k: usize| run.summary.as_ref().and_then(NUMBERS[k].1);
-        let of_check = |(_, run): &Pair, k: usize| run.check.as_ref().and_then(OF_CHECK[k].1);
-        let table = Table::of("", "", &runs)
-            .column("table", "", |(trial, _)| trial.table)
-            .column("trial", "", |(trial, _)| &trial.name[..])
-            .column("seed", "", |(_, run)| Cell::Count(run.seed))
-            .columns(NUMBERS.map(|(name, _)| name), "", of_summary)
-            .columns(OF_CHECK.map(|(name, _)| name), "", of_check);
-        if self.rows.iter().all(|row| row.on_frictions.is_empty()) {
-            return table.done();
-        }
-        let of_transfer = |run: &RunRow, number: fn(&Transfer, usize) -> Option<f64>, k: usize| {
-            number(run.transfer.as_ref()?, k)
+impl Results {
+    /// The results of a study without their tables.
+    fn of<'t>(study: &Study, trials: impl IntoIterator<Item = &'t Trial>) -> Self {
+        let limit = study.iterations.map_or("all".to_owned(), |n| n.to_string());
+        let settings = |Trial { name, scene, .. }: &Trial| {
+            let changed = scene.changed().into_iter();
+            let changed = changed.map(|setting| format!("{}={}", setting.key, setting.value));
+            let base = format!("base={}", scene.base.name());
+            let all = changed.chain([base, format!("iterations={limit}")]);
+            let (trial, settings) = (name.clone(), all.collect());
+            Settings { trial, settings }
         };
-        let names = |what: &str| FRICTIONS.map(|friction| format!("{what}_{friction}"));
-        table
-            .columns(names("mujoco"), "", |(_, run), k| {
-                of_transfer(run, Transfer::there, k)
-            })
-            .columns(names("coulomb"), "", |(_, run), k| {
-                of_transfer(run, Transfer::own, k)
-            })
-            .done()
-    }
-
-    /// Refuses to replace results that the study would not repeat: those of other settings, or of seeds
-    /// that it lacks.
-    ///
-    /// # Errors
-    /// [`Error::Usage`]; those of [`read_json`].
-    pub(super) fn may_replace(study: &Study) -> Result<()> {
-        let path = place(study, "json");
-        if !path.exists() {
-            return Ok(());
-        }
-        let (before, now): (Provenance, _) = (read_json(&path, FORMAT)?, Provenance::of(study));
-        match before.differs(&now) {
-            None => Ok(()),
-            Some([what, before, now]) => Err(Error::Usage(format!(
-                "{}: {what}: {before} in the results there, {now} in this study; name another \
-                 folder by --out",
-                path.display()
-            ))),
-        }
-    }
-}
-
-impl Provenance {
-    pub(super) fn of(study: &Study) -> Self {
         Self {
-            study: study.kind.name().to_owned(),
             first_seed: study.first_seed,
             seeds: study.seeds,
-            iterations: study.iterations,
-            base: Some(study.base.text.clone()),
+            trials: trials.into_iter().map(settings).collect(),
+            tables: Vec::new(),
         }
     }
 
-    /// The first setting that differs between these results and new ones: its name, and both values.
+    /// What new results would not repeat of these: its name, and both values.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
             let [before, now] = [self, now].map(|s| format!("{} to {}", s.first_seed, last(s)));
             return Some(["seeds".to_owned(), before, now]);
         }
-        let settings = |settings: &Self| {
-            let most = settings.iterations;
-            let most = most.map_or("all".to_owned(), |n| n.to_string());
-            // Results without a base may have any.
-            let base = self.base.as_ref().and(settings.base.as_deref());
-            let base = Scene::paper().with("--base", base.unwrap_or_default());
-            let mut all = vec![["iterations".to_owned(), most]];
-            if let Ok(base) = base {
-                all.extend(base.settings().into_iter().map(|s| [s.key, s.value]));
-            }
-            all
-        };
-        let mut pairs = settings(self).into_iter().zip(settings(now));
-        let ([key, before], [_, now]) = pairs.find(|(before, now)| before != now)?;
-        Some([key, before, now])
+        let only = |a: &[String], b: &[String]| a.iter().find(|word| !b.contains(word)).cloned();
+        self.trials.iter().find_map(|Settings { trial, settings }| {
+            let now = now.trials.iter().find(|now| now.trial == *trial);
+            let now = now.map_or(&[][..], |now| &now.settings);
+            let [before, now] = [only(settings, now), only(now, settings)];
+            let differs = before.is_some() || now.is_some();
+            let usual = || "as in the base".to_owned();
+            let [before, now] = [before, now].map(|word| word.unwrap_or_else(usual));
+            differs.then_some([trial.clone(), before, now])
+        })
     }
 }
 
-/// A file of a study's results.
-fn place(study: &Study, extension: &str) -> PathBuf {
-    let name = Path::new(study.kind.name()).with_extension(extension);
-    study.out.join(name)
+impl Study {
+    /// A file of the results.
+    fn place(&self, extension: &str) -> PathBuf {
+        self.out.join(format!("{}.{extension}", self.file.name))
+    }
+
+    /// Makes the folder of the results, and checks that they may be written there: over results of the same settings
+    /// and of these seeds or fewer.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]; the errors of the file's scenes; those of [`read_json`] and [`make_folder`].
+    pub fn check_results(&self) -> Result<()> {
+        let path = self.place("json");
+        if path.exists() {
+            let version_1 = Format::new(FORMAT.name, 1);
+            let before = read_json(&path, version_1).or_else(|_| read_json(&path, FORMAT));
+            let (before, trials): (Results, _) = (before?, self.file.trials(&self.base)?);
+            if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
+                return Err(Error::Usage(format!(
+                    "{}: {what}: {before} in the results there, {now} in this study; name another \
+                     folder by --out",
+                    path.display()
+                )));
+            }
+        }
+        make_folder(&self.out)
+    }
+
+    /// Writes the results and returns the paths.
+    pub(super) fn write_results(&self, rows: &[TrialRow]) -> Result<Vec<PathBuf>> {
+        let keys = &self.file.keys;
+        let command = format!("```sh\n{}\n```\n", self.command());
+        let mut text = format!("# {}\n\n{}\n{command}", keys.title, keys.about);
+        let mut results = Results::of(self, rows.iter().map(|row| &row.trial));
+        let known = all_departures(rows);
+        let of_trials = |variant| trials(variant, &rows_of(rows, variant), &known);
+        let mut tables: Vec<Table> = keys.variants.iter().map(of_trials).collect();
+        tables.push(departures(&known));
+        tables.extend((!keys.mujoco.is_empty()).then(|| in_mujoco(&keys.mujoco, rows)));
+        tables.extend((!keys.questions.is_empty()).then(|| questions(&keys.questions, rows)));
+        for table in &tables {
+            let mut variants = keys.variants.iter();
+            let variant = variants.find(|variant| variant.name == table.name);
+            let about = variant.map_or(String::new(), |variant| variant.about.clone() + "\n");
+            text += &format!("\n## {}\n\n{about}{}", table.title, table.to_markdown());
+            let (name, rows) = (&table.name, table.to_json()["rows"].take());
+            results.tables.push(json!({ "table": name, "rows": rows }));
+        }
+        let mut written = self.write_figures(rows, &mut text)?;
+        text += &include_str!("about.md").replace("NAME", &self.file.name);
+        let paths = ["md", "csv", "json"].map(|extension| self.place(extension));
+        write_text(&paths[0], &text)?;
+        write_text(&paths[1], &runs(rows).to_csv())?;
+        write_json(&paths[2], FORMAT, &results)?;
+        written.extend(paths);
+        Ok(written)
+    }
+
+    /// Writes a chart for each table, and pictures of the best run of each trial of the first table. Adds them
+    /// to the document.
+    fn write_figures(&self, rows: &[TrialRow], text: &mut String) -> Result<Vec<PathBuf>> {
+        let (keys, name) = (&self.file.keys, &self.file.name);
+        let mut drawn = Vec::new();
+        for variant in &keys.variants {
+            let rows = rows_of(rows, variant).into_iter();
+            let all: Vec<Bar> = rows.flat_map(|row| bars_of(row, &keys.mujoco)).collect();
+            let file = format!("{}.svg", variant.name);
+            *text += &format!("\n![every seed]({name}/{file})\n");
+            drawn.push((file, bars("Every seed of every trial", UNIT, &all)));
+        }
+        let best = rows_of(rows, &keys.variants[0]).into_iter();
+        let best = best.filter_map(|row| Some((&row.trial, row.best()?)));
+        for (trial, best) in best.filter(|_| !keys.pictures.is_empty()) {
+            *text += &format!("\n## The best of {}: seed {}\n\n", trial.title, best.seed);
+            let run = RunFiles::read(&best.folder)?;
+            let is_asked = |picture: &str| keys.pictures.iter().any(|asked| asked == picture);
+            for (picture, draw) in PICTURES.iter().filter(|(picture, _)| is_asked(picture)) {
+                let file = format!("{}-{picture}.svg", trial.name);
+                *text += &format!("![{picture}]({name}/{file})\n");
+                drawn.push((file, draw(&run)));
+            }
+        }
+        let folder = self.out.join(name);
+        make_folder(&folder)?;
+        write_texts(&folder, drawn)
+    }
 }
 
-/// A number of a check; `None` if a rollout diverged.
-type OfCheck = fn(&Check) -> Option<f64>;
+fn rows_of<'r>(rows: &'r [TrialRow], variant: &Variant) -> Vec<&'r TrialRow> {
+    let rows = rows.iter();
+    rows.filter(|row| row.trial.table == variant.name).collect()
+}
 
-/// Numbers of a check, each with the name of its column. True is 1.
-const OF_CHECK: [(&str, OfCheck); 6] = [
-    ("half_step_p50", |c| c.half_step[1]),
-    ("half_step_p10", |c| c.half_step[0]),
-    ("half_step_p90", |c| c.half_step[2]),
-    ("goal_behind_p50", |c| c.goal_behind),
-    ("one_hot", |c| Some(f64::from(c.one_hot))),
-    ("within_bounds", |c| Some(f64::from(c.within_bounds))),
-];
+/// The bars of a trial: as designed, and in MuJoCo on each friction.
+fn bars_of(row: &TrialRow, frictions: &[f64]) -> Vec<Bar> {
+    let bar = |name: String, column: &str, mark: Option<f64>| Bar {
+        name,
+        value: row.of(column).median,
+        points: row.sample(column),
+        mark,
+    };
+    let title = &row.trial.title;
+    let mut bars = vec![bar(title.clone(), DISPLACEMENT, row.trial.paper)];
+    for friction in frictions {
+        let [there, own] = ["mujoco", "coulomb"].map(|name| format!("{name}_{friction}"));
+        bars.push(bar(
+            format!("{title}, friction {friction}"),
+            &there,
+            row.of(&own).median,
+        ));
+    }
+    bars
+}

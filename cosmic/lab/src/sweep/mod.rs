@@ -27,4 +27,4 @@ pub use prune::{Pruned, prune};
 pub use ranges::{in_ranges, parse_ranges};
 pub use script::{HandOver, Scheduler};
 pub use state::RunState;
-pub use work::{Ended, Measure, Overseer, RunOutcome, Sweep};
+pub use work::{Ended, Overseer, RunOutcome, Sweep};

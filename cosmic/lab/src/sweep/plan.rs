@@ -1,6 +1,7 @@
 //! The scenes and seeds of a sweep, fixed when it is planned.
 
 use super::RunState;
+use crate::measure::{Check, Walks, check_python};
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::snapshot;
@@ -160,9 +161,36 @@ pub type PlanOutline = SweepPlan<()>;
 pub struct PlannedStudy {
     /// The study's name.
     pub kind: String,
-    /// The Python that its measurements take, if they take one.
+    /// The Python with MuJoCo, if robots walk there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<String>,
+    /// The coefficients of friction on which robots walk in MuJoCo.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frictions: Vec<f64>,
+}
+
+impl PlannedStudy {
+    /// Checks that this machine can measure.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if robots walk in MuJoCo and the Python lacks it.
+    pub fn check(&self) -> Result<()> {
+        let mut python = self.python.iter();
+        python.try_for_each(|python| check_python(python.as_ref()))
+    }
+
+    /// Measures a run that is done and writes the files of the measurements, except those that exist. Returns
+    /// `None` if it was stopped.
+    ///
+    /// # Errors
+    /// The errors of reading and writing the run's files; [`Error::Usage`] if Python fails.
+    pub(crate) fn measure(&self, run: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Option<()>> {
+        Check::keep(run)?;
+        match &self.python {
+            None => Ok(Some(())),
+            Some(python) => Walks::keep(run, &self.frictions, python.as_ref(), is_stopped),
+        }
+    }
 }
 
 impl SweepPlan {

@@ -49,15 +49,9 @@ pub trait Overseer: Sync {
     /// Called when a run ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// Called when a study has measured a run that ended. Calls may overlap.
-    fn measured(&self, _index: usize) {}
-
     /// Passes on a [warning](Observer::warning) with the name of its run.
     fn warning(&self, run: &str, text: &str);
 }
-
-/// What a study measures of a run that is done, in the run's folder.
-pub type Measure<'s> = &'s (dyn Fn(&Path) -> Result<()> + Sync);
 
 /// A sweep at work.
 pub struct Sweep<'s, S> {
@@ -65,8 +59,6 @@ pub struct Sweep<'s, S> {
     pub folder: &'s Path,
     /// The plan.
     pub plan: &'s SweepPlan<S>,
-    /// Called for every run that this process brings to its end, before it gives the run back.
-    pub measure: Measure<'s>,
 }
 
 impl<S: HasScene> Sweep<'_, S> {
@@ -135,7 +127,11 @@ impl<S: HasScene> Sweep<'_, S> {
         };
         Ok(Some(match done {
             Ok(summary) => {
-                (self.measure)(&folder)?;
+                // Measured before the run is given back.
+                if let Some(study) = &self.plan.study {
+                    let measured = study.measure(&folder, &|| observer.is_stopped())?;
+                    measured.ok_or_else(|| self.stopped())?;
+                }
                 RunOutcome::Done(Box::new(summary))
             }
             Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),

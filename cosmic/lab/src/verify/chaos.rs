@@ -2,101 +2,60 @@
 
 use rayon::prelude::*;
 
-use super::probe::{Probe, distance, median};
+use super::probe::{MOVED, Probe, distance, median};
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
+use cosmic::lattice::State;
 use cosmic::task::together;
 
 /// Perturbed starts that are compared with the unperturbed one.
 const STARTS: usize = 16;
-/// The perturbation of each coordinate, m.
-const MOVED: f64 = 1e-9;
 /// The distance of two motions, m, beyond which they no longer diverge as small perturbations do.
 const PARTED: f64 = 1e-4;
 /// Steps between two measurements of the distance.
 const EVERY: usize = 8;
-
-/// Binary digits lost before anything has doubled, to the sums of a single step, of some hundred terms,
-/// and to the curvature of contact.
+/// Binary digits lost before anything has doubled: to the sums of a single step, of some hundred
+/// terms, and to the curvature of contact.
 const SPENT: u32 = 7;
 
-/// The divergence of a case's motions from perturbed starts, and the time for which a computation
-/// predicts single points of one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chaos {
+/// The divergence of a case's motions from perturbed starts.
+#[derive(Debug)]
+pub(super) struct Chaos {
     /// Steps in which a small perturbation doubles, the median over starts; infinite if it does not
     /// double once in the whole rollout.
-    pub doubling: f64,
-    /// Length of a step, s.
-    pub dt: f64,
-    /// Steps, and the largest growth of a small perturbation until then over all starts: contacts
-    /// stretch some directions for a while even if nothing grows for ever. Ends when the first start
-    /// is beyond the range of small perturbations.
-    pub grown: Vec<(usize, f64)>,
-    /// Steps of the whole rollout.
-    pub steps: usize,
-    /// Displacement along the ground over the perturbed starts, after all steps.
-    pub spread: Quantiles,
-    /// The displacement from the unperturbed start.
-    pub unmoved: f64,
+    pub(super) doubling: f64,
+    /// The time step, s.
+    pub(super) dt: f64,
+    /// Steps, and the largest growth of a small perturbation until then over all starts. Contacts
+    /// stretch some directions for a while even if nothing grows in the long run. The list ends when
+    /// the first start is beyond the range of small perturbations.
+    grown: Vec<(usize, f64)>,
+    steps: usize,
+    /// Displacement along the ground after all steps, over the perturbed starts, m.
+    spread: Quantiles,
+    /// The displacement from the unperturbed start, m.
+    unmoved: f64,
 }
 
 impl Chaos {
-    /// Steps after which a number type of this many binary digits has lost all of them to rounding, such
-    /// as [`f64::MANTISSA_DIGITS`].
-    pub fn horizon(&self, digits: u32) -> f64 {
-        f64::from(digits - SPENT) * self.doubling
-    }
-
-    /// How much a perturbation may have grown after so many steps: as much as was seen, and beyond
-    /// that at the mean rate.
-    pub fn growth(&self, steps: usize) -> f64 {
-        let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
-        let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
-        grown * ((steps - at) as f64 / self.doubling).exp2()
-    }
-
-    /// The note beside every table.
-    pub fn note(&self) -> String {
-        if self.doubling.is_infinite() {
-            let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
-            return format!(
-                "Chaos: small perturbations of this design do not double once in the whole \
-                 rollout; on the way some had grown by {most:.0} times."
-            );
-        }
-        let [double, single] =
-            [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(|digits| self.horizon(digits));
-        format!(
-            "Chaos: a small perturbation of this design doubles every {:.0} steps ({:.3} s). \
-             Beyond {double:.0} steps ({:.2} s) in f64, and {single:.0} steps ({:.2} s) in f32, \
-             every digit is lost to rounding and no pointwise error means anything; the spread \
-             over perturbed starts still does.",
-            self.doubling,
-            self.doubling * self.dt,
-            double * self.dt,
-            single * self.dt,
-        )
-    }
-
-    /// Runs a case from 16 starts moved by 1e-9 m, and unmoved.
-    pub fn of(case: &Case) -> Self {
+    /// Runs a case from 16 moved starts and from its own.
+    pub(super) fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
         observed.push(steps);
         let run = |starts: &[_]| probe.run_batch(starts, &observed);
-        let unmoved = run(std::slice::from_ref(&case.start)).remove(0);
-        let starts = probe.moved_starts(STARTS, MOVED);
+        let unmoved = run(std::slice::from_ref(&case.start)).remove(0).states;
+        let starts = probe.moved_starts(STARTS);
         let groups = starts.par_chunks(together(STARTS));
         let moved = groups.map(run).collect::<Vec<_>>().concat();
-        let reach = |states: &[cosmic::lattice::State<f64>]| {
+        let reach = |states: &[State<f64>]| {
             let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
             let way = [0, 1].map(|k| last[k] - first[k]);
             probe.task.ground().vector_to_ground(way)[0]
         };
         let parting = moved.iter().map(|moved| {
-            let pairs = moved.states.iter().zip(&unmoved.states);
+            let pairs = moved.states.iter().zip(&unmoved);
             pairs.map(|(a, b)| distance(a, b)).collect()
         });
         let parting: Vec<Vec<f64>> = parting.collect();
@@ -109,12 +68,44 @@ impl Chaos {
             grown: largest_growth(&observed, &parting),
             steps,
             spread: Quantiles::of(&reached),
-            unmoved: reach(&unmoved.states),
+            unmoved: reach(&unmoved),
         }
     }
 
+    /// How much a perturbation may have grown after so many steps: as much as was seen, and beyond
+    /// that at the mean rate.
+    pub(super) fn growth(&self, steps: usize) -> f64 {
+        let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
+        let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
+        grown * ((steps - at) as f64 / self.doubling).exp2()
+    }
+
+    /// The note beside every table.
+    pub(super) fn note(&self) -> String {
+        if self.doubling.is_infinite() {
+            let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
+            return format!(
+                "Chaos: small perturbations of this design do not double once in the whole rollout. \
+                 In between some had grown {most:.0} times."
+            );
+        }
+        // Steps after which rounding has used up all binary digits of a number type.
+        let horizon = |digits: u32| f64::from(digits - SPENT) * self.doubling;
+        let [double, single] = [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(horizon);
+        format!(
+            "Chaos: a small perturbation of this design doubles every {:.0} steps ({:.3} s). \
+             Beyond {double:.0} steps ({:.2} s) in f64, and {single:.0} steps ({:.2} s) in f32, \
+             every digit is lost to rounding and pointwise errors mean nothing. The spread over \
+             perturbed starts still has a meaning.",
+            self.doubling,
+            self.doubling * self.dt,
+            double * self.dt,
+            single * self.dt,
+        )
+    }
+
     /// The spread, as a table.
-    pub fn table(&self) -> Table {
+    pub(super) fn table(&self) -> Table {
         let title =
             format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
         let Quantiles { p10, p50, p90 } = self.spread;
@@ -145,35 +136,29 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     grown
 }
 
-/// Doublings per step: the slope of a line through the logarithms of the distances, as long as these
-/// are small. The first steps, in which a perturbation turns towards the growing directions, count as
-/// well: they are few.
+/// Doublings per step: the slope of the straight line nearest to the logarithms of the distances, as
+/// long as these are small; zero for fewer than two. The first steps, in which a perturbation turns
+/// towards the growing directions, are few and count too.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
-    let count = distances.iter().take_while(|&&d| d < PARTED).count();
+    let small = distances.iter().take_while(|&&d| d < PARTED);
     // Motions that agree to the last bit count as one rounding apart.
-    let log = |d: &f64| d.max(f64::EPSILON).log2();
-    let points = steps.iter().zip(distances).take(count);
-    let points: Vec<[f64; 2]> = points.map(|(&n, d)| [n as f64, log(d)]).collect();
-    slope(&points)
-}
-
-/// The slope of the straight line nearest to some points; zero for fewer than two.
-fn slope(points: &[[f64; 2]]) -> f64 {
-    let count = points.len().max(1) as f64;
-    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
-    let moment = |k: usize| {
-        let product = |p: &[f64; 2]| (p[0] - mean[0]) * (p[k] - mean[k]);
-        points.iter().map(product).sum::<f64>()
-    };
-    match points.len() {
-        0 | 1 => 0.0,
-        _ => moment(1) / moment(0),
+    let logs: Vec<f64> = small.map(|d| d.max(f64::EPSILON).log2()).collect();
+    if logs.len() < 2 {
+        return 0.0;
     }
+    let steps: Vec<f64> = steps[..logs.len()].iter().map(|&n| n as f64).collect();
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (at, of) = (mean(&steps), mean(&logs));
+    let moment = |x: &[f64], mean: f64| -> f64 {
+        let product = |(n, x): (&f64, &f64)| (n - at) * (x - mean);
+        steps.iter().zip(x).map(product).sum()
+    };
+    moment(&logs, of) / moment(&steps, at)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Chaos, growth_rate, largest_growth, slope};
+    use super::{Chaos, growth_rate, largest_growth};
     use crate::verify::probe::small;
 
     #[test]
@@ -184,11 +169,6 @@ mod tests {
         // Logarithms near 20 rounded at 4e-15, fitted over hundreds of steps.
         assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
         assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
-        assert_eq!(slope(&[[1.0, 2.0]]), 0.0);
-    }
-
-    #[test]
-    fn growth_is_seen_until_a_start_has_parted() {
         let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
         let grown = largest_growth(&[0, 8, 16, 24], &parting);
         assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
@@ -204,7 +184,7 @@ mod tests {
         assert!(chaos.note().contains("do not double"));
         // The payload sags by micrometres.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
-        // Seen, and beyond that at the mean rate.
+        // Growth is what was seen, and beyond that at the mean rate.
         (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
         assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
         assert_eq!(chaos.growth(36), 8.0 * 4.0);

@@ -3,21 +3,19 @@
 mod accuracy;
 mod chaos;
 mod clock;
+mod gradcheck;
 mod gradients;
 mod plan;
 mod probe;
-mod slopes;
 mod speed;
 pub mod stability;
-mod step;
 mod voids;
 
-pub use accuracy::{Accuracy, Energy, Method, Precision, Reference, Run};
-pub use chaos::Chaos;
+pub use accuracy::accuracy;
 pub use clock::{measured, peak_memory};
-pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
+pub use gradcheck::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
+pub use gradients::gradients;
 pub use plan::{Plan, Term};
-pub use slopes::{Gradients, Slopes, Way};
-pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, Times, TwoMatvecs, measure};
-pub use step::stable_steps;
+pub use probe::frequencies;
+pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
 pub use voids::{Pull, Voids};

@@ -6,14 +6,16 @@
 
 use super::clock::least_times;
 use super::speed::Subject;
-use super::voids::{Voids, keep_all, saving_of_eight};
+use super::voids::{Voids, keep_all};
 use cosmic::case::Case;
+use cosmic::design::Design;
 use cosmic::ground::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{ControllerSettings, LossSettings, PhysicsSettings, ProfileKind, VoidEdges};
+use cosmic::scene::{ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind};
 use cosmic::simulator::{Simulator, Span};
+use serde::Serialize;
 use std::iter::once;
 
 /// Steps of a measured rollout.
@@ -25,17 +27,22 @@ const SOME_BENDING: f64 = 0.01;
 /// A scale with which the controller sees numbers that are too small to act on.
 const LEAST_SCALE: f64 = 1e-150;
 
-/// A term of a rollout.
-#[derive(Clone, Debug, PartialEq)]
+/// A term of a rollout. Times are microseconds per step, and `None` if not measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Term {
     /// Its name.
+    #[serde(rename = "term")]
     pub name: &'static str,
     /// True if every step computes it.
     pub kept: bool,
     /// The reason.
     pub why: String,
-    /// Its cost, or the saving without it, in microseconds per step; `None` if not measured.
-    pub time: Option<f64>,
+    /// The time that leaving out a kept term saves.
+    pub cost: Option<f64>,
+    /// The cost as a share of the step.
+    pub share: Option<f64>,
+    /// The time that an omitted term would cost.
+    pub saving: Option<f64>,
 }
 
 /// The plan of a case's rollout.
@@ -74,34 +81,42 @@ impl Plan {
             simulator.rollout(body, &case.controller, &case.start, &span)
         });
         let mut times = times.into_iter().map(|time| time * 1e6 / STEPS as f64);
-        let as_planned = times.next().unwrap_or(f64::NAN);
-        let timed = |PlannedTerm { mut term, other }| {
-            let added = other.and_then(|_| Some(times.next()? - as_planned));
-            term.time = added.map(|added| if term.kept { -added } else { added }.max(0.0));
-            term
+        let step = times.next().unwrap_or(f64::NAN);
+        let timed = |mut row: Row| {
+            let (term, other) = (&mut row.term, row.other.and_then(|_| times.next()));
+            let added = |other: f64| {
+                if term.kept {
+                    step - other
+                } else {
+                    other - step
+                }
+            };
+            let time = other.map(|other| added(other).max(0.0));
+            (term.cost, term.saving) = if term.kept {
+                (time, None)
+            } else {
+                (None, time)
+            };
+            row.term
         };
         let mut plan = Self {
             terms: rows.into_iter().map(timed).collect(),
-            step: Some(as_planned),
+            step: Some(step),
             voids: None,
         };
-        plan.split_network();
+        // Without outputs there is no network at all: that saved both layers.
+        let output = plan.term(OUTPUT).cost;
+        let hidden = &mut plan.term(HIDDEN).cost;
+        let both = hidden.zip(output);
+        *hidden = both.map(|(both, output)| (both - output).max(0.0));
         plan.add_gradients(case, loss);
-        let single = plan.term(VOID_EDGES).time.unwrap_or(0.0);
-        plan.voids = voids.map(|voids| {
-            let of_eight = saving_of_eight(case, &variants[0].0, [STEPS, ROUNDS]);
-            let saving = Some([single, of_eight]);
-            Voids { saving, ..voids }
-        });
+        for term in &mut plan.terms {
+            term.share = term.cost.map(|cost| cost / step);
+        }
+        let row = plan.term(VOID_EDGES);
+        let saving = row.cost.or(row.saving);
+        plan.voids = voids.map(|voids| Voids { saving, ..voids });
         plan
-    }
-
-    /// Without outputs there is no network at all: that saved both layers.
-    fn split_network(&mut self) {
-        let output = self.term(OUTPUT).time;
-        let hidden = &mut self.term(HIDDEN).time;
-        let times = hidden.zip(output);
-        *hidden = times.map(|(both, output)| (both - output).max(0.0));
     }
 
     /// A term by its name.
@@ -118,7 +133,7 @@ impl Plan {
         let times = least_times(ROUNDS, &blocks, |blocks| subject.gradient::<f64>(blocks));
         for (name, other) in [(BY_WEIGHTS, times[0]), (BY_DESIGN, times[1])] {
             let added = (times[2] - other).max(0.0);
-            self.term(name).time = Some(added * 1e6 / subject.steps() as f64);
+            self.term(name).saving = Some(added * 1e6 / subject.steps() as f64);
         }
     }
 }
@@ -142,24 +157,26 @@ struct Parts {
 /// A change of the planned rollout.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
 
-/// A term, and the change that has the rollout compute it if the planned one does not, or the other way
+/// A term, and the change by which a rollout computes it if the planned one does not, or the other way
 /// round.
-struct PlannedTerm<'f> {
+struct Row<'f> {
     term: Term,
     other: Option<Box<Change<'f>>>,
 }
 
-fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> PlannedTerm<'f> {
+fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
     let term = Term {
         name,
         kept,
         why: why.into(),
-        time: None,
+        cost: None,
+        share: None,
+        saving: None,
     };
-    PlannedTerm { term, other: None }
+    Row { term, other: None }
 }
 
-impl<'f> PlannedTerm<'f> {
+impl<'f> Row<'f> {
     /// Adds the change, if the condition holds.
     fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
         if holds {
@@ -204,44 +221,36 @@ impl<'a> Facts<'a> {
         (simulator, parts.body)
     }
 
-    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<PlannedTerm<'f>> {
-        let physics = &self.case.physics;
-        let (cubic, radius) = (physics.stiffening, physics.bending_radius);
-        let by_weights =
-            "not in updates of the design, which ask for the gradient by the design alone";
-        let by_design = match self.case.frozen {
-            Some(_) => "the layout is frozen",
-            None => "not in updates of the controller",
-        };
-        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
-        let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
-        let stiffening = format!("physics.stiffening is {cubic}");
-        let bending = format!("physics.bending_radius is {radius} m");
+    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
         let mut rows = self.controller_rows();
-        rows.extend([
-            row("springs", true, self.springs()),
-            self.void_edges(voids),
-            row("stiffening springs", cubic > 0.0, stiffening)
-                .or(true, move |parts| parts.physics.stiffening = stiffer),
-            row("bending of bars", radius > 0.0, bending)
-                .or(true, move |parts| parts.physics.bending_radius = bent),
-        ]);
-        rows.extend(physics.forces.about().into_iter().map(|(name, about)| {
-            row(name, true, about).or(true, move |parts| {
-                parts.physics.forces = parts.physics.forces.without(name);
-            })
-        }));
+        rows.extend(self.force_rows(voids));
         rows.extend(self.ground_rows());
-        rows.push(row(BY_WEIGHTS, false, by_weights));
-        rows.push(row(BY_DESIGN, false, by_design));
+        let why = "not in updates of the design, which ask for the gradient by the design alone";
+        rows.push(row(BY_WEIGHTS, false, why));
+        let why = match self.case.design {
+            Design::Layout(_) => "the layout is frozen",
+            Design::Undecided(_) => "not in updates of the controller",
+        };
+        rows.push(row(BY_DESIGN, false, why));
         rows
     }
 
-    fn controller_rows(&self) -> Vec<PlannedTerm<'_>> {
-        let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
+    fn controller_rows(&self) -> Vec<Row<'_>> {
+        let ([some, all], hidden) = (self.outputs, self.case.observation.hidden);
         let strains = some > 0;
-        let folded = "mean, scales, goal, clocks of one frequency and rotation are folded into the \
-                      weights once";
+        let weighed = strains && !self.body.presence.is_empty();
+        let (folded, why_weighed) = if weighed {
+            (
+                "scales, goal, clocks of one frequency and rotation are folded into the weights once",
+                "nodes count, and are observed, as much as their edges are solid",
+            )
+        } else {
+            (
+                "mean, scales, goal, clocks of one frequency and rotation are folded into the weights \
+                 once",
+                "all nodes count alike",
+            )
+        };
         let sight = |sees: bool, scale: &str| match (sees, strains) {
             (false, _) => format!("controller.{scale} is 0"),
             (true, false) => "there is no controller: no edge strains".to_owned(),
@@ -257,6 +266,8 @@ impl<'a> Facts<'a> {
         vec![
             row("making of observations", false, folded),
             row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
+            row("presence of nodes", weighed, why_weighed)
+                .or(weighed, |parts| parts.body.presence.clear()),
             row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
                 parts.sight.offset_scale = LEAST_SCALE
             }),
@@ -271,67 +282,83 @@ impl<'a> Facts<'a> {
         ]
     }
 
-    fn springs(&self) -> String {
+    fn force_rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
+        let physics = &self.case.physics;
+        let (cubic, radius) = (physics.stiffening, physics.bending_radius);
+        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
+        let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
+        let stiffens = match cubic {
+            0.0 => "physics.stiffening is 0".to_owned(),
+            _ => format!(
+                "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
+            ),
+        };
+        let resists = format!("physics.bending_radius is {radius} m");
         let edges = self.body.stiffness.iter().filter(|k| **k != 0.0).count();
-        match self.case.physics.substeps {
+        let springs = match physics.substeps {
             1 => format!("{edges} edges, in whole lanes"),
             substeps => format!("{edges} edges, {substeps} times a step"),
+        };
+        let void_edges = match voids {
+            None => row(VOID_EDGES, true, "no edge of a mixture is void"),
+            Some(voids) => row(VOID_EDGES, !voids.dropped, voids.why(self.case))
+                .or(true, |parts| parts.body = voids.other_body(self.case)),
+        };
+        let mut rows = vec![
+            row("springs", true, springs),
+            void_edges,
+            row("stiffening springs", cubic > 0.0, stiffens)
+                .or(true, move |parts| parts.physics.stiffening = stiffer),
+            row("bending of bars", radius > 0.0, resists)
+                .or(true, move |parts| parts.physics.bending_radius = bent),
+        ];
+        for (name, about) in physics.forces.about() {
+            rows.push(row(name, true, about).or(true, move |parts| {
+                parts.physics.forces = parts.physics.forces.without(name);
+            }));
         }
+        rows
     }
 
-    fn void_edges<'f>(&'f self, voids: Option<&'f Voids>) -> PlannedTerm<'f> {
-        let Some(voids) = voids else {
-            return row(VOID_EDGES, true, "no edge of a mixture is void");
-        };
-        let (edges, [all, without]) = (voids.edges, voids.registers);
-        let why = match (self.case.physics.void_edges, voids.dropped) {
-            (VoidEdges::Drop, _) => "physics.void_edges is \"drop\"",
-            (VoidEdges::Keep, true) => "void has no stiffness",
-            (VoidEdges::Keep, false) => "physics.void_edges is \"keep\"",
-        };
-        let (of, registers) = (self.case.lattice.edges.len(), all - without);
-        let mut why = format!(
-            "{edges} of {of}: {why}; {registers} of {all} registers of edges hold no other edge"
-        );
-        if voids.dropped {
-            why += " and are skipped";
-        }
-        row(VOID_EDGES, !voids.dropped, why)
-            .or(true, |parts| parts.body = voids.other_body(self.case))
-    }
-
-    fn ground_rows(&self) -> [PlannedTerm<'_>; 4] {
+    fn ground_rows(&self) -> [Row<'_>; 4] {
         let physics = &self.case.physics;
-        let rotation = if Ground::from(physics).is_flat() {
-            "the ground is flat"
-        } else {
-            "all is computed in the ground's frame; gravity and weights are turned once"
+        let rotation = match Ground::from(physics).is_flat() {
+            true => "the ground is flat".to_owned(),
+            false => format!(
+                "all is computed in the frame of the ground, which is inclined by {} degrees; \
+                 gravity and weights are turned once",
+                physics.incline_deg
+            ),
         };
         let nodes = format!("{} nodes", self.case.lattice.nodes());
         let corners = physics.ground.resolved().points().len();
         let (profile, other) = match corners {
             0 => ("the ground is a line".to_owned(), ProfileKind::Steps),
-            _ => (format!("{corners} corners"), ProfileKind::Flat),
+            _ => {
+                let kind = physics.ground.profile.name();
+                (format!("{corners} corners ({kind})"), ProfileKind::Flat)
+            }
         };
         let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
         let is_coulomb = law.name() == "coulomb";
         let coulomb = format!("coefficient {}", physics.friction);
         let why_contact = if is_there { &nodes } else { law.about() };
         let why_friction = if is_coulomb { &coulomb } else { law.about() };
-        let sticking_or = |sticks: bool, other: fn() -> ContactLaw| {
-            if sticks {
-                ContactLaw::infinite()
-            } else {
-                other()
-            }
+        let other_law = if is_there {
+            ContactLaw::none
+        } else {
+            ContactLaw::infinite
+        };
+        let other_friction = if is_coulomb {
+            ContactLaw::infinite
+        } else {
+            ContactLaw::coulomb
         };
         [
-            row("contact with the ground", is_there, why_contact).or(true, move |parts| {
-                parts.physics.contact = sticking_or(!is_there, ContactLaw::none);
-            }),
-            row("Coulomb friction", is_coulomb, why_friction).or(true, move |parts| {
-                parts.physics.contact = sticking_or(is_coulomb, ContactLaw::coulomb);
-            }),
+            row("contact with the ground", is_there, why_contact)
+                .or(true, move |parts| parts.physics.contact = other_law()),
+            row("Coulomb friction", is_coulomb, why_friction)
+                .or(true, move |parts| parts.physics.contact = other_friction()),
             row("rotation of an incline", false, rotation),
             row("profile of the ground", is_there && corners > 0, profile)
                 .or(is_there, move |parts| parts.physics.ground.profile = other),

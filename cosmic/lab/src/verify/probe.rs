@@ -1,23 +1,30 @@
-//! A case that is run repeatedly, in any precision; small functions on numbers.
+//! A case that is run and differentiated repeatedly, in any number type; small functions on numbers.
 
-use autodiff::Real;
+use autodiff::{Dual, Real, Var};
 
 use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
 use cosmic::domain::perturbed;
+use cosmic::inputs::{Block, Inputs};
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
 #[cfg(test)]
 use cosmic::scene::Scene;
 use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::simulator::{Span, Store, Trajectory};
 use cosmic::task::Task;
 
+/// The distance by which the coordinates of neighbouring starts are moved, m.
+pub(super) const MOVED: f64 = 1e-9;
+
 /// The robot of a case in its world.
+#[derive(Clone)]
 pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
     pub(super) task: Task,
-    /// Computed in f64 and then lifted, so that every precision runs the same robot.
-    mixture: Vec<[f64; 3]>,
+    pub(super) inputs: Inputs<f64>,
+    /// Computed in f64 and then lifted, so that every number type runs the same robot.
+    design: Design<Mixture<f64>>,
 }
 
 impl<'a> Probe<'a> {
@@ -25,22 +32,22 @@ impl<'a> Probe<'a> {
         Self {
             case,
             task: case.task(),
-            mixture: case.own_mixture(),
+            inputs: case.inputs(),
+            design: case.own_design(),
         }
     }
 
-    /// The observed states of a rollout from the case's start in a number type, rounded to f64.
+    /// The observed states of a rollout from the case's start, rounded to f64.
     pub(super) fn run<R: Real + Into<f64>>(&self, observed: Vec<usize>) -> Trajectory<f64> {
-        let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
-        let (controller, start) = (
-            self.case.controller.map(R::lit),
-            self.case.start.map(R::lit),
-        );
+        let design = self.design.lift();
+        let controller = self.case.controller.map(R::lit);
+        let start = self.case.start.map(R::lit);
         let span = Span::from_start(observed);
-        let Trajectory { steps, states } =
-            (self.task).rollout(&mixture, &controller, &start, &span);
-        let states = states.iter().map(|state| state.map(R::into)).collect();
-        Trajectory { steps, states }
+        let seen = self.task.rollout(&design, &controller, &start, &span);
+        Trajectory {
+            steps: seen.steps,
+            states: seen.states.iter().map(|s| s.map(R::into)).collect(),
+        }
     }
 
     /// The observed states of rollouts from several starts, in f64.
@@ -50,21 +57,61 @@ impl<'a> Probe<'a> {
         observed: &[usize],
     ) -> Vec<Trajectory<f64>> {
         let span = Span::from_start(observed.to_vec());
-        (self.task).rollout_many(&[&self.mixture], &self.case.controller, starts, &span)
+        (self.task).rollout_many(&[&self.design], &self.case.controller, starts, &span)
     }
 
-    /// Starts with every coordinate moved by `distance`, up or down. Cases of equal size get equal
+    /// Starts with every coordinate moved by [`MOVED`], up or down. Cases of equal size get equal
     /// moves.
-    pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {
+    pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
-        let mut start = || perturbed(&self.case.start, distance, &mut stream);
+        let mut start = || perturbed(&self.case.start, MOVED, &mut stream);
         (0..count).map(|_| start()).collect()
     }
+
+    /// A loss and its gradient by some blocks of the inputs, in reverse mode.
+    pub(super) fn reverse<R: Real>(
+        &self,
+        blocks: &[Block],
+        loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>,
+    ) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(blocks, loss)
+    }
+
+    /// The inputs as duals, the numbers of some blocks moving along `N` directions at once.
+    pub(super) fn moving<R: Real, const N: usize>(
+        &self,
+        blocks: &[Block],
+        directions: [&[f64]; N],
+    ) -> Inputs<Dual<R, N>> {
+        let dual = |(i, x): (usize, f64)| Dual {
+            value: R::lit(x),
+            tangent: directions.map(|direction| R::lit(direction[i])),
+        };
+        let numbers = self.inputs.get(blocks).into_iter().enumerate();
+        let moving: Vec<Dual<R, N>> = numbers.map(dual).collect();
+        let mut inputs = self.inputs.lift();
+        inputs.set(blocks, &moving);
+        inputs
+    }
+
+    /// The inputs with other numbers in some blocks.
+    pub(super) fn with(&self, blocks: &[Block], numbers: &[f64]) -> Inputs<f64> {
+        let mut inputs = self.inputs.clone();
+        inputs.set(blocks, numbers);
+        inputs
+    }
+}
+
+/// The energies of a robot's states, J; `None` if a force has no energy, such as the force of a damper.
+pub(super) fn energies(case: &Case, states: &[State<f64>]) -> Option<Vec<f64>> {
+    let body = case.body();
+    let store = Store::new(&case.lattice, &case.physics, &body);
+    states.iter().map(|state| store.energy(state)).collect()
 }
 
 /// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
 /// it, and the rate at which forces dampen a vibration at most, 1/s.
-pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
+pub fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
     [
@@ -95,6 +142,14 @@ pub(super) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
+/// The length of the difference of two vectors over the length of the second. If the second is zero,
+/// the length of the difference.
+pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
+    let off: Vec<f64> = got.iter().zip(right).map(|(a, b)| a - b).collect();
+    let size = norm(right);
+    norm(&off) / if size > 0.0 { size } else { 1.0 }
+}
+
 /// The median; NaN counts as the largest number.
 pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = numbers.into_iter().collect();
@@ -110,15 +165,4 @@ pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
     scene.controller.hidden = 2;
     change(&mut scene);
     Case::of_scene(&scene, 0).expect("the default start fits any lattice")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::median;
-
-    #[test]
-    fn medians_of_even_samples_lie_in_the_middle() {
-        assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median([4.0, 1.0, f64::INFINITY, 2.0]), 3.0);
-    }
 }

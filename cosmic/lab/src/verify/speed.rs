@@ -5,17 +5,17 @@ use std::hint::black_box;
 use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 
 use super::clock::least_times;
-use super::probe::{Probe, dot};
+use super::probe::{Probe, relative_error};
 use cosmic::case::Case;
-use cosmic::controller::Controller;
-use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
+use cosmic::design::{Design, LayoutRules, Mixture, VolumeBounds, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
+use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
-use cosmic::task::{Horizon, Task};
+use cosmic::task::Horizon;
 use serde::Serialize;
 
 /// Steps of a measured rollout, unless the case has fewer.
@@ -24,52 +24,40 @@ pub const MEASURED_STEPS: usize = 4096;
 const REPEATS: usize = 25;
 /// Starts that are run together.
 const STARTS: usize = 8;
-/// The perturbation of their coordinates, m.
-const MOVED: f64 = 1e-9;
-
-/// Microseconds per step of one robot in one number type.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Times {
-    /// A plain rollout, with its loss.
-    pub rollout: f64,
-    /// The loss and its gradient by the design vectors.
-    pub value_and_design_gradient: f64,
-    /// The loss and its gradient by the controller's weights.
-    pub value_and_controller_gradient: f64,
-}
 
 /// The costs of steps, and the loss of accuracy in f32.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Speed {
     /// Steps of the measured rollouts.
     pub steps: usize,
-    /// The case itself, in f64.
-    pub double: Times,
-    /// The same in f32.
-    pub single: Times,
-    /// The case in f64, per start of eight that run together; the loss is their mean.
-    pub eight_starts: Times,
-    /// A layout of the case's dominant materials within the scene's volume bounds, in f64.
-    pub one_hot_double: Times,
-    /// The same in f32.
-    pub one_hot_single: Times,
-    /// The loss of that layout and its gradient by the share of each edge's own material, in f64 and in
-    /// f32, microseconds per step. The other materials are left out, and so are the controller's
-    /// outputs for passive edges.
-    pub own_materials: [f64; 2],
-    /// The losses in the performance and in the stability projection and their gradients by the design
-    /// vectors, in f64, side by side as an optimisation takes them on one thread: for each of the two,
-    /// microseconds per step.
-    pub two_designs: f64,
-    /// The yardstick: the controller's two matrix-vector products alone, in f64,
-    /// microseconds per step.
-    pub two_matvecs: f64,
+    /// The measured works with their times in microseconds per step of one robot.
+    pub times: Vec<(String, f64)>,
     /// The errors of gradients in f32 over the scene's first and last horizon.
     pub single_errors: [GradientError; 2],
 }
 
-/// The distance of the gradient in f32 from that in f64, relative to the length of the latter. Both have
-/// the scene's bound on the cotangent.
+impl Speed {
+    /// The time of a work in microseconds per step of one robot.
+    ///
+    /// # Panics
+    /// If no work has this name.
+    pub fn time(&self, work: &str) -> f64 {
+        let found = self.times.iter().find(|(name, _)| name == work);
+        found
+            .unwrap_or_else(|| panic!("no work is called {work}"))
+            .1
+    }
+
+    /// Adds a rollout, and its values with a gradient by the design and by the controller.
+    fn add_set(&mut self, set: &str, times: [f64; 3]) {
+        let by = |block: &str| format!("{set}value_and_{block}_gradient");
+        let works = [format!("{set}rollout"), by("design"), by("controller")];
+        self.times.extend(works.into_iter().zip(times));
+    }
+}
+
+/// The error of a gradient in f32 relative to the length of the gradient in f64. Both have the scene's
+/// bound on the cotangent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GradientError {
     /// Steps of the horizon.
@@ -80,48 +68,44 @@ pub struct GradientError {
     pub controller: f64,
 }
 
-impl Times {
-    /// From the times of the rollout and of both gradients.
-    fn new([rollout, by_design, by_controller]: [f64; 3]) -> Self {
-        Self {
-            rollout,
-            value_and_design_gradient: by_design,
-            value_and_controller_gradient: by_controller,
-        }
-    }
-}
-
-/// Measures a case with a scene's loss. The plan of the rollout and its sine table, which are made once,
-/// are left out.
+/// Measures a case with a scene's loss: the case itself, a layout of its dominant materials within the
+/// scene's volume bounds, and eight starts that run together. The plan of the rollout and its sine table,
+/// which are made once, are left out.
 pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let layout = layout(case, &scene.volume);
     let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
+    let mut speed = Speed {
+        steps,
+        times: Vec::new(),
+        single_errors: (scene.schedule.horizon)
+            .map(|steps| subject.single_error(steps, &scene.gradient)),
+    };
     let matvecs = TwoMatvecs::new(case);
     // In turns with the yardstick: a disturbance of the machine affects both.
     let [rollout, by_design, by_controller] = subject.works::<f64>();
     let yardstick = work(|| matvecs.run(steps));
     let [two_matvecs, double @ ..] =
         microseconds(steps, [yardstick, rollout, by_design, by_controller]);
-    let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
+    speed.add_set("", double);
     // One set after the other: a change of number type or size frees the memory of the rows.
-    Speed {
-        steps,
-        double: Times::new(double),
-        single: Times::new(microseconds(steps, subject.works::<f32>())),
-        one_hot_double: Times::new(microseconds(steps, one_hot.works::<f64>())),
-        one_hot_single: Times::new(microseconds(steps, one_hot.works::<f32>())),
-        own_materials: [
-            work(|| one_hot.own_gradient::<f64>()),
-            work(|| one_hot.own_gradient::<f32>()),
-        ]
-        .map(|work| microseconds(steps, [work])[0]),
-        two_designs,
-        eight_starts: Times::new(microseconds(STARTS * steps, subject.works_of_eight())),
-        two_matvecs,
-        single_errors: (scene.schedule.horizon)
-            .map(|steps| subject.single_error(steps, &scene.gradient)),
-    }
+    speed.add_set("f32_", microseconds(steps, subject.works::<f32>()));
+    speed.add_set("one_hot_", microseconds(steps, one_hot.works::<f64>()));
+    speed.add_set("one_hot_f32_", microseconds(steps, one_hot.works::<f32>()));
+    let eight = microseconds(STARTS * steps, subject.works_of_eight());
+    speed.add_set("eight_starts_", eight);
+    let [own] = microseconds(steps, [work(|| one_hot.own_gradient::<f64>())]);
+    let [own_f32] = microseconds(steps, [work(|| one_hot.own_gradient::<f32>())]);
+    let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
+    let others = [
+        ("one_hot_own_materials", own),
+        ("one_hot_f32_own_materials", own_f32),
+        ("one_of_two_designs", two_designs),
+        ("two_matvecs", two_matvecs),
+    ];
+    let others = others.map(|(name, time)| (name.to_owned(), time));
+    speed.times.extend(others);
+    speed
 }
 
 /// A piece of work to be measured.
@@ -141,11 +125,10 @@ fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
 /// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let bounds = VolumeBounds::widened(volume, 0.0);
-    let rules = LayoutRules::new(&case.lattice, &case.design);
-    let snapped = snap(&case.own_mixture(), &bounds, &rules);
+    let rules = LayoutRules::new(&case.lattice, &case.rules);
+    let snapped = snap(&case.own_design().mixtures(), &bounds, &rules);
     Case {
-        z: one_hot(&snapped),
-        frozen: Some(snapped),
+        design: Design::Layout(snapped),
         ..case.clone()
     }
 }
@@ -153,9 +136,7 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
 /// A benchmark case: a rollout and its gradients.
 #[derive(Clone)]
 pub struct Subject<'a> {
-    case: &'a Case,
-    task: Task,
-    inputs: Inputs<f64>,
+    probe: Probe<'a>,
     /// Starts near the case's own.
     starts: Vec<State<f64>>,
     loss: Displacement,
@@ -167,27 +148,25 @@ impl<'a> Subject<'a> {
     pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
         let mut moving = case.clone();
         moving.physics.steps = case.physics.steps.max(1);
-        let (task, most) = (moving.task(), moving.physics.steps);
+        let mut probe = Probe::new(case);
+        probe.task = moving.task();
         Self {
-            case,
-            inputs: case.inputs(),
-            starts: Probe::new(case).moved_starts(STARTS, MOVED),
+            starts: probe.moved_starts(STARTS),
             loss: Displacement {
-                ground: task.ground(),
+                ground: probe.task.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon::head(MEASURED_STEPS.min(most)),
-            task,
+            horizon: Horizon::head(MEASURED_STEPS.min(moving.physics.steps)),
+            probe,
         }
     }
 
     /// This case with a budget for what a gradient keeps of the steps of its rollout.
     #[must_use]
     pub fn with_memory(&self, memory: Memory) -> Self {
-        Self {
-            task: self.task.clone().with_memory(memory),
-            ..self.clone()
-        }
+        let mut other = self.clone();
+        other.probe.task = other.probe.task.with_memory(memory);
+        other
     }
 
     /// Steps of a rollout.
@@ -197,11 +176,11 @@ impl<'a> Subject<'a> {
 
     /// The loss of a plain rollout.
     pub fn rollout<R: Real>(&self) -> R {
-        let inputs = self.inputs.lift::<R>();
-        let mixture = self.case.mixture(self.case.projection, &inputs.z);
+        let Probe { case, task, .. } = &self.probe;
+        let inputs = self.probe.inputs.lift::<R>();
+        let design = case.projected(case.projection, &inputs.z);
         let span = self.span();
-        let (controller, start) = (&inputs.controller, &inputs.start);
-        let seen = self.task.rollout(&mixture, controller, start, &span);
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         self.loss.loss(&seen)
     }
 
@@ -214,69 +193,76 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
+    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its shares.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
     }
 
+    fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
+        self.probe.reverse(blocks, |inputs| {
+            (self.probe.task).loss(&self.design(blocks, inputs), inputs, &self.loss, horizon)
+        })
+    }
+
     /// The loss of a frozen layout and its gradient by the share of each edge's own material. The other
-    /// shares are constants: they are zero and stay so.
+    /// shares are constants: they are zero and stay so. The controller's outputs for passive edges are
+    /// left out.
     pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
-        self.inputs.lift().differentiate(DESIGN, |inputs| {
+        let given = self.probe.inputs.z.as_flattened();
+        self.probe.reverse(DESIGN, |inputs| {
             let zero = Var::constant(R::zero());
             let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
-            let shares = inputs.z.as_flattened().iter();
-            let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
-            let (mixture, _) = shares.as_chunks();
-            (self.task).loss(mixture, inputs, &self.loss, &self.horizon)
+            let shares = inputs.z.as_flattened().iter().zip(given);
+            let shares: Vec<Var<R>> = shares.map(own).collect();
+            let design = Design::of_shares(shares.as_chunks().0);
+            (self.probe.task).loss(&design, inputs, &self.loss, &self.horizon)
         })
     }
 
     /// The losses in the performance and in the stability projection, each with its gradient by the
-    /// design vectors.
+    /// design vectors, side by side as an optimisation takes them on one thread.
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
-        self.inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
+        let Probe {
+            case, task, inputs, ..
+        } = &self.probe;
+        inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
             let projections = [Projection::Performance, Projection::Stability];
-            let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
-            let mixtures = [mixture(0), mixture(1)];
-            let losses = (self.task).losses(&mixtures, &copies[0], &self.loss, &self.horizon);
+            let design = |k: usize| case.projected(projections[k], &copies[k].z);
+            let designs = [design(0), design(1)];
+            let losses = task.losses(&designs, &copies[0], &self.loss, &self.horizon);
             [losses[0], losses[1]]
         })
     }
 
     /// The mean loss of eight plain rollouts from other starts.
     pub fn rollouts(&self) -> f64 {
-        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
-        self.mean_loss(&mixture, &self.inputs.controller)
+        let Probe { case, inputs, .. } = &self.probe;
+        let design = case.projected(case.projection, &inputs.z);
+        self.mean_loss(&design, &inputs.controller)
     }
 
     /// The mean loss of eight rollouts from other starts, and its gradient.
     pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
-        self.inputs.differentiate(blocks, |inputs| {
-            self.mean_loss(&self.mixture(inputs), &inputs.controller)
+        self.probe.reverse(blocks, |inputs| {
+            self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
         })
     }
 
-    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+    fn mean_loss<R: Real>(&self, design: &Design<Mixture<R>>, controller: &Controller<R>) -> R {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
+        let all = (self.probe.task).rollout_many(&[design], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
-    /// The mixture to differentiate by. That of a frozen layout is its design vectors.
-    fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
-        match self.case.frozen {
-            Some(_) => inputs.z.clone(),
-            None => self.case.mixture(self.case.projection, &inputs.z),
+    /// The design to differentiate by some blocks. The shares of a layout are its design vectors.
+    fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
+        let case = self.probe.case;
+        match case.design {
+            Design::Layout(_) if blocks.contains(&Block::Z) => Design::of_shares(&inputs.z),
+            _ => case.projected(case.projection, &inputs.z),
         }
-    }
-
-    fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
-        self.inputs.lift().differentiate(blocks, |inputs| {
-            (self.task).loss(&self.mixture(inputs), inputs, &self.loss, horizon)
-        })
     }
 
     /// The rollout, and its gradients by design and controller.
@@ -300,7 +286,7 @@ impl<'a> Subject<'a> {
     /// The error of gradients in f32 over a horizon.
     fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
         let horizon = Horizon {
-            steps: steps.min(self.case.physics.steps),
+            steps: steps.min(self.probe.case.physics.steps),
             cotangent_bound: settings.cotangent_bound.map(|norm| CotangentBound {
                 norm,
                 every: settings.cotangent_every,
@@ -310,15 +296,8 @@ impl<'a> Subject<'a> {
         let error = |blocks| {
             let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
             let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
-            let pairs = double.iter().zip(&single);
-            let off: Vec<f64> = pairs.map(|(d, &s)| f64::from(s) - d).collect();
-            let off = dot(&off, &off);
-            // Two gradients of zeros are equal.
-            if off == 0.0 {
-                0.0
-            } else {
-                (off / dot(&double, &double)).sqrt()
-            }
+            let single: Vec<f64> = single.into_iter().map(f64::from).collect();
+            relative_error(&single, &double)
         };
         GradientError {
             steps: horizon.steps,
@@ -342,7 +321,7 @@ impl TwoMatvecs {
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
-            hidden: case.controller.hidden,
+            hidden: case.observation.hidden,
             edges: case.lattice.edges.len(),
         }
     }
@@ -359,11 +338,11 @@ impl TwoMatvecs {
 
 impl Model for TwoMatvecs {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (w1, b1) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
-        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let (first, biases) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
+        let (second, outputs) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
         let x = p.state(self.inputs);
-        let hidden = p.dense(w1, &[x], b1);
-        p.dense(w2, &[hidden], b2);
+        let hidden = p.dense(first, &[x], biases);
+        p.dense(second, &[hidden], outputs);
         p.advance(x, x);
     }
 }
@@ -398,7 +377,11 @@ mod tests {
         let (value, all) = subject.gradient::<f64>(DESIGN);
         let (same, own) = subject.own_gradient::<f64>();
         assert_eq!(value, same);
-        for ((own, all), share) in own.iter().zip(&all).zip(case.z.as_flattened()) {
+        for ((own, all), share) in own
+            .iter()
+            .zip(&all)
+            .zip(case.design.vectors().as_flattened())
+        {
             // The sums of a node's forces are the same; those of a weight are gone.
             let expected = if *share == 0.0 { 0.0 } else { *all };
             assert_relative_eq!(*own, expected, max_relative = 1e-9);

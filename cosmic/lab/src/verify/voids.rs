@@ -1,18 +1,10 @@
 //! The influence of a layout's void edges, and the effect of leaving them out.
 
-use super::clock::least_times;
-use super::probe::Probe;
-use autodiff::Graph;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::lattice::Body;
 use cosmic::scene::{PhysicsSettings, VoidEdges};
-use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
-
-/// Starts that run together, and the perturbation of their coordinates, m.
-const EIGHT: usize = 8;
-const MOVED: f64 = 1e-9;
 
 /// A stiffness or a strain below any rounding but not zero, so that steps compute its edge.
 const LEAST: f64 = 1e-150;
@@ -25,15 +17,12 @@ pub(super) fn keep_all(numbers: &mut [f64]) {
 }
 
 /// The void edges of a one-hot layout.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Voids {
     /// The number of void edges.
     pub edges: usize,
     /// True if steps leave them out: the scene drops them, or they have no stiffness.
     pub dropped: bool,
-    /// Registers full of edges that a step in f64 goes through on this machine: with all edges,
-    /// and without the void ones.
-    pub registers: [usize; 2],
     /// The largest force of all void edges at one node, for each metre that they are stretched or
     /// compressed, N/m.
     pub force: f64,
@@ -41,9 +30,8 @@ pub struct Voids {
     pub body: Option<Pull>,
     /// The bounds at the nodes that only void edges hold, if there are any.
     pub detached: Option<Pull>,
-    /// Microseconds per step saved without them: in a single rollout, and in each of eight that run
-    /// together; `None` if not measured.
-    pub saving: Option<[f64; 2]>,
+    /// Microseconds per step saved without them; `None` if not measured.
+    pub saving: Option<f64>,
 }
 
 /// A bound on the effect of void edges on nodes, for each metre that they are stretched or compressed.
@@ -61,9 +49,9 @@ pub struct Pull {
 impl Voids {
     /// The void edges of a case's layout; `None` for a mixture, which has none.
     pub fn of(case: &Case) -> Option<Self> {
-        let materials = case.frozen.as_ref()?;
+        let materials = case.design.layout()?;
         let is_void = |edge: usize| materials[edge] == Material::Void;
-        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
+        let kept = body(case, VoidEdges::Keep);
         let mut pull = vec![0.0; case.lattice.nodes()];
         let mut is_held = vec![false; case.lattice.nodes()];
         for (edge, nodes) in case.lattice.edges.iter().enumerate() {
@@ -84,17 +72,26 @@ impl Voids {
                 displacement: 2.0 * acceleration * way,
             })
         };
+        let dropped = case.physics.void_edges == VoidEdges::Drop
+            || Material::Void.of(&case.materials.stiffness) == 0.0;
         Some(Self {
             edges: (0..materials.len()).filter(|&edge| is_void(edge)).count(),
-            dropped: case.physics.void_edges == VoidEdges::Drop
-                || case.materials.stiffness[Material::Void as usize] == 0.0,
-            registers: [false, true]
-                .map(|drops| edge_registers(case, |edge| drops && dropped.stiffness[edge] == 0.0)),
+            dropped,
             force: pull.iter().copied().fold(0.0, f64::max),
             body: bound(true),
             detached: bound(false),
             saving: None,
         })
+    }
+
+    /// The reason for which steps compute them or not.
+    pub(super) fn why(&self, case: &Case) -> String {
+        let why = match (case.physics.void_edges, self.dropped) {
+            (VoidEdges::Drop, _) => "physics.void_edges is \"drop\"",
+            (VoidEdges::Keep, true) => "void has no stiffness",
+            (VoidEdges::Keep, false) => "physics.void_edges is \"keep\"",
+        };
+        format!("{} of {}: {why}", self.edges, case.lattice.edges.len())
     }
 
     /// The body without void edges if the case's steps compute them, or with all edges if they do not.
@@ -107,51 +104,23 @@ impl Voids {
     }
 }
 
-/// Microseconds a step that each of eight rollouts of so many steps, which run together, saves
-/// without void edges; the least of so many rounds.
-pub(super) fn saving_of_eight(
-    case: &Case,
-    simulator: &Simulator,
-    [steps, rounds]: [usize; 2],
-) -> f64 {
-    let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
-    let span = Span::from_start(vec![steps]);
-    let bodies = [body_with_all_edges(case), body(case, VoidEdges::Drop)];
-    let times = least_times(rounds, &bodies, |body| {
-        let bodies = std::slice::from_ref(body);
-        simulator.rollout_many(bodies, &case.controller, &starts, &span)
-    });
-    (times[0] - times[1]).max(0.0) * 1e6 / (steps * EIGHT) as f64
-}
-
 /// The body of a case, its void edges kept or dropped.
 fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
     let physics = PhysicsSettings {
         void_edges,
         ..case.physics.clone()
     };
-    let mixture = case.own_mixture();
     Body {
         presence: case.body().presence,
-        ..Body::new(&mixture, &case.lattice, &case.materials, &physics)
+        ..Body::new(&case.own_design(), &case.lattice, &case.materials, &physics)
     }
 }
 
-/// The body of a case whose steps compute every edge, be its stiffness zero.
+/// The body of a case whose steps compute every edge, even one without stiffness.
 fn body_with_all_edges(case: &Case) -> Body<f64> {
     let mut body = body(case, VoidEdges::Keep);
     keep_all(&mut body.stiffness);
     body
-}
-
-/// Registers full of edges that a step goes through on this machine, in f64, without some edges;
-/// registers that are left empty are not counted.
-fn edge_registers(case: &Case, is_left_out: impl Fn(usize) -> bool) -> usize {
-    let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
-    let edges: Vec<[usize; 2]> = case.lattice.edges.iter().map(ascending).collect();
-    let left_out: Vec<bool> = (0..edges.len()).map(is_left_out).collect();
-    let graph = Graph::new(case.lattice.nodes(), &edges);
-    graph.without(&left_out).lanes::<f64>()
 }
 
 /// How far a whole rollout carries a node from rest for every unit of a constant acceleration, s2.

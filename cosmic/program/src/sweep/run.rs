@@ -7,13 +7,12 @@ use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic_lab::study::Measurement;
 use cosmic_lab::sweep::{
     Ended, RunOutcome, RunState, Sweep, UnreadPlan, UnreadScene, parse_ranges,
 };
 use serde_json::json;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 #[derive(Debug, Args)]
@@ -58,27 +57,14 @@ impl Run {
         let plan = &UnreadPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
         let interrupt = Interrupt::listen()?;
-        let measurement = plan.study.as_ref().map(Measurement::planned).transpose()?;
-        if let Some(measurement) = &measurement {
-            measurement.check()?;
+        if let Some(study) = &plan.study {
+            study.check()?;
         }
-        let measure = |run: &Path| {
-            let Some(measurement) = &measurement else {
-                return Ok(());
-            };
-            let kept = measurement.keep(run, &|| interrupt.is_asked())?;
-            let (done, total) = (plan.over(folder), plan.runs());
-            kept.ok_or(Error::Stopped { done, total })
-        };
-        let sweep = Sweep {
-            folder,
-            plan,
-            measure: &measure,
-        };
+        let sweep = Sweep { folder, plan };
         match (&self.index, &runs[..]) {
-            (Index::Auto, _) => one(&sweep, None, interrupt.clone(), &self.work),
-            (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt.clone(), &self.work),
-            _ => several(&sweep, &runs, interrupt.clone(), &self.work),
+            (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),
+            (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt, &self.work),
+            _ => several(&sweep, &runs, interrupt, &self.work),
         }
     }
 }

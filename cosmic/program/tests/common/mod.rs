@@ -151,7 +151,7 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
 fn timeless(name: &str, text: &str) -> String {
     match name.rsplit_once('.').unwrap().1 {
         "csv" => without_column(text, ",", "seconds"),
-        "md" => without_column(text, " | ", "s"),
+        "md" => without_column(text, " | ", "seconds"),
         _ => without_key(text),
     }
 }

@@ -125,8 +125,9 @@ impl Run {
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
             let lattice = &codesign.task().lattice;
-            let materials = codesign.materials(&progress);
-            let start = DesignFile::new(lattice, &progress.z, &materials, &progress.controller);
+            let materials = codesign.design(&progress).materials();
+            let start =
+                DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
             start.write(&folder.join(START))?;
         }
         Ok(Self {
@@ -191,7 +192,11 @@ impl Run {
             let seconds = self.seconds();
             self.history.append(&record, seconds)?;
             if self.history.keeps_design(record.iteration) {
-                let row = DesignRow::new(record.iteration, &self.progress.z, self.walk());
+                let row = DesignRow::new(
+                    record.iteration,
+                    &self.progress.design.vectors(),
+                    self.walk(),
+                );
                 self.history.append_design(&row)?;
             }
             let interrupted = observer.iteration(self, &record).is_break();
@@ -344,7 +349,7 @@ impl Run {
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let design = DesignFile::new(
             &self.codesign.task().lattice,
-            &delivery.z,
+            &delivery.design,
             &delivery.materials,
             &delivery.controller,
         );

@@ -71,16 +71,17 @@ fn most_of_any_mixture(
     forces: &[Arc<dyn Force>],
     length: f64,
 ) -> [f64; 2] {
-    let actuator = Material::Actuator as usize;
-    let stroke = materials.max_strain[actuator] * length;
+    let stroke = Material::Actuator.of(&materials.max_strain) * length;
     let mut most = [0.0_f64; 2];
-    for other in 0..3 {
+    for other in Material::ALL {
         // Between two shares of actuator the ratio of sums is between those at them, and a spring
         // is at most as stiff as with the larger one.
         for part in 1..=PARTS {
             let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {
-                let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
+                let mean = |property: &[f64; 3]| {
+                    (1.0 - share) * other.of(property) + share * Material::Actuator.of(property)
+                };
                 let k = mean(&materials.stiffness);
                 let of = |force: &Arc<dyn Force>| force.bar_stiffness(k, length, more * stroke);
                 let stiffness: f64 = forces.iter().map(of).sum();

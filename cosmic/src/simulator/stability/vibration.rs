@@ -235,9 +235,8 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::Vibration;
-    use crate::design::Material;
+    use crate::design::{Design, Material};
     use crate::lattice::{Body, Lattice};
-    use crate::projection::one_hot;
     use crate::scene::{MaterialSettings, PhysicsSettings};
 
     /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
@@ -266,9 +265,8 @@ mod tests {
         let mut worst: f64 = 0.0;
         for layout in 0..2000_usize {
             let material = |e: usize| Material::ALL[(layout * (e * e + 7 * e + 3) / 5 + e) % 3];
-            let materials: Vec<_> = (0..lattice.edges.len()).map(material).collect();
-            let mixture = one_hot(&materials);
-            let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
+            let design = Design::Layout((0..lattice.edges.len()).map(material).collect());
+            let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
             let expected = of_dense_matrix(&vibration);
             let off = vibration.largest_frequency() / expected - 1.0;

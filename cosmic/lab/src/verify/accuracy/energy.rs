@@ -1,38 +1,33 @@
 //! The energy of undamped springs under an integrator.
 
-use crate::verify::probe::{Probe, most};
+use crate::verify::probe::{Probe, energies, most};
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::laws::ForceLaws;
-use cosmic::simulator::Store;
 
 /// The stretch of the lattice at the start.
 const STRETCH: f64 = 0.02;
 /// How far the ground is lowered, m: out of reach, and not so far that heights above it lose
 /// digits in f32.
 const DEPTH: f64 = 1.0;
-const HAVE_ENERGY: &str = "springs and bending have an energy";
 
-/// The energy of a stretched robot let go: no damping, no gravity, no ground, no controller, no forces
-/// beside springs and bending.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Energy {
+/// The energy of a stretched robot that is let go, without damping, gravity, ground, controller or forces
+/// other than springs and bending.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Energy {
     /// The largest departure from the energy at the start, as a share of it.
-    pub ripple: f64,
-    /// The mean over the last quarter of the time less that over the first, as a share of the
-    /// energy at the start: zero but for a ripple where energy neither leaks nor grows.
-    pub drift: f64,
+    pub(super) ripple: f64,
+    /// The mean over the last quarter of the time less the mean over the first quarter, as a share of
+    /// the energy at the start. Energy that neither leaks nor grows leaves only a ripple.
+    pub(super) drift: f64,
 }
 
 impl Energy {
     /// Lets a case's lattice vibrate for so many steps.
     pub(super) fn of<R: Real + Into<f64>>(case: &Case, steps: usize) -> Self {
         let free = released(case, steps);
-        let body = free.body();
-        let store = Store::new(&free.lattice, &free.physics, &body);
         let seen = Probe::new(&free).run::<R>((0..=steps).collect());
-        let energies = seen.states.iter().map(|state| store.energy(state));
-        let energies: Vec<f64> = energies.collect::<Option<_>>().expect(HAVE_ENERGY);
+        let energies = energies(&free, &seen.states).expect("springs and bending have an energy");
         let first = energies[0];
         let quarter = (energies.len() / 4).max(1);
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
@@ -57,8 +52,7 @@ fn released(case: &Case, steps: usize) -> Case {
         *x = [0, 1].map(|k| origin[k] + (1.0 + STRETCH) * (x[k] - origin[k]));
     }
     case.start.v.fill([0.0; 2]);
-    case.controller.w2.fill(0.0);
-    case.controller.b2.fill(0.0);
+    case.controller.numbers_mut().fill(0.0);
     case
 }
 
@@ -68,8 +62,8 @@ mod tests {
     use crate::verify::probe::small;
     use cosmic::scene::{Integrator, Scene};
 
-    /// Leapfrog keeps an energy that departs from the true one by the square of the time step: not one
-    /// that leaves a spring or a bar out.
+    /// Leapfrog keeps an energy that departs from the true one by the square of the time step, unless
+    /// that energy leaves out a spring or a bar.
     #[test]
     fn every_kind_of_spring_is_counted() {
         for (bending_radius, stiffening) in [(0.0, 0.0), (0.02, 0.0), (0.0, 1e4), (0.02, 1e4)] {
@@ -82,7 +76,7 @@ mod tests {
                 Energy::of::<f64>(&case, 200 * refined).ripple
             };
             let ratio = ripple(1) / ripple(4);
-            // Sixteen but for terms of higher order, and for maxima that the marks miss.
+            // Sixteen, except for terms of higher order and for maxima between the steps.
             assert!(
                 (13.0..20.0).contains(&ratio),
                 "{bending_radius} m, {stiffening}: {ratio}"

@@ -1,12 +1,11 @@
 //! The trial of a robot with a time step.
 
-use crate::verify::probe::most;
+use crate::verify::probe::{energies, frequencies, most};
 use cosmic::case::Case;
-use cosmic::lattice::Body;
 use cosmic::lattice::{State, length};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
-use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store};
+use cosmic::simulator::{Divergence, Grade, Span};
 
 /// The perturbation of a free robot's nodes at the start, as a share of its shortest edge. It is small
 /// beside the edges, so that springs answer linearly, and large beside the softening of their length
@@ -22,7 +21,7 @@ const SPEED: f64 = 10.0;
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
-    /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed where they
+    /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed if they
     /// have none.
     Free,
     /// The world of its case: its speed is watched, against that of what drives it.
@@ -33,17 +32,15 @@ pub enum World {
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// The kind of extreme.
-    pub group: &'static str,
+    pub(super) group: &'static str,
     /// The robot in words.
-    pub what: String,
-    /// The robot.
-    pub case: Case,
-    /// Its surroundings.
-    pub world: World,
+    pub(super) what: String,
+    pub(super) case: Case,
+    world: World,
     /// The robot's largest frequency at rest, 1/s.
-    pub frequency: f64,
-    /// The rate, 1/s, at which its forces dampen a vibration at most.
-    pub damping: f64,
+    frequency: f64,
+    /// The smallest unstable time step, s; infinite if nothing vibrates.
+    pub limit: f64,
 }
 
 /// The outcome of a trial.
@@ -57,21 +54,13 @@ pub enum Outcome {
     Diverged(Box<Divergence>),
 }
 
-/// The expectation of a trial, and its outcome.
-#[derive(Clone, Debug, PartialEq)]
+/// A trial's result.
+#[derive(Clone, Debug)]
 pub struct Found {
-    /// As in the trial.
-    pub group: &'static str,
-    /// As in the trial.
-    pub what: String,
-    /// Nodes of the lattice.
-    pub nodes: usize,
-    /// The time step, s.
-    pub dt: f64,
-    /// The smallest unstable time step by the bound, s; infinite if nothing vibrates.
+    /// The trial.
+    pub trial: Trial,
+    /// The smallest unstable time step by the bound over the edges, s; infinite if nothing vibrates.
     pub bound: f64,
-    /// The smallest unstable time step by the largest frequency, s.
-    pub limit: f64,
     /// The result of the check of the time step beforehand.
     pub grade: Grade,
     /// The outcome.
@@ -86,61 +75,77 @@ pub struct Found {
 impl Found {
     /// True if the time step is below the limit.
     pub fn expected_stable(&self) -> bool {
-        self.dt < self.limit
+        self.trial.case.physics.dt < self.trial.limit
     }
 
-    /// True if the program announced an instability, by the check of the time step or by the guard.
-    pub fn is_announced(&self) -> bool {
-        self.grade == Grade::Unstable || matches!(self.outcome, Outcome::Diverged(_))
-    }
-
-    /// True if the outcome is as expected.
+    /// True if the outcome is as expected: a stable robot stays bounded, and an unstable one grows and
+    /// was called unstable beforehand.
     pub fn is_ok(&self) -> bool {
-        let stable = self.expected_stable();
+        let unstable = !self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
         let warned = self.grade == Grade::Unstable;
-        (grew, warned) == (!stable, !stable) && !self.unannounced
+        (grew, warned) == (unstable, unstable) && !self.unannounced
     }
 }
 
 impl Trial {
-    /// Runs it.
-    pub fn run(&self) -> Found {
-        let case = self.prepared();
-        let (task, mixture) = (case.task(), case.own_mixture());
-        let body = task.body(&mixture);
-        // For the lattice at rest, wherever its nodes start.
-        let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
-        let span = Span::from_start((0..=case.physics.steps).collect());
-        let guarded = task.guarded(&mixture, &case.controller, &case.start, &span);
-        let growth = match self.world {
-            World::Free => energy_growth(&case, &body, &guarded),
-            World::Driven => None,
-        };
-        let growth = growth.unwrap_or_else(|| speed_growth(&case, self.frequency, &guarded));
-        let finite = guarded.trajectory.states.iter().all(is_finite);
-        let unannounced = !finite && guarded.divergence.is_none();
-        let outcome = match guarded.divergence {
-            Some(divergence) => Outcome::Diverged(Box::new(divergence)),
-            // NaN counts as growth.
-            None if growth < 1.0 => Outcome::Bounded,
-            None => Outcome::Grew,
-        };
-        Found {
-            group: self.group,
-            what: self.what.clone(),
-            nodes: case.lattice.nodes(),
-            dt: case.physics.dt,
-            bound: check.bound.dt.unwrap_or(f64::INFINITY),
-            limit: stable_step(&case.physics, self.frequency, self.damping),
-            grade: check.grade(),
-            outcome,
-            growth,
-            unannounced,
+    /// A robot with the time step of its case. A free robot is silenced.
+    pub fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
+        if world == World::Free {
+            // Actuators without stroke, which would stretch springs that stiffen.
+            case.materials.max_strain = [0.0; 3];
+            case.controller = case.controller.map(|_| 0.0);
+        }
+        let [frequency, _, damping] = frequencies(&case, &case.lattice.positions);
+        Self {
+            group,
+            what: what.to_owned(),
+            limit: stable_step(&case.physics, frequency, damping),
+            case,
+            world,
+            frequency,
         }
     }
 
-    /// The case as it runs: a free robot is silenced, lifted off the ground and given a push.
+    /// The same robot with a share of its limit as its time step.
+    pub fn at(&self, share: f64) -> Self {
+        let mut trial = self.clone();
+        trial.what = format!("{}, dt {share} of the limit", self.what);
+        trial.case.physics.dt = share * self.limit;
+        trial
+    }
+
+    /// Runs it.
+    pub fn run(&self) -> Found {
+        let case = self.prepared();
+        let (task, design) = (case.task(), case.own_design());
+        // For the lattice at rest, wherever its nodes start.
+        let check = task.step_check(&design, &case.lattice.positions, 1.0);
+        let span = Span::from_start((0..=case.physics.steps).collect());
+        let guarded = task.guarded(&design, &case.controller, &case.start, &span);
+        let states = &guarded.trajectory.states;
+        let growth = match self.world {
+            World::Free => energy_growth(&case, states),
+            World::Driven => None,
+        };
+        let growth = growth.unwrap_or_else(|| self.speed_growth(&case, states));
+        let finite = states.iter().all(is_finite);
+        Found {
+            trial: self.clone(),
+            bound: check.bound.dt.unwrap_or(f64::INFINITY),
+            grade: check.grade(),
+            unannounced: !finite && guarded.divergence.is_none(),
+            outcome: match guarded.divergence {
+                Some(divergence) => Outcome::Diverged(Box::new(divergence)),
+                // NaN counts as growth.
+                None if growth < 1.0 => Outcome::Bounded,
+                None => Outcome::Grew,
+            },
+            growth,
+        }
+    }
+
+    /// The case as it runs: a free robot is lifted off the ground and given a push.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
         // A trial may grow without a bound on speed; only the guard stops it.
@@ -148,7 +153,6 @@ impl Trial {
         if self.world == World::Driven {
             return case;
         }
-        let mut case = silent(&case);
         case.physics.gravity = 0.0;
         // Far below, but near enough for sums with a height to keep their digits.
         case.physics.ground_height = -1e3 * reach(&case);
@@ -160,14 +164,26 @@ impl Trial {
         }
         case
     }
-}
 
-/// The case with actuators that have no stroke, which would stretch springs that stiffen.
-pub(super) fn silent(case: &Case) -> Case {
-    let mut case = case.clone();
-    case.materials.max_strain = [0.0; 3];
-    case.controller = case.controller.map(|_| 0.0);
-    case
+    /// The highest speed of any node over its bound: [`SPEED`] times the sum of the speed that gravity adds
+    /// in the whole time and the speed of the fastest vibration, whose amplitude is an actuator's stroke
+    /// plus the edges' largest distance from rest at the start.
+    fn speed_growth(&self, case: &Case, states: &[State<f64>]) -> f64 {
+        let physics = &case.physics;
+        let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
+        let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
+        let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
+        let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
+        let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
+        let speeds = states
+            .iter()
+            .flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
+        match most(speeds) {
+            // Nothing moves.
+            0.0 => 0.0,
+            speed => speed / (SPEED * (fall + stroke * self.frequency)),
+        }
+    }
 }
 
 /// The longest rest length, m.
@@ -180,30 +196,10 @@ fn is_finite(state: &State<f64>) -> bool {
     numbers.all(|c| c.is_finite())
 }
 
-/// The most energy of any state over that of the first, in units of [`ENERGY`]; `None` where a force has no
-/// energy, as that of a damper.
-fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> Option<f64> {
-    let store = Store::new(&case.lattice, &case.physics, body);
-    let states = guarded.trajectory.states.iter();
-    let energies: Option<Vec<f64>> = states.map(|state| store.energy(state)).collect();
-    Some(most(energies?.into_iter()) / (ENERGY * store.energy(&case.start)?))
-}
-
-/// The highest speed of any node over its bound: [`SPEED`] times the sum of the speed that gravity adds in
-/// the whole time and the speed of the fastest vibration, whose amplitude is an actuator's stroke plus the
-/// edges' largest distance from rest at the start.
-fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
-    let physics = &case.physics;
-    let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
-    let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
-    let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-    let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
-    let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
-    let states = guarded.trajectory.states.iter();
-    let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
-    match most(speeds) {
-        // Nothing moves.
-        0.0 => 0.0,
-        speed => speed / (SPEED * (fall + stroke * frequency)),
-    }
+/// The most energy of any state over that of the start, in units of [`ENERGY`]; `None` if a force has no
+/// energy, such as the force of a damper.
+fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
+    let at_start = energies(case, std::slice::from_ref(&case.start))?[0];
+    let energies = energies(case, states)?;
+    Some(most(energies.into_iter()) / (ENERGY * at_start))
 }

@@ -1,0 +1,197 @@
+//! A kernel at many points at once: its values, or its Jacobians.
+
+use crate::arrays::{Kernel, Pullback};
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized, WIDEST};
+
+/// The values of a kernel at `count` points, in lanes: `output(i, y)` is called for `i = 0, 1, ...`
+/// with the values at the point `input(i)`.
+///
+/// ```
+/// use autodiff::{Kernel, Real, data};
+///
+/// struct Area;
+/// impl Kernel<2, 1> for Area {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///         [width * height]
+///     }
+/// }
+///
+/// let sheets = [[1.0, 2.0], [3.0, 4.0]];
+/// let mut areas = Vec::new();
+/// data::values(&Area, sheets.len(), |i| sheets[i], |_, [area]| areas.push(area));
+/// assert_eq!(areas, [2.0, 12.0]);
+/// ```
+pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
+    kernel: &K,
+    count: usize,
+    input: impl Fn(usize) -> [R; I],
+    mut output: impl FnMut(usize, [R; O]),
+) {
+    let output = |i, at: LocalJacobian<'_, R, 0, O>| output(i, at.values());
+    R::vectorize(Points::<_, _, _, I, O, 0> {
+        kernel,
+        count,
+        input,
+        output,
+    });
+}
+
+/// The Jacobians of a kernel at `count` points, in lanes: `output(i, jacobian)` is called for
+/// `i = 0, 1, ...` with values and partials at the point `input(i)`.
+///
+/// Where the inputs of each kernel are `I` of many variables, this is a sparse Jacobian with `I` entries
+/// in each row. The inputs are seeded with the same `I` directions at every point, whichever variables
+/// they are: column compression without a colouring.
+///
+/// ```
+/// use autodiff::{Kernel, Real, data};
+///
+/// struct Area;
+/// impl Kernel<2, 1> for Area {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///         [width * height]
+///     }
+/// }
+///
+/// let sheets = [[1.0, 2.0], [3.0, 4.0]];
+/// let mut rows = Vec::new();
+/// data::jacobians(&Area, sheets.len(), |i| sheets[i], |_, area| rows.push(area.row(0)));
+/// assert_eq!(rows, [[2.0, 1.0], [4.0, 3.0]]);
+/// ```
+pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
+    kernel: &K,
+    count: usize,
+    input: impl Fn(usize) -> [R; I],
+    output: impl FnMut(usize, LocalJacobian<'_, R, I, O>),
+) {
+    R::vectorize(Points::<_, _, _, I, O, I> {
+        kernel,
+        count,
+        input,
+        output,
+    });
+}
+
+/// Values and partials of a kernel at one point.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
+    /// Per result and input: the partial in each lane.
+    partials: &'a [[[R; WIDEST]; I]; O],
+    values: &'a [[R; WIDEST]; O],
+    lane: usize,
+}
+
+impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
+    #[inline(always)]
+    fn values(&self) -> [R; O] {
+        let mut values = [R::zero(); O];
+        for (o, value) in values.iter_mut().enumerate() {
+            *value = self.value(o);
+        }
+        values
+    }
+
+    /// A result.
+    #[inline(always)]
+    pub fn value(&self, result: usize) -> R {
+        self.values[result][self.lane]
+    }
+
+    /// The derivative of a result by an input.
+    #[inline(always)]
+    pub fn partial(&self, result: usize, input: usize) -> R {
+        self.partials[result][input][self.lane]
+    }
+
+    /// The derivatives of a result by all inputs.
+    #[inline(always)]
+    pub fn row(&self, result: usize) -> [R; I] {
+        let mut row = [R::zero(); I];
+        for (input, partial) in row.iter_mut().enumerate() {
+            *partial = self.partial(result, input);
+        }
+        row
+    }
+}
+
+/// The inputs of `L::N` points from the first on; points past the last there is repeat it. `rows` is
+/// working memory.
+#[inline(always)]
+fn gather<R: Real, L: Lane<R>, const I: usize>(
+    input: &impl Fn(usize) -> [R; I],
+    [first, last]: [usize; 2],
+    rows: &mut [[R; WIDEST]; I],
+) -> [L; I] {
+    for lane in 0..L::N {
+        let point = input((first + lane).min(last));
+        for i in 0..I {
+            rows[i][lane] = point[i];
+        }
+    }
+    let mut x = [L::zero(); I];
+    for i in 0..I {
+        x[i] = L::load(&rows[i]);
+    }
+    x
+}
+
+/// The rows of the identity, whose cotangents are a Jacobian.
+#[inline(always)]
+fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
+    let mut rows = [[L::zero(); O]; O];
+    for o in 0..O {
+        rows[o][o] = L::one();
+    }
+    rows
+}
+
+/// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all, or none.
+struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
+    kernel: &'a K,
+    count: usize,
+    input: F,
+    output: G,
+}
+
+impl<R, K, F, G, const I: usize, const O: usize, const J: usize> Vectorized<R>
+    for Points<'_, K, F, G, I, O, J>
+where
+    R: Real,
+    K: Kernel<I, O>,
+    F: Fn(usize) -> [R; I],
+    G: FnMut(usize, LocalJacobian<'_, R, J, O>),
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        let (mut rows, mut values) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
+        let mut partials = [[[R::zero(); WIDEST]; J]; O];
+        for first in (0..self.count).step_by(L::N) {
+            let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
+            let y = self.kernel.eval(x);
+            for o in 0..O {
+                y[o].store(&mut values[o]);
+            }
+            if J > 0 {
+                let y_bar = identity();
+                let by_x = self.kernel.vjp(Pullback { x, y, y_bar });
+                for o in 0..O {
+                    for j in 0..J {
+                        by_x[o][j].store(&mut partials[o][j]);
+                    }
+                }
+            }
+            for lane in 0..L::N.min(self.count - first) {
+                let jacobian = LocalJacobian {
+                    partials: &partials,
+                    values: &values,
+                    lane,
+                };
+                (self.output)(first + lane, jacobian);
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! A function that is recorded once for all points.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::drivers::Function;
+use crate::real::{Fused, Real};
+use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
+
+/// A function recorded once, without values, and replayed forward and back at any number of points, in
+/// lanes over the points.
+///
+/// Code without values cannot take another branch at another point: what it would need for that, the
+/// primal of a number, is refused when it is recorded.
+///
+/// ```
+/// use autodiff::data::Recorded;
+/// use autodiff::{Function, Real, lit};
+///
+/// struct Rosenbrock;
+/// impl Function for Rosenbrock {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         lit(100.0) * (x[1] - x[0] * x[0]).powi(2) + (lit(1.0) - x[0]).powi(2)
+///     }
+/// }
+///
+/// let recorded = Recorded::new(&Rosenbrock, 2)?;
+/// assert_eq!(recorded.value_and_gradient(&[1.0, 1.0]), (0.0, vec![0.0, 0.0]));
+/// let many = recorded.values_and_gradients(&[[0.0, 0.0], [1.0, 2.0], [2.0, 4.0]]);
+/// assert_eq!(many[2], (1.0, vec![2.0, 0.0]));
+/// # Ok::<(), autodiff::data::NeedsValues>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    arguments: usize,
+    plan: Arc<Plan>,
+}
+
+/// The function asks for values, and so cannot be recorded without them: by
+/// [`primal`](crate::Real::primal), by `is_zero`, by [`Mask::any`](crate::Mask::any) or
+/// [`all`](crate::Mask::all), or in a [fused](crate::Real::fused) function, whose derivative is its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct NeedsValues {}
+
+impl fmt::Display for NeedsValues {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(
+            "the function asks for values, by primal, is_zero, any or all, or calls a fused function: \
+             its recording could not stand for other points",
+        )
+    }
+}
+
+impl std::error::Error for NeedsValues {}
+
+impl Recorded {
+    /// Records a function of so many arguments.
+    ///
+    /// # Errors
+    /// If it asks for values.
+    pub fn new(function: &impl Function, arguments: usize) -> Result<Self, NeedsValues> {
+        let plan = Plan::record([arguments, 0], |x, _| vec![function.eval(x)]);
+        Ok(Self {
+            arguments,
+            plan: plan.ok_or(NeedsValues {})?.into(),
+        })
+    }
+
+    /// The value and the gradient at a point.
+    ///
+    /// # Panics
+    /// If the point has not as many numbers as the function has arguments.
+    pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
+        let mut both = self.values_and_gradients(&[x]);
+        both.remove(0)
+    }
+
+    /// The values and gradients at many points.
+    ///
+    /// # Panics
+    /// If a point has not as many numbers as the function has arguments.
+    pub fn values_and_gradients<R: Real>(&self, points: &[impl AsRef<[R]>]) -> Vec<(R, Vec<R>)> {
+        let mut columns = vec![Vec::with_capacity(points.len()); self.arguments];
+        for point in points {
+            let (point, arguments) = (point.as_ref(), self.arguments);
+            assert!(
+                point.len() == arguments,
+                "{} numbers for a function of {arguments} arguments",
+                point.len()
+            );
+            for (column, &number) in columns.iter_mut().zip(point) {
+                column.push(number);
+            }
+        }
+        let columns: Vec<&[R]> = columns.iter().map(Vec::as_slice).collect();
+        let replayed = replayed(&self.plan, &columns, Wanted::ByInputs(None));
+        let gradient = |k: usize| replayed.by_inputs.iter().map(|bars| bars[k]).collect();
+        let values = replayed.results[0].iter().enumerate();
+        values.map(|(k, &value)| (value, gradient(k))).collect()
+    }
+
+    /// The sum of the function's values at many points, whose numbers are variables: on the reverse tape one
+    /// entry. A column holds the numbers of one argument at all points. Of a [`Sum`](super::Sum) the points
+    /// are data.
+    ///
+    /// ```
+    /// use autodiff::data::Recorded;
+    /// use autodiff::{Function, Real, gradient_of};
+    ///
+    /// struct Exponential;
+    /// impl Function for Exponential {
+    ///     fn eval<R: Real>(&self, x: &[R]) -> R {
+    ///         x[0].exp()
+    ///     }
+    /// }
+    ///
+    /// let exponential = Recorded::new(&Exponential, 1)?;
+    /// let softmax = gradient_of(|x| exponential.total(&[x]).ln(), &[0.0, 0.0, 2f64.ln()]);
+    /// assert_eq!(softmax, [0.25, 0.25, 0.5]);
+    /// # Ok::<(), autodiff::data::NeedsValues>(())
+    /// ```
+    ///
+    /// # Panics
+    /// Unless there is a column for each argument, and all columns have the same length.
+    pub fn total<R: Real>(&self, columns: &[&[R]]) -> R {
+        let (given, arguments) = (columns.len(), self.arguments);
+        assert!(
+            given == arguments,
+            "{given} columns for a function of {arguments} arguments"
+        );
+        let one_length = columns
+            .iter()
+            .all(|column| column.len() == columns[0].len());
+        assert!(one_length, "the columns of a total differ in length");
+        R::fused(Total(self.plan.clone()), columns)[0]
+    }
+}
+
+fn replayed<R: Real>(plan: &Plan, columns: &[&[R]], wanted: Wanted<R>) -> Replayed<R> {
+    let points = Points {
+        plan,
+        shared: &[],
+        count: columns.first().map_or(0, |column| column.len()),
+        inputs: Inputs::Numbers(columns),
+        wanted,
+    };
+    points.replay()
+}
+
+/// A [`Recorded::total`] as a function of the columns.
+struct Total(Arc<Plan>);
+
+impl Total {
+    /// The sum, and for each column its gradient if that is wanted.
+    fn run<R: Real>(&self, columns: &[&[R]], wanted: Wanted<R>) -> (Vec<R>, Vec<Vec<R>>) {
+        let replayed = replayed(&self.0, columns, wanted);
+        // Several sums, whose additions need not wait for one another.
+        let mut sums = [R::zero(); 16];
+        for terms in replayed.results[0].chunks(sums.len()) {
+            for (sum, &term) in sums.iter_mut().zip(terms) {
+                *sum += term;
+            }
+        }
+        (vec![R::sum_of(&sums)], replayed.by_inputs)
+    }
+}
+
+impl Fused for Total {
+    type Saved<R: Real> = Vec<Vec<R>>;
+
+    fn eval<R: Real>(&self, columns: &[&[R]]) -> Vec<R> {
+        self.run(columns, Wanted::Results).0
+    }
+
+    fn record<R: Real>(&self, columns: &[&[R]]) -> (Vec<R>, Vec<Vec<R>>) {
+        self.run(columns, Wanted::ByInputs(None))
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        by_columns: &mut Vec<Vec<R>>,
+        y_bar: &[R],
+        _: &[bool],
+    ) -> Vec<Vec<R>> {
+        let chain = |&partial: &R| R::chain(partial, y_bar[0]);
+        let bars = by_columns
+            .iter()
+            .map(|partials| partials.iter().map(chain).collect());
+        bars.collect()
+    }
+}

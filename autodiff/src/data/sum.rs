@@ -1,0 +1,187 @@
+//! A sum over data, and its gradient by the parameters that all data share.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::drivers::value_and_gradient_of;
+use crate::real::{Fused, Real};
+use crate::record::replay::{Inputs, Plan, Points, Wanted};
+use crate::reverse::Var;
+
+/// A function of parameters that all data share and of one datum: a term of a [`Sum`].
+pub trait Summand: Send + Sync + 'static {
+    /// The term for one datum.
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R;
+}
+
+/// The sum of a [`Summand`] over data.
+///
+/// The summand is recorded once, without values, and replayed over blocks of data in lanes, also for its
+/// gradient: on the reverse tape the whole sum is one fused entry. A summand that calls fused functions
+/// ([`Real::fused`], [`Mask::any`] or `is_zero` likewise) cannot be recorded so. It takes an ordinary tape,
+/// datum by datum, which is much slower.
+///
+/// [`Mask::any`]: crate::Mask::any
+///
+/// A network's layers are found in the record: dot products of rows of parameters with the same other numbers,
+/// [`R::dot(row, x)`](Real::dot) for one row after the other, whatever happens to each product in between.
+/// They are computed as products of matrices over a block of data. Rows of one length, evenly spaced, make
+/// a layer; `x` may be in a few evenly spaced parts. The rule that a zero cotangent passes zero holds
+/// here too. A mini-batch that is a matrix already can go through [`dense_batch`](crate::fused::dense_batch).
+///
+/// ```
+/// use autodiff::data::{Sum, Summand};
+/// use autodiff::{Real, gradient_of};
+///
+/// /// The squared distance of a line from a point.
+/// struct Misfit;
+/// impl Summand for Misfit {
+///     fn eval<R: Real>(&self, line: &[R], point: &[R]) -> R {
+///         let gap = line[0] + line[1] * point[0] - point[1];
+///         gap * gap
+///     }
+/// }
+///
+/// let points = Sum::new(Misfit, &[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]);
+/// assert_eq!(points.run(&[1.0, 1.0]), 2.0);
+/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
+/// ```
+#[derive(Debug)]
+pub struct Sum<S>(Arc<Terms<S>>);
+
+impl<S> Clone for Sum<S> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
+#[derive(Debug)]
+struct Terms<S> {
+    summand: S,
+    count: usize,
+    /// For each number of a datum, that number of all data.
+    columns: Vec<Vec<f64>>,
+    recorded: Mutex<Option<Recorded>>,
+}
+
+/// The summand for so many shared parameters; `None` if it cannot be recorded.
+#[derive(Clone, Debug)]
+struct Recorded {
+    shared: usize,
+    plan: Option<Arc<Plan>>,
+}
+
+impl<S: Summand> Sum<S> {
+    /// A sum over data, which all have the same length.
+    ///
+    /// # Panics
+    /// If the data differ in length.
+    pub fn new(summand: S, data: &[impl AsRef<[f64]>]) -> Self {
+        let width = data.first().map_or(0, |datum| datum.as_ref().len());
+        let mut columns = vec![Vec::with_capacity(data.len()); width];
+        for datum in data {
+            let datum = datum.as_ref();
+            assert_eq!(datum.len(), width, "the data of a sum differ in length");
+            for (column, &number) in columns.iter_mut().zip(datum) {
+                column.push(number);
+            }
+        }
+        Self(Arc::new(Terms {
+            summand,
+            count: data.len(),
+            columns,
+            recorded: Mutex::new(None),
+        }))
+    }
+
+    /// The sum, given the shared parameters.
+    pub fn run<R: Real>(&self, shared: &[R]) -> R {
+        R::fused(self.clone(), &[shared])[0]
+    }
+
+    /// The summand's plan; recorded again only if the number of shared parameters has changed.
+    fn plan(&self, shared: usize) -> Option<Arc<Plan>> {
+        let terms = &*self.0;
+        let recorded = || {
+            terms
+                .recorded
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(recorded) = &*recorded()
+            && recorded.shared == shared
+        {
+            return recorded.plan.clone();
+        }
+        let plan = Plan::record([terms.columns.len(), shared], |datum, shared| {
+            vec![terms.summand.eval(shared, datum)]
+        });
+        let plan = plan.map(Arc::new);
+        *recorded() = Some(Recorded {
+            shared,
+            plan: plan.clone(),
+        });
+        plan
+    }
+
+    /// The sum, and its gradient if that is wanted.
+    fn total<R: Real>(&self, shared: &[R], wanted: Wanted<R>) -> (R, Vec<R>) {
+        let Terms { count, columns, .. } = &*self.0;
+        if *count == 0 {
+            // Without a datum its length is not known, and the summand cannot be recorded.
+            return (R::zero(), vec![R::zero(); shared.len()]);
+        }
+        let Some(plan) = self.plan(shared.len()) else {
+            return self.by_tape(shared);
+        };
+        let points = Points {
+            plan: &plan,
+            shared,
+            count: *count,
+            inputs: Inputs::Data(columns),
+            wanted,
+        };
+        let replayed = points.replay();
+        let terms = replayed.results[0].iter();
+        let total = terms.fold(R::zero(), |sum, &term| sum + term);
+        (total, replayed.by_shared)
+    }
+
+    /// The sum and its gradient, datum by datum over an ordinary tape.
+    fn by_tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
+        let mut total = R::zero();
+        let mut gradient = vec![R::zero(); shared.len()];
+        let Terms {
+            summand,
+            count,
+            columns,
+            ..
+        } = &*self.0;
+        for i in 0..*count {
+            let datum: Vec<Var<R>> = columns.iter().map(|c| Var::lit(c[i])).collect();
+            let (term, bars) = value_and_gradient_of(|shared| summand.eval(shared, &datum), shared);
+            total += term;
+            for (sum, bar) in gradient.iter_mut().zip(bars) {
+                *sum += bar;
+            }
+        }
+        (total, gradient)
+    }
+}
+
+impl<S: Summand> Fused for Sum<S> {
+    type Saved<R: Real> = Vec<R>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        vec![self.total(inputs[0], Wanted::Results).0]
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Vec<R>) {
+        let (total, gradient) = self.total(inputs[0], Wanted::ByShared);
+        (vec![total], gradient)
+    }
+
+    fn reverse<R: Real>(&self, gradient: &mut Vec<R>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
+        let chain = |&partial| R::chain(partial, y_bar[0]);
+        vec![gradient.iter().map(chain).collect()]
+    }
+}

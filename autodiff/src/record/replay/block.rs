@@ -1,0 +1,75 @@
+//! Blocks of lanes.
+
+use crate::real::{Mask, Real};
+use crate::simd::Lane;
+
+/// A number of the recording for `W * L::N` points.
+pub(super) type Block<L, const W: usize> = [L; W];
+
+#[inline(always)]
+pub(super) fn add_product<L: Real, const W: usize>(
+    factor: L,
+    own: Block<L, W>,
+    mut sum: Block<L, W>,
+) -> Block<L, W> {
+    for w in 0..W {
+        sum[w] = own[w].fma(factor, sum[w]);
+    }
+    sum
+}
+
+#[inline(always)]
+pub(super) fn chain<L: Real, const W: usize>(
+    partial: Block<L, W>,
+    bar: Block<L, W>,
+) -> Block<L, W> {
+    let mut part = bar;
+    for w in 0..W {
+        part[w] = L::chain(partial[w], bar[w]);
+    }
+    part
+}
+
+#[inline(always)]
+pub(super) fn is_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
+    for w in 0..W {
+        if !block[w].is_zero() {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether any lane's primal is zero.
+#[inline(always)]
+pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
+    let zero = L::zero();
+    let mut found = L::Mask::splat(false);
+    for w in 0..W {
+        found = found | (block[w].less_equal(zero) & zero.less_equal(block[w]));
+    }
+    found.any()
+}
+
+/// A block from a place on.
+#[inline(always)]
+pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
+    let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
+    for w in 0..W {
+        block[w] = L::load(&from[w * L::N..]);
+    }
+    block
+}
+
+/// Writes a block to a place.
+#[inline(always)]
+pub(super) fn store<R: Real, L: Lane<R>, const W: usize>(
+    to: &mut [R],
+    place: usize,
+    block: Block<L, W>,
+) {
+    let to = &mut to[place * (W * L::N)..][..W * L::N];
+    for w in 0..W {
+        block[w].store(&mut to[w * L::N..]);
+    }
+}

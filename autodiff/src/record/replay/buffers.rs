@@ -1,0 +1,100 @@
+//! The numbers that a replay works on.
+
+use super::block::Block;
+use super::plan::{Layer, Plan, Step};
+use crate::arrays::Aligned;
+use crate::pool::{self, Pooled};
+use crate::real::{Mask, Real};
+use crate::record::arithmetic::number;
+use crate::record::operation::Op;
+use crate::simd::Lane;
+
+/// Kept by the thread from one replay to the next.
+pub(super) struct ReplayBuffers<R, L, const W: usize> {
+    /// Of the shared arguments those that single operations read.
+    pub(super) read: Vec<R>,
+    /// Their cotangents, in each lane summed over its points.
+    pub(super) read_bars: Vec<L>,
+    /// The cotangents of all shared arguments, as far as they come from layers.
+    pub(super) gradient: Vec<R>,
+    /// For each layer, whether all its weights are finite.
+    pub(super) finite: Vec<bool>,
+    /// Each operation's result.
+    pub(super) values: Vec<Block<L, W>>,
+    /// Each result's cotangent.
+    pub(super) bars: Vec<Block<L, W>>,
+    /// The partials of functions of one number, from the forward to the reverse sweep.
+    pub(super) partials: Vec<Block<L, W>>,
+    /// A layer's own numbers, their cotangents, and its rows, block by block.
+    pub(super) own: Aligned<R>,
+    pub(super) own_bars: Aligned<R>,
+    pub(super) rows: Aligned<R>,
+    /// Its own numbers point by point.
+    pub(super) by_point: Aligned<R>,
+}
+
+impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
+    /// The buffers of the thread's last replay of this number type, made ready for a plan.
+    #[inline(always)]
+    pub(super) fn taken(plan: &Plan, shared: &[R]) -> Box<Self> {
+        let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
+            Box::new(ReplayBuffers {
+                read: Vec::new(),
+                read_bars: Vec::new(),
+                gradient: Vec::new(),
+                finite: Vec::new(),
+                values: Vec::new(),
+                bars: Vec::new(),
+                partials: Vec::new(),
+                own: Aligned::zeros(0),
+                own_bars: Aligned::zeros(0),
+                rows: Aligned::zeros(0),
+                by_point: Aligned::zeros(0),
+            })
+        });
+        memory.read.clear();
+        match &plan.read {
+            Some(read) => memory.read.extend(read.iter().map(|&at| shared[at])),
+            None => memory.read.extend_from_slice(shared),
+        }
+        memory.read_bars.clear();
+        memory.read_bars.resize(memory.read.len(), L::zero());
+        memory.gradient.clear();
+        memory.gradient.resize(shared.len(), R::zero());
+        memory.finite.clear();
+        let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
+        memory.finite.extend(plan.layers.iter().map(finite));
+        let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
+        memory.bars.clear();
+        memory.bars.resize(steps, zero);
+        // These are written before they are read.
+        memory.values.resize(steps, zero);
+        memory.partials.resize(steps, zero);
+        for (place, step) in plan.steps.iter().enumerate() {
+            let value = match *step {
+                Step::Single(Op::Input(_)) => {
+                    memory.partials[place] = zero;
+                    continue;
+                }
+                Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
+                Step::Single(Op::Always(holds)) => number(L::Mask::splat(holds)),
+                _ => continue,
+            };
+            memory.values[place] = [value; W];
+        }
+        memory
+    }
+}
+
+impl<R: Real, L: Lane<R>, const W: usize> Pooled for ReplayBuffers<R, L, W> {
+    fn bytes(&self) -> usize {
+        let numbers = self.read.capacity() + self.gradient.capacity();
+        let blocks = [&self.values, &self.bars, &self.partials].map(Vec::capacity);
+        let aligned = [&self.own, &self.own_bars, &self.rows, &self.by_point];
+        numbers * size_of::<R>()
+            + self.read_bars.capacity() * size_of::<L>()
+            + self.finite.capacity()
+            + blocks.iter().sum::<usize>() * size_of::<Block<L, W>>()
+            + aligned.map(Pooled::bytes).iter().sum::<usize>()
+    }
+}

@@ -1,0 +1,93 @@
+//! Longer functions of one or two numbers, register by register.
+//!
+//! Such a function is many instructions. Inlined for every register of a block, and once more for blocks of
+//! another length, they would be most of what there is to compile.
+
+use super::block::{Block, load, store};
+use crate::arrays::Aligned;
+use crate::real::Real;
+use crate::record::arithmetic::{binary, unary, unary_value};
+use crate::record::operation::{Binary, Unary};
+use crate::simd::{Lane, Vectorized};
+
+#[derive(Clone, Copy)]
+pub(super) enum Function {
+    /// Without its partial.
+    UnaryValue(Unary),
+    Unary(Unary),
+    Binary(Binary),
+}
+
+/// A function of numbers in memory: stretches of equal length, the arguments, then the values, then the
+/// partials.
+pub(super) struct Elementwise<'a, R> {
+    function: Function,
+    numbers: &'a mut [R],
+    len: usize,
+}
+
+impl<R: Real> Elementwise<'_, R> {
+    /// The values and the partials of a function of `I` numbers, `O` together.
+    #[inline(always)]
+    pub(super) fn apply<L: Lane<R>, const W: usize, const I: usize, const O: usize>(
+        function: Function,
+        x: [Block<L, W>; I],
+        memory: &mut Aligned<R>,
+    ) -> [Block<L, W>; O] {
+        let mut y = [x[0]; O];
+        if const { W * L::N == 1 } {
+            match function {
+                Function::UnaryValue(f) => y[0][0] = unary_value(f, x[0][0]),
+                Function::Unary(f) => (y[0][0], y[1][0]) = unary(f, x[0][0]),
+                Function::Binary(f) => {
+                    let (value, [by_a, by_b]) = binary(f, x[0][0], x[1][0]);
+                    (y[0][0], y[1][0], y[2][0]) = (value, by_a, by_b);
+                }
+            }
+            return y;
+        }
+        let len = W * L::N;
+        memory.make_room((I + O) * len);
+        for (k, x) in x.into_iter().enumerate() {
+            store(memory, k, x);
+        }
+        R::vectorize(Elementwise {
+            function,
+            numbers: memory,
+            len,
+        });
+        for (k, y) in y.iter_mut().enumerate() {
+            *y = load(memory, I + k);
+        }
+        y
+    }
+}
+
+impl<R: Real> Vectorized<R> for Elementwise<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self {
+            function,
+            numbers,
+            len,
+        } = self;
+        for at in (0..len).step_by(L::N) {
+            let x = L::load(&numbers[at..]);
+            match function {
+                Function::UnaryValue(f) => unary_value(f, x).store(&mut numbers[len + at..]),
+                Function::Unary(f) => {
+                    let (y, partial) = unary(f, x);
+                    y.store(&mut numbers[len + at..]);
+                    partial.store(&mut numbers[2 * len + at..]);
+                }
+                Function::Binary(f) => {
+                    let (y, [by_a, by_b]) = binary(f, x, L::load(&numbers[len + at..]));
+                    y.store(&mut numbers[2 * len + at..]);
+                    by_a.store(&mut numbers[3 * len + at..]);
+                    by_b.store(&mut numbers[4 * len + at..]);
+                }
+            }
+        }
+    }
+}

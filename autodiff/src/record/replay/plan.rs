@@ -1,0 +1,204 @@
+//! The work of a replay: the operations of a recording one by one, and layers of networks at once.
+
+use crate::product::Strided;
+use crate::real::Real;
+use crate::record::operation::{Op, Place, Run};
+use crate::record::recording::{Recording, record};
+use crate::record::symbol::Symbol;
+
+/// The work of a replay, in the order of the recording.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(super) steps: Vec<Step>,
+    /// Where the results are: among the steps or among the shared arguments. Shared places count as they do
+    /// in `steps`.
+    pub(super) results: Vec<Place>,
+    pub(super) layers: Vec<Layer>,
+    /// The shared arguments that single operations read or that are results. Shared places are
+    /// indices into this list. `None` if there are no layers: then they are indices into all shared
+    /// arguments.
+    pub(super) read: Option<Vec<usize>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Step {
+    /// An operation by itself.
+    Single(Op),
+    /// The first row of the layer of this number, with which all of them are computed.
+    Layer(usize),
+    /// Another row of a layer.
+    Row,
+}
+
+/// Dot products of rows of shared numbers with the same own numbers: a matrix times a vector.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layer {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// The place of the first row's product, and the distance between two.
+    pub(super) first: usize,
+    pub(super) step: usize,
+    /// Where the matrix begins among the shared arguments, and the distance between two rows.
+    pub(super) weights: usize,
+    pub(super) stride: usize,
+    /// The own numbers.
+    pub(super) own: Run,
+}
+
+/// The fewest rows and the fewest entries of a layer: fewer are not worth the transposition of the own
+/// numbers.
+const LEAST_ROWS: usize = 4;
+const LEAST_ENTRIES: usize = 64;
+/// How many layers a row is compared with.
+const OPEN: usize = 4;
+
+impl Layer {
+    /// A dot product as a layer of one row, if it is of shared numbers side by side and own numbers.
+    fn of_row(place: usize, op: Op) -> Option<Self> {
+        let Op::Dot([a, b], len) = op else {
+            return None;
+        };
+        let (row, own) = if a.is_row() { (a, b) } else { (b, a) };
+        (row.is_row() && !own.first.is_shared()).then_some(Self {
+            rows: 1,
+            columns: len as usize,
+            first: place,
+            step: 1,
+            weights: row.first.at(),
+            stride: len as usize,
+            own,
+        })
+    }
+
+    /// Takes a later row, unless it is of other own numbers, or out of line, or overlaps with the row
+    /// before, or one of the own numbers is the product of a row before.
+    fn take(&mut self, row: &Self) -> bool {
+        if (row.own, row.columns) != (self.own, self.columns) || row.weights < self.weights {
+            return false;
+        }
+        let (step, stride) = (row.first - self.first, row.weights - self.weights);
+        if self.rows == 1 {
+            (self.step, self.stride) = (step, stride);
+        }
+        let last = self.own.at(self.columns - 1).at();
+        let fits = step == self.rows * self.step
+            && stride == self.rows * self.stride
+            && self.stride >= self.columns
+            && last < self.first;
+        self.rows += usize::from(fits);
+        fits
+    }
+
+    fn is_worth_it(&self) -> bool {
+        self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
+    }
+
+    /// The place of a row's product.
+    pub(super) fn place(&self, row: usize) -> usize {
+        self.first + row * self.step
+    }
+
+    /// The matrix among the shared arguments.
+    pub(super) fn matrix<R: Real>(self, shared: &[R]) -> Strided<'_, R> {
+        Strided::by_rows(&shared[self.weights..], self.stride)
+    }
+}
+
+/// The layers in the order of their first rows.
+fn layers(ops: &[Op]) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    let rows = ops.iter().enumerate();
+    for row in rows.filter_map(|(place, &op)| Layer::of_row(place, op)) {
+        // Rows of several layers may alternate.
+        let mut last = layers.iter_mut().rev().take(OPEN);
+        if !last.any(|layer| layer.take(&row)) {
+            layers.push(row);
+        }
+    }
+    layers.retain(Layer::is_worth_it);
+    layers
+}
+
+impl Plan {
+    /// Records code that takes the inputs of a point and the numbers that all points share, so many of
+    /// each. Returns `None` if the code asks for values or calls a function with its own derivative: the
+    /// operations then do not stand for the code.
+    pub(crate) fn record(
+        [inputs, shared]: [usize; 2],
+        code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
+    ) -> Option<Self> {
+        let (results, recording) = record(Recording::default(), || {
+            let inputs: Vec<Symbol> = (0..inputs).map(Symbol::input).collect();
+            let shared: Vec<Symbol> = (0..shared).map(Symbol::shared).collect();
+            code(&inputs, &shared)
+        });
+        let results = results.iter().map(|symbol| symbol.0).collect();
+        (!recording.unfit).then(|| Self::new(&recording.ops, results))
+    }
+
+    /// How many results the recorded code has.
+    pub(crate) fn results(&self) -> usize {
+        self.results.len()
+    }
+
+    fn new(ops: &[Op], mut results: Vec<Place>) -> Self {
+        let layers = layers(ops);
+        let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
+        for (number, layer) in layers.iter().enumerate() {
+            for row in 0..layer.rows {
+                steps[layer.place(row)] = Step::Row;
+            }
+            steps[layer.first] = Step::Layer(number);
+        }
+        let read = (!layers.is_empty()).then(|| count_read(&mut steps, &mut results));
+        Self {
+            steps,
+            results,
+            layers,
+            read,
+        }
+    }
+}
+
+/// Renumbers shared places so that they count only the shared arguments that single operations read or that
+/// are results. Returns these arguments.
+fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
+    let mut read = Vec::new();
+    each_shared_run(steps, results, |run, len| {
+        // With those within the gaps of a run: it stays one.
+        read.extend(run.first.at()..=run.at(len as usize - 1).at());
+        run
+    });
+    read.sort_unstable();
+    read.dedup();
+    let count = |at| read.partition_point(|&read| read < at);
+    each_shared_run(steps, results, |run, _| Run {
+        first: Place::shared(count(run.first.at())),
+        ..run
+    });
+    read
+}
+
+/// Applies `f` to each run of shared places that single operations read, and to each result that is a shared
+/// place.
+fn each_shared_run(steps: &mut [Step], results: &mut [Place], mut f: impl FnMut(Run, u32) -> Run) {
+    let mut replaced = |run: Run, len| {
+        if run.first.is_shared() {
+            f(run, len)
+        } else {
+            run
+        }
+    };
+    for step in steps {
+        if let Step::Single(op) = step {
+            *op = op.with_operands(&mut replaced);
+        }
+    }
+    for result in results {
+        let alone = Run {
+            first: *result,
+            step: 1,
+        };
+        *result = replaced(alone, 1).first;
+    }
+}

@@ -1,0 +1,208 @@
+//! A recorded function at many points.
+
+use std::marker::PhantomData;
+
+use super::block::Block;
+use super::plan::Plan;
+use super::sweep::{Replay, WIDE};
+use crate::real::{ByType, Real};
+use crate::simd::{Lane, Vectorized, WIDEST};
+
+/// The work at all points.
+pub(crate) struct Points<'a, R> {
+    pub(crate) plan: &'a Plan,
+    /// The numbers that all points share.
+    pub(crate) shared: &'a [R],
+    pub(crate) count: usize,
+    pub(crate) inputs: Inputs<'a, R>,
+    pub(crate) wanted: Wanted<'a, R>,
+}
+
+/// For each input of the function, its numbers at all points.
+#[derive(Clone, Copy)]
+pub(crate) enum Inputs<'a, R> {
+    Data(&'a [Vec<f64>]),
+    Numbers(&'a [&'a [R]]),
+}
+
+/// What is computed besides the results.
+#[derive(Clone, Copy)]
+pub(crate) enum Wanted<'a, R> {
+    Results,
+    /// The gradient by the shared numbers of the first result's sum over all points.
+    ByShared,
+    /// At every point, the cotangents of the inputs: given those of each result at all points, or the
+    /// gradient of the first result.
+    ByInputs(Option<&'a [Vec<R>]>),
+}
+
+/// What a replay at many points computes; empty where it was not wanted.
+pub(crate) struct Replayed<R> {
+    /// For each result, its numbers at all points.
+    pub(crate) results: Vec<Vec<R>>,
+    pub(crate) by_shared: Vec<R>,
+    /// For each input, its cotangents at all points.
+    pub(crate) by_inputs: Vec<Vec<R>>,
+}
+
+impl<'a, R: Real> Points<'a, R> {
+    /// Does the work, for floats by the instances of this crate.
+    pub(crate) fn replay(self) -> Replayed<R> {
+        R::by_type(Compiled(PhantomData), self)
+    }
+
+    fn width(&self) -> usize {
+        match self.inputs {
+            Inputs::Data(columns) => columns.len(),
+            Inputs::Numbers(columns) => columns.len(),
+        }
+    }
+}
+
+/// The instances of the executor. With the feature `data`, this crate compiles those for floats; without it,
+/// each crate that needs them.
+struct Compiled<'a>(PhantomData<&'a ()>);
+
+impl<'a> ByType for Compiled<'a> {
+    type Of<R: Real> = Points<'a, R>;
+    type Output<R: Real> = Replayed<R>;
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
+    fn f64(self, points: Points<f64>) -> Replayed<f64> {
+        f64::vectorize(points)
+    }
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
+    fn f32(self, points: Points<f32>) -> Replayed<f32> {
+        f32::vectorize(points)
+    }
+    fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
+        R::vectorize(points)
+    }
+}
+
+impl<R: Real> Vectorized<R> for Points<'_, R> {
+    type Output = Replayed<R>;
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) -> Replayed<R> {
+        // Numbers that have no registers gain little from blocks, and each would compile them anew.
+        if const { L::N > 1 } && self.count > L::N {
+            self.in_blocks::<L, WIDE>()
+        } else {
+            self.in_blocks::<L, 1>()
+        }
+    }
+}
+
+impl<R: Real> Points<'_, R> {
+    /// With `W` registers for each number.
+    #[inline(always)]
+    fn in_blocks<L: Lane<R>, const W: usize>(self) -> Replayed<R> {
+        let (count, width) = (self.count, self.width());
+        let by_inputs = matches!(self.wanted, Wanted::ByInputs(_));
+        let passive = if by_inputs { 0 } else { width };
+        let differentiates = !matches!(self.wanted, Wanted::Results);
+        let mut replay = Replay::<R, L, W>::new(self.plan, passive, self.shared, differentiates);
+        let mut replayed = Replayed {
+            results: columns(self.plan.results.len(), count),
+            by_shared: Vec::new(),
+            by_inputs: columns(width - passive, count),
+        };
+        for first in (0..count).step_by(W * L::N) {
+            for input in 0..width {
+                let mut block = [L::zero(); W];
+                for w in 0..W {
+                    block[w] = self.input(input, first + w * L::N);
+                }
+                replay.set_input(input, block);
+            }
+            replay.forward();
+            for (k, result) in replayed.results.iter_mut().enumerate() {
+                append(result, replay.result(k), count);
+            }
+            match self.wanted {
+                Wanted::Results => continue,
+                Wanted::ByInputs(Some(bars)) => {
+                    for (k, bars) in bars.iter().enumerate() {
+                        replay.seed(k, numbers_from(bars, first));
+                    }
+                }
+                Wanted::ByShared | Wanted::ByInputs(None) => replay.seed(0, ones(count - first)),
+            }
+            replay.reverse();
+            for (input, bars) in replayed.by_inputs.iter_mut().enumerate() {
+                append(bars, replay.take_input_bar(input), count);
+            }
+        }
+        replayed.by_shared = replay.into_gradient();
+        replayed
+    }
+
+    /// A register of an input's numbers from a point on. Past the last point it is repeated.
+    #[inline(always)]
+    fn input<L: Lane<R>>(&self, input: usize, first: usize) -> L {
+        let (last, is_whole) = (self.count - 1, first + L::N <= self.count);
+        match self.inputs {
+            Inputs::Data(columns) if L::N == 1 => L::lit(columns[input][first]),
+            Inputs::Data(columns) => {
+                let (column, mut lanes) = (&columns[input], [R::zero(); WIDEST]);
+                if is_whole {
+                    for (lane, &number) in lanes.iter_mut().zip(&column[first..first + L::N]) {
+                        *lane = R::lit(number);
+                    }
+                } else {
+                    for lane in 0..L::N {
+                        lanes[lane] = R::lit(column[(first + lane).min(last)]);
+                    }
+                }
+                L::load(&lanes)
+            }
+            Inputs::Numbers(columns) if is_whole => L::load(&columns[input][first..]),
+            Inputs::Numbers(columns) => {
+                let mut lanes = [R::zero(); WIDEST];
+                for lane in 0..L::N {
+                    lanes[lane] = columns[input][(first + lane).min(last)];
+                }
+                L::load(&lanes)
+            }
+        }
+    }
+}
+
+/// Empty columns with room for so many numbers.
+fn columns<R>(columns: usize, count: usize) -> Vec<Vec<R>> {
+    (0..columns).map(|_| Vec::with_capacity(count)).collect()
+}
+
+/// Appends the numbers of a block to those of the points before, `count` at most in all.
+#[inline(always)]
+fn append<R: Real, L: Lane<R>, const W: usize>(to: &mut Vec<R>, block: Block<L, W>, count: usize) {
+    for w in 0..W {
+        let from = to.len();
+        to.resize(count.min(from + L::N), R::zero());
+        block[w].store_up_to(&mut to[from..]);
+    }
+}
+
+/// A block of the numbers from `first` on, then zeros.
+#[inline(always)]
+fn numbers_from<R: Real, L: Lane<R>, const W: usize>(numbers: &[R], first: usize) -> Block<L, W> {
+    let mut block = [L::zero(); W];
+    for w in 0..W {
+        block[w] = L::load_up_to(&numbers[numbers.len().min(first + w * L::N)..]);
+    }
+    block
+}
+
+/// So many ones, then zeros.
+#[inline(always)]
+fn ones<R: Real, L: Lane<R>, const W: usize>(count: usize) -> Block<L, W> {
+    let mut block = [L::one(); W];
+    for w in 0..W {
+        let counted = count.saturating_sub(w * L::N);
+        if counted < L::N {
+            block[w] = L::select(L::mask((1 << counted) - 1), L::one(), L::zero());
+        }
+    }
+    block
+}

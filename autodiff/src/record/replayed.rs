@@ -1,0 +1,193 @@
+//! Kernels as recordings, which any number type replays.
+
+use std::any::type_name;
+use std::borrow::Cow;
+
+use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
+use crate::real::Real;
+
+/// Records a kernel.
+///
+/// # Panics
+/// If the kernel asks for values or calls a function with its own derivative: the recording then does not
+/// stand for it.
+pub(super) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
+    let plan = Plan::record([I, 0], |x, _| {
+        kernel.eval(std::array::from_fn(|k| x[k])).to_vec()
+    });
+    plan.unwrap_or_else(|| {
+        panic!(
+            "the kernel {} asks whether a number is zero or a mask holds, or calls a fused function: \
+             from an `AnyProgram` it runs on f64 and f32 alone",
+            type_name::<K>()
+        )
+    })
+}
+
+/// The elements or edges that a kernel is applied to.
+pub(super) enum Places {
+    /// Each element of arrays of one length.
+    Elements(usize),
+    /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
+    Edges {
+        edges: Vec<SlotEdge>,
+        /// How many inputs are differences of arrays over the nodes.
+        differences: usize,
+        /// For each node, where it is tail or head: the edge, and true for the tail. The order is that in
+        /// which floats sum them up.
+        ends: Vec<(usize, usize, bool)>,
+    },
+}
+
+impl Places {
+    pub(super) fn elements(outputs: &[Array]) -> Self {
+        Self::Elements(outputs.first().map_or(0, |array| array.range().len()))
+    }
+
+    pub(super) fn edges(graph: &Graph, differences: usize) -> Self {
+        let edges = graph.edges_by_slot();
+        let mut ends = Vec::new();
+        for group in edges.chunk_by(|a, b| a.head - a.tail == b.head - b.tail) {
+            let first = ends.len() / 2;
+            let of = |is_tail: bool| {
+                let end = move |e: &SlotEdge| if is_tail { e.tail } else { e.head };
+                let group = group.iter().enumerate();
+                group.map(move |(k, edge)| (end(edge), first + k, is_tail))
+            };
+            let of_group: Vec<_> = of(true).chain(of(false)).collect();
+            ends.extend(of_group);
+        }
+        ends.sort_by_key(|(node, ..)| *node);
+        Self::Edges {
+            edges,
+            differences,
+            ends,
+        }
+    }
+
+    fn count(&self) -> usize {
+        match self {
+            Self::Elements(count) => *count,
+            Self::Edges { edges, .. } => edges.len(),
+        }
+    }
+}
+
+/// A recorded kernel, mapped over arrays or over the edges of a graph.
+pub(super) struct ReplayedKernel {
+    kernel: Plan,
+    places: Places,
+    inputs: Vec<Array>,
+    /// Adjacent, in this order.
+    outputs: Vec<Array>,
+    active: Vec<bool>,
+}
+
+impl ReplayedKernel {
+    pub(super) fn new(kernel: Plan, places: Places, inputs: &[Array], outputs: &[Array]) -> Self {
+        Self {
+            kernel,
+            places,
+            inputs: inputs.to_vec(),
+            outputs: outputs.to_vec(),
+            active: vec![true; inputs.len()],
+        }
+    }
+
+    /// The kernel at all places.
+    fn replay<R: Real>(&self, values: StepValues<R>, wanted: Wanted<R>) -> Replayed<R> {
+        let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
+            let array = values.get(input);
+            match &self.places {
+                Places::Elements(_) => array.into(),
+                Places::Edges {
+                    edges, differences, ..
+                } if k < *differences => (edges.iter())
+                    .map(|edge| array[edge.head] - array[edge.tail])
+                    .collect(),
+                Places::Edges { edges, .. } => edges.iter().map(|edge| array[edge.slot]).collect(),
+            }
+        };
+        let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
+        let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
+        let points = Points {
+            plan: &self.kernel,
+            shared: &[],
+            count: self.places.count(),
+            inputs: Inputs::Numbers(&columns),
+            wanted,
+        };
+        points.replay()
+    }
+}
+
+impl<R: Real> Operation<R> for ReplayedKernel {
+    fn outputs(&self) -> Vec<Array> {
+        self.outputs.clone()
+    }
+
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        let replayed = self.replay(StepValues { parameters, row }, Wanted::Results);
+        for (&output, results) in self.outputs.iter().zip(&replayed.results) {
+            let to = &mut row[output.range()];
+            match &self.places {
+                Places::Elements(_) => to.copy_from_slice(results),
+                Places::Edges { ends, .. } => {
+                    to.fill(R::zero());
+                    for &(node, edge, is_tail) in ends {
+                        if is_tail {
+                            to[node] += results[edge];
+                        } else {
+                            to[node] -= results[edge];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
+        let seed = |&output: &Array| -> Vec<R> {
+            let bar = &*bars.get_mut(output);
+            match &self.places {
+                Places::Elements(_) => bar.to_vec(),
+                // A result was added at the tail and subtracted at the head.
+                Places::Edges { edges, .. } => edges
+                    .iter()
+                    .map(|edge| bar[edge.tail] - bar[edge.head])
+                    .collect(),
+            }
+        };
+        let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
+        let replayed = self.replay(*values, Wanted::ByInputs(Some(&seeds)));
+        for (k, (&input, x_bar)) in self.inputs.iter().zip(&replayed.by_inputs).enumerate() {
+            if !self.active[k] {
+                continue;
+            }
+            let to = bars.get_mut(input);
+            match &self.places {
+                Places::Elements(_) => to.iter_mut().zip(x_bar).for_each(|(to, &bar)| *to += bar),
+                Places::Edges {
+                    ends, differences, ..
+                } if k < *differences => {
+                    for &(node, edge, is_tail) in ends {
+                        if is_tail {
+                            to[node] -= x_bar[edge];
+                        } else {
+                            to[node] += x_bar[edge];
+                        }
+                    }
+                }
+                Places::Edges { edges, .. } => {
+                    let edges = edges.iter().zip(x_bar);
+                    edges.for_each(|(edge, &bar)| to[edge.slot] += bar);
+                }
+            }
+        }
+    }
+
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.active = self.inputs.iter().map(|array| arrays[array.id]).collect();
+    }
+}

@@ -1,0 +1,275 @@
+//! Rollouts from several starts at once, in lanes.
+//!
+//! The starts are divided into groups: as many as a register has lanes, or two, which run interleaved in
+//! one [`Program`](crate::Program), or one alone.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use super::settings::{Given, Model, Rollout};
+use super::sweep::{Recorded, Starts};
+use crate::real::{Fused, Real};
+use crate::simd::lanes;
+
+impl<M: Model> Rollout<M> {
+    /// A batch: runs from several starts. All starts share the matrices; each may have its own values of the
+    /// other parameters. Each result has the bits that [`run`](Rollout::run) gives, in less time, because as
+    /// many starts as a register has lanes run together and share each weight read.
+    ///
+    /// On the tape this too is one fused entry. The cotangents of starts and of their own parameters have the
+    /// same bits as from `run`. The cotangents of shared parameters are summed over steps and starts in
+    /// another order, and so differ by rounding from a sum over calls of `run`.
+    ///
+    /// ```
+    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// A mass on a spring, in steps of 0.1 s.
+    /// #[derive(Clone, Copy)]
+    /// struct Spring;
+    ///
+    /// impl Kernel<3, 2> for Spring {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
+    ///         let v = v - R::lit(0.1) * stiffness * x;
+    ///         [x + R::lit(0.1) * v, v]
+    ///     }
+    /// }
+    ///
+    /// impl Model for Spring {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let stiffness = program.parameter(1);
+    ///         let (x, v) = (program.state(1), program.state(1));
+    ///         let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);
+    ///         program.advance(x, x_next);
+    ///         program.advance(v, v_next);
+    ///     }
+    /// }
+    ///
+    /// let rollout = Rollout::new(Spring, 8);
+    /// let start: &[f64] = &[1.0, 0.0];
+    /// let both = rollout.run_batch(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
+    /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
+    /// assert_eq!(both, [soft, stiff]);
+    /// // The sum of both positions, differentiated by a stiffness that they share.
+    /// let sum = |stiffness: &[Var<f64>]| {
+    ///     let [low, high] = [1.0, 2.0].map(|x| [Var::lit(x), Var::lit(0.0)]);
+    ///     let ends = rollout.run_batch(&[&low, &high], &[Given::Shared(stiffness)]);
+    ///     ends[0][0] + ends[1][0]
+    /// };
+    /// assert!(gradient_of(sum, &[1.0])[0] < 0.0);
+    /// ```
+    ///
+    /// # Panics
+    /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
+    pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
+        if starts.is_empty() {
+            return Vec::new();
+        }
+        let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
+        for parameter in parameters {
+            match parameter {
+                Given::Shared(given) => inputs.push(given),
+                Given::Each(given) => {
+                    assert_eq!(
+                        given.len(),
+                        starts.len(),
+                        "Given::Each needs one slice for each start"
+                    );
+                    inputs.extend(*given);
+                }
+            }
+            own.push(matches!(parameter, Given::Each(_)));
+        }
+        let batched = Batched {
+            rollout: self.clone(),
+            starts: starts.len(),
+            own,
+        };
+        let seen = R::fused(batched, &inputs);
+        let len = seen.len() / starts.len();
+        (0..starts.len())
+            .map(|start| seen[start * len..][..len].to_vec())
+            .collect()
+    }
+}
+
+/// A rollout from several starts. The inputs are the starts, then, parameter by parameter, the one that
+/// all share or every start's own; the outputs are the observed states, one start after the other.
+#[derive(Clone)]
+pub(super) struct Batched<M> {
+    pub(super) rollout: Rollout<M>,
+    pub(super) starts: usize,
+    /// For every parameter, whether each start has its own.
+    pub(super) own: Vec<bool>,
+}
+
+/// Starts that run interleaved: one for each of a register's lanes, two, or one alone. Lanes left over
+/// repeat the last start.
+#[derive(Clone)]
+pub(super) struct StartGroup {
+    pub(super) starts: Range<usize>,
+    pub(super) lanes: usize,
+}
+
+impl StartGroup {
+    /// Interleaves the numbers of all lanes; missing ones are zero.
+    fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
+        let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
+        for lane in 0..self.lanes {
+            let places = interleaved.iter_mut().skip(lane).step_by(self.lanes);
+            for (place, &number) in places.zip(of_lane(lane)) {
+                *place = number;
+            }
+        }
+        interleaved
+    }
+
+    /// The parameters of which each start of this group has its own, interleaved.
+    fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
+        let len = of_starts[0].len();
+        let of_starts = &of_starts[self.starts.clone()];
+        for own in of_starts {
+            assert_eq!(
+                own.len(),
+                len,
+                "the starts of a rollout, or what each has of its own, differ in length: one has {} \
+                 numbers, the first {len}",
+                own.len()
+            );
+        }
+        self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
+    }
+
+    /// The numbers of each start, from interleaved ones.
+    fn parted<R: Real>(&self, interleaved: &[R]) -> Vec<Vec<R>> {
+        let of_lane = |lane| interleaved.iter().skip(lane).step_by(self.lanes).copied();
+        (0..self.starts.len())
+            .map(|lane| of_lane(lane).collect())
+            .collect()
+    }
+}
+
+impl<M: Model> Batched<M> {
+    /// Whole registers of starts. The rest runs as one more register if it fills more than three quarters of
+    /// it, from where that pays, and in pairs otherwise.
+    pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
+        let (mut groups, mut first) = (Vec::new(), 0);
+        let widest = lanes::<R>();
+        while first < self.starts {
+            let left = self.starts - first;
+            let lanes = match left {
+                1 => 1,
+                _ if 4 * left > 3 * widest => widest,
+                _ => 2,
+            };
+            let starts = first..first + lanes.min(left);
+            first = starts.end;
+            groups.push(StartGroup { starts, lanes });
+        }
+        groups
+    }
+
+    fn of_group(&self, group: &StartGroup) -> Starts<'_> {
+        Starts {
+            count: group.lanes,
+            own: &self.own,
+        }
+    }
+
+    /// Sorts one item per input by parameter: one item if it is shared, else one for each start.
+    fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
+        let mut rest = &of_inputs[self.starts..];
+        let mut take = |&own: &bool| {
+            let (here, others) = rest.split_at(if own { self.starts } else { 1 });
+            rest = others;
+            here
+        };
+        self.own.iter().map(&mut take).collect()
+    }
+
+    /// Calls `run` with the inputs of a group: its interleaved starts, then each parameter.
+    fn with_inputs<'a, R: Real, T>(
+        &self,
+        group: &StartGroup,
+        inputs: &'a [&'a [R]],
+        run: impl FnOnce(&[&[R]]) -> T,
+    ) -> T {
+        let parameters = self.by_parameter(inputs).into_iter().zip(&self.own);
+        let parameter = |(given, &own): (&'a [&'a [R]], &bool)| {
+            if own {
+                Cow::Owned(group.own(given))
+            } else {
+                Cow::Borrowed(given[0])
+            }
+        };
+        let start = Cow::Owned(group.own(&inputs[..self.starts]));
+        let inputs: Vec<Cow<[R]>> = std::iter::once(start)
+            .chain(parameters.map(parameter))
+            .collect();
+        run(&inputs.iter().map(|input| &input[..]).collect::<Vec<_>>())
+    }
+}
+
+impl<M: Model> Fused for Batched<M> {
+    type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        let mut seen = Vec::new();
+        for group in self.groups::<R>() {
+            let forward = |inputs: &[&[R]]| self.rollout.forward(self.of_group(&group), inputs);
+            let of_group = self.with_inputs(&group, inputs, forward);
+            seen.extend(group.parted(&of_group).concat());
+        }
+        seen
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
+        let (mut seen, mut saved) = (Vec::new(), Vec::new());
+        for group in self.groups::<R>() {
+            let record = |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs);
+            let (of_group, recorded) = self.with_inputs(&group, inputs, record);
+            seen.extend(group.parted(&of_group).concat());
+            saved.push((group, recorded));
+        }
+        (seen, saved)
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Self::Saved<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        let len = y_bar.len() / self.starts;
+        let wanted = self.by_parameter(wanted).into_iter();
+        let wanted: Vec<bool> = wanted.map(|any| any.contains(&true)).collect();
+        let mut start_bars = Vec::new();
+        let mut parameter_bars: Vec<Vec<Vec<R>>> = vec![Vec::new(); self.own.len()];
+        for (group, recorded) in saved {
+            let seed = |lane: usize| {
+                if lane < group.starts.len() {
+                    &y_bar[(group.starts.start + lane) * len..][..len]
+                } else {
+                    &[]
+                }
+            };
+            let seeds = group.interleaved(seed);
+            let x_bars = self
+                .rollout
+                .reversed(group.lanes, recorded, &seeds, &wanted);
+            let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
+            start_bars.extend(group.parted(start_bar));
+            for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
+                match (own, &mut bars[..]) {
+                    (true, _) => bars.extend(group.parted(bar)),
+                    (false, []) => bars.push(bar.clone()),
+                    (false, [sum, ..]) => {
+                        sum.iter_mut().zip(bar).for_each(|(sum, &bar)| *sum += bar);
+                    }
+                }
+            }
+        }
+        start_bars.extend(parameter_bars.into_iter().flatten());
+        start_bars
+    }
+}

@@ -1,0 +1,325 @@
+//! Recording what a step does with its arrays.
+
+use super::program::Program;
+use crate::arrays::{
+    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Operation, Parameter,
+    Weighted, repeated,
+};
+use crate::real::Real;
+
+/// The operations. Each panics if it is given an array or a matrix of another program, unless this
+/// program has one of the same shape in the same place: those two cannot be told apart.
+impl<R: Real> Program<R> {
+    fn assert_known_matrix(&self, matrix: Matrix) {
+        let known = self.parameters.get(matrix.parameter);
+        let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
+        assert!(is_known, "a matrix is of another program");
+    }
+
+    /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel of the elements
+    /// `k` of `x`.
+    ///
+    /// A number that all elements share is an array of one, repeated by [`gather`](Program::gather):
+    ///
+    /// ```
+    /// # use autodiff::{Kernel, Model, Program, Real, Rollout};
+    /// # #[derive(Clone)]
+    /// # struct Decay;
+    /// impl Kernel<2, 1> for Decay {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+    ///         [x - rate * x]
+    ///     }
+    /// }
+    /// impl Model for Decay {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (rate, x) = (program.parameter(1), program.state(3));
+    ///         let rates = program.gather(rate, &[Some(0); 3]);
+    ///         let [next] = program.map(Decay, [x, rates]);
+    ///         program.advance(x, next);
+    ///     }
+    /// }
+    /// assert_eq!(Rollout::new(Decay, 2).run(&[4.0, 8.0, 12.0], &[&[0.5]]), [1.0, 2.0, 3.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// If the arrays differ in length, or one is of another program; if the kernel has no inputs or no
+    /// results.
+    pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        let outputs = self.map_by(&x, O, |outputs| Map::new(kernel, x, arrays(outputs)));
+        arrays(&outputs)
+    }
+
+    /// Maps by an operation that is made for the outputs, one for each of so many results.
+    pub(crate) fn map_by<M: Operation<R> + 'static>(
+        &mut self,
+        x: &[Array],
+        results: usize,
+        map: impl FnOnce(&[Array]) -> M,
+    ) -> Vec<Array> {
+        self.assert_known(x);
+        let len = x.first().expect("map: a kernel without inputs").len();
+        assert!(results > 0, "map: a kernel without results");
+        assert!(
+            x.iter().all(|a| a.len() == len),
+            "map: the arrays differ in length"
+        );
+        let outputs = self.outputs(len, results);
+        self.operations.push(Box::new(map(&outputs)));
+        outputs
+    }
+
+    /// `matrix * (x_0, x_1, ...) + bias`, the arrays of `x` taken as one vector.
+    ///
+    /// # Panics
+    /// Unless the matrix has as many columns as the arrays have numbers together and as many rows
+    /// as the bias, or if one of them is of another program.
+    pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
+        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
+    }
+
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes its slope is the slope of
+    /// [`layer_tanh`](Real::layer_tanh): `1 - y^2`, where `y` is the result.
+    ///
+    /// # Panics
+    /// As [`dense`](Program::dense).
+    pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
+        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
+    }
+
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros: an array as long as `places`, with the
+    /// entries in their order where `places` is true.
+    ///
+    /// # Panics
+    /// As [`dense`](Program::dense), and unless as many places are true as the matrix has rows.
+    pub fn dense_tanh_spread(
+        &mut self,
+        matrix: Matrix,
+        x: &[Array],
+        bias: Array,
+        places: &[bool],
+    ) -> Array {
+        self.dense_layer(matrix, x, bias, places, true)
+    }
+
+    fn dense_layer(
+        &mut self,
+        matrix: Matrix,
+        x: &[Array],
+        bias: Array,
+        places: &[bool],
+        tanh: bool,
+    ) -> Array {
+        self.assert_known(x);
+        self.assert_known(&[bias]);
+        self.assert_known_matrix(matrix);
+        let columns: usize = x.iter().map(|a| a.len()).sum();
+        assert_eq!(
+            columns, matrix.columns,
+            "dense: the inputs together have another length than the matrix has columns"
+        );
+        assert_eq!(
+            bias.len(),
+            matrix.rows,
+            "dense: the bias has another length than the matrix has rows"
+        );
+        let rows = places.iter().filter(|row| **row).count();
+        assert_eq!(
+            rows, matrix.rows,
+            "dense: another number of places is true than the matrix has rows"
+        );
+        let output = self.output(places.len());
+        // The last register of a spread output is written whole: nothing else may lie there.
+        self.align(false);
+        let places = repeated(places, self.starts);
+        let layer = Layer {
+            matrix,
+            x,
+            bias,
+            output,
+            places: &places,
+            tanh,
+        };
+        let layer = DenseLayer::new(layer);
+        self.operations.push(Box::new(layer));
+        output
+    }
+
+    /// Maps a kernel over the edges of a graph and sums its results up at the nodes, as springs pull on
+    /// masses.
+    ///
+    /// The kernel's inputs are, per edge, first the differences of `ends`, arrays over the nodes: the
+    /// value at the head minus that at the tail; then the values of `per_edge`, arrays in the slot
+    /// layout of the [`Graph`]. Each result is added at the edge's tail and subtracted at its head: the
+    /// outputs are arrays over the nodes.
+    ///
+    /// ```
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// What a warmer head gives its tail in a step.
+    /// #[derive(Clone, Copy)]
+    /// struct Conduction;
+    ///
+    /// impl Kernel<2, 1> for Conduction {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
+    ///         [conductivity * difference]
+    ///     }
+    /// }
+    ///
+    /// #[derive(Clone, Copy)]
+    /// struct Sum;
+    ///
+    /// impl Kernel<2, 1> for Sum {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///         [a + b]
+    ///     }
+    /// }
+    ///
+    /// /// Temperatures of bodies in a row.
+    /// #[derive(Clone)]
+    /// struct Bar(Graph);
+    ///
+    /// impl Model for Bar {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let conductivity = program.parameter(self.0.slots());
+    ///         let t = program.state(self.0.nodes());
+    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
+    ///         let [next] = program.map(Sum, [t, gain]);
+    ///         program.advance(t, next);
+    ///     }
+    /// }
+    ///
+    /// let graph = Graph::new(3, &[[0, 1], [1, 2]]);
+    /// let bar = Rollout::new(Bar(graph.clone()), 1);
+    /// let conductivity = graph.to_slots(&[0.5, 0.25]);
+    /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
+    /// // How warm the body in the middle gets, by what both edges conduct.
+    /// let middle = |k: &[Var<f64>]| {
+    ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
+    ///     bar.run(&t, &[&graph.to_slots(k)])[1]
+    /// };
+    /// assert_eq!(gradient_of(middle, &[0.5, 0.25]), [-4.0, 4.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// Unless the arrays of `ends` are as long as the graph has nodes, those of `per_edge` as it has
+    /// slots, and both together as many as the kernel has inputs; if an array is of another program, or
+    /// the kernel has no results.
+    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
+            EdgeMap::new(kernel, graph, ends, per_edge, arrays(outputs))
+        });
+        arrays(&outputs)
+    }
+
+    /// Maps over edges by an operation that is made for the graph of all starts and the outputs, one for
+    /// each of so many results.
+    pub(crate) fn map_edges_by<M: Operation<R> + 'static>(
+        &mut self,
+        graph: &Graph,
+        ends: &[Array],
+        per_edge: &[Array],
+        results: usize,
+        map: impl FnOnce(&Graph, &[Array]) -> M,
+    ) -> Vec<Array> {
+        self.assert_known(ends);
+        self.assert_known(per_edge);
+        let fits = ends.iter().all(|a| a.len() == graph.nodes());
+        assert!(fits, "map_edges: an array of ends needs one value per node");
+        let fits = per_edge.iter().all(|a| a.len() == graph.slots());
+        assert!(
+            fits,
+            "map_edges: an array per edge needs one value per slot"
+        );
+        let interleaved = graph.side_by_side(self.starts);
+        self.margin = self.margin.max(interleaved.lead());
+        let outputs = self.outputs(graph.nodes(), results);
+        self.operations.push(Box::new(map(&interleaved, &outputs)));
+        outputs
+    }
+
+    /// `x[index]` for every index, and zero for `None`. With `&[Some(0); 8]` an array of one number
+    /// becomes one of eight copies of it.
+    ///
+    /// # Panics
+    /// If an index is out of range, or the array is of another program.
+    pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        self.assert_known(&[x]);
+        assert!(
+            indices.iter().flatten().all(|&i| i < x.len()),
+            "gather: an index is out of range"
+        );
+        let output = self.output(indices.len());
+        self.operations
+            .push(Box::new(Gather::new(x, indices, output)));
+        output
+    }
+
+    /// Weights arrays entry by entry: the `weights` times the offsets of each of `offsets` from its weighted
+    /// mean, then times each of `values`; then `others` unchanged, all as one array. Also returns the means, as
+    /// an array of one number for each of `offsets`.
+    ///
+    /// An entry of weight 0 counts nowhere. The mean is `sum w x / sum w`; it is NaN if no weight is left.
+    ///
+    /// ```
+    /// use autodiff::{Model, Program, Real, Rollout};
+    ///
+    /// /// Moves every point by its weighted offset from the mean.
+    /// #[derive(Clone)]
+    /// struct Spread;
+    ///
+    /// impl Model for Spread {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (weights, x) = (program.parameter(3), program.state(3));
+    ///         let [offsets, _mean] = program.weighted(weights, [x], [], &[]);
+    ///         program.advance(x, offsets);
+    ///     }
+    /// }
+    ///
+    /// let offsets = Rollout::new(Spread, 1).run(&[1.0, 3.0, 50.0], &[&[1.0, 1.0, 0.0]]);
+    /// assert_eq!(offsets, [-1.0, 1.0, 0.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// Unless `offsets` and `values` are as long as the weights; if an array is of another program.
+    pub fn weighted<const C: usize, const V: usize>(
+        &mut self,
+        weights: Array,
+        offsets: [Array; C],
+        values: [Array; V],
+        others: &[Array],
+    ) -> [Array; 2] {
+        let weighed = [&offsets[..], &values].concat();
+        self.assert_known(&[&[weights][..], &weighed, others].concat());
+        assert!(
+            weighed.iter().all(|array| array.len() == weights.len()),
+            "weighted: an array needs one number per weight"
+        );
+        let appended: usize = others.iter().map(|array| array.len()).sum();
+        self.align(false);
+        let lengths = [weighed.len() * weights.len() + appended, C, 1];
+        let outputs = lengths.map(|len| self.unaligned_output(len));
+        let operation = Weighted::new(weights, offsets, values, others, outputs);
+        self.operations.push(Box::new(operation));
+        [outputs[0], outputs[1]]
+    }
+}
+
+/// Handles by their number, which is known.
+fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
+    std::array::from_fn(|k| handles[k])
+}

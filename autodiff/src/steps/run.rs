@@ -1,0 +1,286 @@
+//! Running a recorded program, forward and in reverse.
+
+use super::program::{Control, Program};
+use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repeated};
+use crate::real::Real;
+use crate::simd::{WIDEST, prefetch};
+
+/// Numbers that are set to zero at once.
+const ZEROED: usize = 128;
+
+impl<R: Real> Program<R> {
+    /// Ends the recording and lays out the rows.
+    ///
+    /// # Panics
+    /// If a part of the state was not advanced.
+    pub(crate) fn finish(mut self) -> Self {
+        let next: Option<Vec<Array>> = self.next.iter().copied().collect();
+        let next = next.expect("a part of the state is never advanced");
+        self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
+        let share = self.layout.stride.div_ceil(self.operations.len().max(1));
+        self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
+        self
+    }
+
+    /// Room for the parameters' arrays, and for reads past the last of them.
+    pub(crate) fn parameters(&self) -> Aligned<R> {
+        Aligned::zeros(self.ends[0] + self.padding())
+    }
+
+    /// Zeros for all cotangents: of the parameters, and of a row.
+    pub(crate) fn bars(&self) -> [Aligned<R>; 2] {
+        [self.parameters(), Aligned::zeros(self.row_len())]
+    }
+
+    /// How far past the last array registers may reach.
+    fn padding(&self) -> usize {
+        2 * WIDEST * self.starts + self.margin
+    }
+
+    /// How many numbers a step may touch, from the start of its row on.
+    pub(crate) fn row_len(&self) -> usize {
+        self.layout.reach.max(self.ends[1]) + self.padding()
+    }
+
+    /// The distance from the start of a row to the start of the next.
+    pub(crate) fn stride(&self) -> usize {
+        self.layout.stride
+    }
+
+    /// The number of scalars in a state, over all starts.
+    pub(crate) fn state_len(&self) -> usize {
+        self.states.iter().map(|a| a.len).sum()
+    }
+
+    /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
+    /// says so, every start has an array of its own, given interleaved; all others are shared.
+    pub(crate) fn load(
+        &mut self,
+        values: &mut [R],
+        parameters: &[&[R]],
+        own: &[bool],
+        steps: usize,
+    ) {
+        let [given, declared] = [parameters.len(), self.parameters.len()];
+        assert_eq!(
+            given, declared,
+            "a program has {declared} parameters: {given} are given"
+        );
+        self.own = vec![false; parameters.len()];
+        self.own[..own.len()].copy_from_slice(own);
+        for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
+            let own = self.own[at];
+            let given_starts = if own { self.starts } else { 1 };
+            let len = match declared {
+                Parameter::Array(a) => a.len(),
+                Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.len()),
+                Parameter::Matrix(_) if own => {
+                    panic!("parameter {at} of a program is a matrix, which all starts share")
+                }
+                Parameter::Matrix(m) => m.len(),
+            };
+            let over = match declared {
+                Parameter::Control(_) => format!(" over {steps} steps"),
+                _ => String::new(),
+            };
+            let numbers = given.len() / given_starts;
+            assert_eq!(
+                numbers, len,
+                "parameter {at} of a program has {len} numbers{over}: {numbers} are given"
+            );
+            let times = self.starts / given_starts;
+            match declared {
+                Parameter::Array(array) => {
+                    values[array.range()].copy_from_slice(&repeated(given, times));
+                }
+                Parameter::Control(k) => self.controls[*k].values = repeated(given, times),
+                Parameter::Matrix(_) => {}
+            }
+        }
+        for operation in &mut self.operations {
+            operation.load(parameters);
+        }
+    }
+
+    /// Marks the arrays that carry derivatives, given which parameters do; the state always does.
+    pub(crate) fn set_active(&mut self, parameters: &[bool]) {
+        let mut active = vec![false; self.arrays.len()];
+        for (declared, &wanted) in self.parameters.iter().zip(parameters) {
+            match declared {
+                Parameter::Array(a) => active[a.id] = wanted,
+                Parameter::Control(k) => {
+                    let control = &mut self.controls[*k];
+                    active[control.array.id] = wanted;
+                    control.bars = wanted.then(|| vec![R::zero(); control.values.len()]);
+                }
+                Parameter::Matrix(_) => {}
+            }
+        }
+        for state in &self.states {
+            active[state.id] = true;
+        }
+        for operation in &mut self.operations {
+            operation.set_active(&active, parameters);
+            for output in operation.outputs() {
+                active[output.id] = true;
+            }
+        }
+    }
+
+    /// Writes a state into a row.
+    pub(crate) fn set_state(&self, row: &mut [R], mut state: &[R]) {
+        for part in &self.layout.state {
+            let (here, rest) = state.split_at(part.len);
+            row[part.range()].copy_from_slice(here);
+            state = rest;
+        }
+    }
+
+    /// Appends the state of a row.
+    pub(crate) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
+        for part in &self.layout.state {
+            to.extend_from_slice(&row[part.range()]);
+        }
+    }
+
+    /// Writes the inputs of one step, from `all` steps' inputs, and its controls into its row.
+    pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
+        let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
+        for part in &self.inputs {
+            let places = row[part.range()].chunks_exact_mut(self.starts);
+            for (to, &x) in places.zip(&mut given) {
+                to.fill(R::lit(x));
+            }
+        }
+        for Control { array, values, .. } in &self.controls {
+            row[array.range()].copy_from_slice(&values[step * array.len..][..array.len]);
+        }
+    }
+
+    /// Keeps the cotangents of a step's controls, after the reverse of that step.
+    pub(crate) fn note_controls(&mut self, row_bars: &[R], step: usize) {
+        for Control { array, bars, .. } in &mut self.controls {
+            if let Some(bars) = bars {
+                bars[step * array.len..][..array.len].copy_from_slice(&row_bars[array.range()]);
+            }
+        }
+    }
+
+    /// Prefetches a part of a row that is soon to be touched, one part before every operation: if all
+    /// of the row were asked for at once, the operation's own loads would wait behind it.
+    #[inline(always)]
+    fn prefetch(&self, operation: usize, row: *const R) {
+        let first = operation * self.prefetch_len;
+        let left = self.layout.stride.saturating_sub(first);
+        prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
+    }
+
+    /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
+    /// next step touches, to be prefetched, if it is another.
+    pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
+        for k in 0..self.operations.len() {
+            if let Some(soon) = soon {
+                self.prefetch(k, soon);
+            }
+            self.operations[k].forward(parameters, row);
+        }
+        for (from, to) in &self.layout.moves {
+            let to = self.layout.stride + to.start;
+            if from.parameter {
+                row[to..][..from.len].copy_from_slice(&parameters[from.range()])
+            } else {
+                row.copy_within(from.range(), to)
+            }
+        }
+    }
+
+    /// Moves the new state to the start of the same row, for a rollout that keeps no rows.
+    pub(crate) fn rewind(&self, row: &mut [R]) {
+        let RowLayout { stride, reach, .. } = self.layout;
+        row.copy_within(stride..reach, 0);
+    }
+
+    /// Where a part of the state begins in the state.
+    fn place_in_state(&self, part: Array) -> usize {
+        let before = self.states.iter().take_while(|state| **state != part);
+        before.map(|state| state.len).sum()
+    }
+
+    /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the new state to that
+    /// of the old one, and the bars of the parameters grow by this step's part. `soon` is the row of
+    /// the step before, to be prefetched: the processor does not foresee rows read backwards.
+    pub(crate) fn reverse_step(
+        &mut self,
+        parameters: &[R],
+        row: &[R],
+        [parameter_bars, row_bars]: &mut [Aligned<R>; 2],
+        state_bar: &mut Vec<R>,
+        soon: *const R,
+    ) {
+        let bars = &mut Bars {
+            parameters: &mut parameter_bars[..],
+            row: &mut row_bars[..],
+        };
+        // Only up to the next row: past that, the new state's cotangents are set below.
+        let RowLayout { stride, state, .. } = &self.layout;
+        // Piece by piece: for longer ones `memset` takes a slower start.
+        for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
+            piece.fill(R::zero());
+        }
+        if self.layout.moves.is_empty() {
+            // The new state begins the next row.
+            let mut given = &state_bar[..];
+            for part in state {
+                let (here, rest) = given.split_at(part.len);
+                bars.row[stride + part.start..][..part.len].copy_from_slice(here);
+                given = rest;
+            }
+        }
+        for (from, to) in &self.layout.moves {
+            let given = &state_bar[self.place_in_state(*to)..][..to.len];
+            for (bar, &given) in bars.get_mut(*from).iter_mut().zip(given) {
+                *bar += given;
+            }
+        }
+        let values = &StepValues { parameters, row };
+        for k in (0..self.operations.len()).rev() {
+            self.prefetch(k, soon);
+            self.operations[k].reverse(values, bars);
+        }
+        state_bar.clear();
+        self.push_state(bars.row, state_bar);
+    }
+
+    /// The cotangents of all parameters after the last reverse step: interleaved where each start has
+    /// its own, else summed over the starts from the first to the last.
+    pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
+        let sum = |of_starts: &[R]| {
+            of_starts[1..]
+                .iter()
+                .fold(of_starts[0], |sum, &bar| sum + bar)
+        };
+        let of_starts = |own, bars: &[R]| {
+            if own {
+                bars.to_vec()
+            } else {
+                bars.chunks_exact(self.starts).map(sum).collect()
+            }
+        };
+        let bar = |(declared, &own): (&Parameter, &bool)| match declared {
+            Parameter::Array(a) => of_starts(own, &bars[a.range()]),
+            Parameter::Matrix(m) => vec![R::zero(); m.len()],
+            Parameter::Control(k) => {
+                let Control { values, bars, .. } = &self.controls[*k];
+                match bars {
+                    Some(bars) => of_starts(own, bars),
+                    None => vec![R::zero(); values.len() / if own { 1 } else { self.starts }],
+                }
+            }
+        };
+        let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
+        for operation in &mut self.operations {
+            operation.matrix_bars(&mut all);
+        }
+        all
+    }
+}

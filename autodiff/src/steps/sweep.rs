@@ -1,0 +1,312 @@
+//! A rollout's run forward, and its reverse sweep.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::checkpoints::CheckpointSchedule;
+use super::program::Program;
+use super::progress::begin_step;
+use super::settings::{Model, RecordModel, Rollout};
+use super::watch::Watch;
+use crate::arrays::Aligned;
+use crate::pool;
+use crate::real::Real;
+
+/// Starts that run interleaved.
+#[derive(Clone, Copy)]
+pub(super) struct Starts<'a> {
+    pub(super) count: usize,
+    /// For the first parameters, whether each start has its own; the others are shared.
+    pub(super) own: &'a [bool],
+}
+
+impl Starts<'_> {
+    /// One alone.
+    pub(super) const ONE: Self = Self { count: 1, own: &[] };
+}
+
+/// A program with its parameters.
+pub(super) struct Stepper<R: Real> {
+    program: Program<R>,
+    parameters: Aligned<R>,
+    /// The inputs of all steps.
+    inputs: Arc<[f64]>,
+    /// Checks every state but the start, if there is a bound.
+    watch: Option<Watch<R>>,
+}
+
+impl<R: Real> Stepper<R> {
+    /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+        let mut program = Program::side_by_side(starts.count);
+        R::by_type(RecordModel(&rollout.model), &mut program);
+        let mut program = program.finish();
+        rollout.check(program.inputs_len);
+        let mut parameters = program.parameters();
+        let (start, given) = inputs.split_first().expect("a rollout has a start");
+        assert_eq!(
+            start.len(),
+            program.state_len(),
+            "the start of a rollout has {} numbers, where the parts of the model's state have {} \
+             together",
+            start.len() / starts.count,
+            program.state_len() / starts.count
+        );
+        program.load(&mut parameters, given, starts.own, rollout.steps);
+        Self {
+            program,
+            parameters,
+            inputs: rollout.inputs.clone(),
+            watch: rollout.state_bound.map(Watch::new),
+        }
+    }
+
+    pub(super) fn state_len(&self) -> usize {
+        self.program.state_len()
+    }
+
+    /// A row with a state in it.
+    pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
+        let mut row = Aligned::zeros(self.program.row_len());
+        self.program.set_state(&mut row, state);
+        row
+    }
+
+    /// The state of a row.
+    pub(super) fn state(&self, row: &[R]) -> Vec<R> {
+        let mut state = Vec::with_capacity(self.state_len());
+        self.program.push_state(row, &mut state);
+        state
+    }
+
+    /// Does a step; the new state stands where the next row begins. Meanwhile prefetches the row `soon`.
+    fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
+        begin_step(step);
+        self.program.set_inputs(row, &self.inputs, step);
+        self.program.step(&self.parameters, row, soon);
+        // The old state, not the new one: its loads would wait for the stores just made.
+        if let (Some(watch), true) = (&mut self.watch, step > 0) {
+            watch.look(&self.program, row);
+        }
+    }
+
+    /// Replaces a start's observations by NaN if one of its states was not below the bound. `row` holds the
+    /// last state, after `steps` steps, which is still to be checked.
+    pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
+        let Some(mut watch) = self.watch else {
+            return;
+        };
+        if steps > 0 {
+            watch.look(&self.program, row);
+        }
+        let verdicts = watch.verdicts(self.program.starts);
+        for (seen, verdict) in seen.iter_mut().zip(verdicts.iter().cycle()) {
+            *seen = R::select(verdict.finite(), *seen, *verdict);
+        }
+    }
+
+    /// Does a step within one row.
+    pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
+        self.step(step, row, None);
+        self.program.rewind(row);
+    }
+}
+
+/// A state and how many steps were done before it.
+#[derive(Clone)]
+struct Checkpoint<R> {
+    step: usize,
+    state: Vec<R>,
+}
+
+/// The record of a forward run, which the reverse sweep reads.
+pub struct Recorded<R: Real> {
+    stepper: Stepper<R>,
+    schedule: CheckpointSchedule,
+    steps: usize,
+    /// States from which the reverse sweep runs forward again; the start is the first.
+    checkpoints: Vec<Checkpoint<R>>,
+    /// The rows of the last steps run, one after the other; of all steps where memory allows.
+    rows: Aligned<R>,
+    /// The single row for steps whose rows are not kept.
+    row: Aligned<R>,
+}
+
+impl<R: Real> Recorded<R> {
+    /// Arguments as for [`Stepper::new`].
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+        let stepper = Stepper::new(rollout, starts, inputs);
+        let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
+        let lengths = [stepper.state_len(), stride];
+        let schedule = CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths);
+        let leaf = schedule.leaf.min(rollout.steps);
+        let kept = leaf.saturating_sub(1).checked_mul(stride);
+        let kept = kept.and_then(|kept| kept.checked_add(row.len()));
+        let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
+        let Some(kept) = kept else {
+            panic!(
+                "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::Bytes"
+            );
+        };
+        let mut rows = pooled_rows(kept);
+        stepper.program.set_state(&mut rows, inputs[0]);
+        Self {
+            checkpoints: vec![Checkpoint {
+                step: 0,
+                state: inputs[0].to_vec(),
+            }],
+            steps: rollout.steps,
+            schedule,
+            rows,
+            row,
+            stepper,
+        }
+    }
+
+    pub(super) fn state_len(&self) -> usize {
+        self.stepper.state_len()
+    }
+
+    /// [`Stepper::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
+    /// are not checked again.
+    pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
+        let last = self.row_after(self.steps);
+        self.stepper.apply_state_bound(self.steps, last, seen);
+        self.stepper.watch = None;
+    }
+
+    /// Whether the rows of all steps are kept.
+    fn keeps_all(&self) -> bool {
+        self.schedule.leaf >= self.steps
+    }
+
+    /// During the first run forward: the row that begins with the state after `step` steps.
+    fn row_after(&self, step: usize) -> &[R] {
+        if self.keeps_all() {
+            &self.rows[step * self.stepper.program.stride()..]
+        } else {
+            &self.row
+        }
+    }
+
+    /// During the first run forward: the state after `step` steps.
+    pub(super) fn state(&self, step: usize) -> Vec<R> {
+        self.stepper.state(self.row_after(step))
+    }
+
+    /// A step of the first run forward. Keeps its row, or the checkpoint that the schedule has before it.
+    pub(super) fn step(&mut self, step: usize) {
+        if self.keeps_all() {
+            return self.step_to_row(step, step);
+        }
+        let last = self.checkpoints.last().map_or(0, |last| last.step);
+        let held = self.checkpoints.len();
+        if self.schedule.split(last..self.steps, held) == Some(step) {
+            self.checkpoints.push(self.checkpoint(step));
+        }
+        self.stepper.step_in_place(step, &mut self.row);
+    }
+
+    /// Does a step in the row with this index, and prefetches the next.
+    fn step_to_row(&mut self, step: usize, row: usize) {
+        let (stride, len) = (
+            self.stepper.program.stride(),
+            self.stepper.program.row_len(),
+        );
+        let row = &mut self.rows[row * stride..];
+        let next = row[stride..].as_ptr();
+        self.stepper.step(step, &mut row[..len], Some(next));
+    }
+
+    /// The state in the single row.
+    fn checkpoint(&self, step: usize) -> Checkpoint<R> {
+        Checkpoint {
+            step,
+            state: self.stepper.state(&self.row),
+        }
+    }
+
+    /// Goes back from the last step to the first and returns the cotangents of the parameters. Calls
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, from the last step down
+    /// to 0, the start; there it may add to the cotangent and clip it.
+    pub(super) fn reverse(
+        &mut self,
+        wanted: &[bool],
+        state_bar: &mut Vec<R>,
+        mut at: impl FnMut(usize, &mut Vec<R>),
+    ) -> Vec<Vec<R>> {
+        self.stepper.program.set_active(wanted);
+        let mut bars = self.stepper.program.bars();
+        let mut stack = self.checkpoints.clone();
+        let mut end = self.steps;
+        at(end, state_bar);
+        // Each turn either sets a checkpoint in the last stretch of steps, or reverses the last leaf of it.
+        while end > 0 {
+            let top = stack.last().expect("the start is below all");
+            let first = self.schedule.leaf_start(top.step..end);
+            if let Some(middle) = self.schedule.split(top.step..end, stack.len()) {
+                let top = top.clone();
+                self.run_again(&top, middle);
+                stack.push(self.checkpoint(middle));
+                continue;
+            }
+            if !self.keeps_all() {
+                let top = top.clone();
+                self.run_again(&top, first);
+                let state = self.checkpoint(first).state;
+                self.stepper.program.set_state(&mut self.rows, &state);
+                for step in first..end {
+                    self.step_to_row(step, step - first);
+                }
+            }
+            self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
+            end = first;
+            // Checkpoints of steps that are done serve nothing any more.
+            stack.retain(|checkpoint| checkpoint.step < end);
+        }
+        self.stepper.program.parameter_bars(&bars[0])
+    }
+
+    /// Steps on from a checkpoint, within the single row.
+    fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
+        self.stepper.program.set_state(&mut self.row, &from.state);
+        for step in from.step..to {
+            self.stepper.step_in_place(step, &mut self.row);
+        }
+    }
+
+    fn reverse_rows(
+        &mut self,
+        steps: Range<usize>,
+        bars: &mut [Aligned<R>; 2],
+        state_bar: &mut Vec<R>,
+        at: &mut impl FnMut(usize, &mut Vec<R>),
+    ) {
+        let stepper = &mut self.stepper;
+        let (stride, len) = (stepper.program.stride(), stepper.program.row_len());
+        for step in steps.clone().rev() {
+            let place = (step - steps.start) * stride;
+            let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
+            let row = &self.rows[place..][..len];
+            (stepper.program).reverse_step(&stepper.parameters, row, bars, state_bar, soon);
+            stepper.program.note_controls(&bars[1], step);
+            at(step, state_bar);
+        }
+    }
+}
+
+/// At least `len` numbers with any values: the buffer of the thread's last sweep, if it is long enough.
+fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
+    match pool::take::<Aligned<R>>() {
+        Some(rows) if rows.len() >= len => *rows,
+        // A quarter more, for longer sweeps to come: pages that are never touched take no memory.
+        _ => Aligned::zeros(len + len / 4),
+    }
+}
+
+impl<R: Real> Drop for Recorded<R> {
+    fn drop(&mut self) {
+        let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
+        pool::keep(Box::new(rows));
+    }
+}

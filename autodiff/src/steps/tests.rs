@@ -1,0 +1,424 @@
+//! Several starts at once against each alone, in every register that the machine has.
+
+#[path = "../../tests/net/mod.rs"]
+mod net;
+
+use net::{Loss, NODES, taken_from};
+use num_traits::Zero;
+
+use super::batched::Batched;
+use crate::simd::{Level, at_most, lanes, level};
+use crate::{
+    CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real, Rollout,
+    Tape, Var, gradient_of,
+};
+
+/// Starts near one another, and the parameters of all of them.
+struct Several<R> {
+    loss: Loss,
+    starts: Vec<Vec<R>>,
+    /// Every start's own stiffness, in place of the first parameter; none where all share that.
+    own: Vec<Vec<R>>,
+    parameters: Vec<Vec<R>>,
+}
+
+impl<R: Real> Several<R> {
+    fn new(count: usize, steps: usize) -> Self {
+        let loss = Loss::new(steps);
+        let x: Vec<R> = loss.point().into_iter().map(R::lit).collect();
+        let (start, rest) = x.split_at(2 * NODES);
+        let moved = |k: usize| {
+            let by = |i: usize| R::lit(0.1 * ((k * NODES + i) as f64).cos());
+            (start.iter().enumerate())
+                .map(|(i, &x)| x + by(i))
+                .collect()
+        };
+        let mut take = taken_from(rest);
+        let shapes = loss.rollout.model.shapes();
+        Self {
+            starts: (0..count).map(moved).collect(),
+            own: Vec::new(),
+            parameters: shapes.map(|len| take(len).to_vec()).to_vec(),
+            loss,
+        }
+    }
+
+    /// Starts of different stiffness.
+    fn with_own(mut self) -> Self {
+        let times = |factor: f64| {
+            let stiffness = self.parameters[0].iter();
+            stiffness.map(|&k| k * R::lit(factor)).collect()
+        };
+        let factors = (0..self.starts.len()).map(|k| 1.0 + 0.3 * k as f64);
+        self.own = factors.map(times).collect();
+        self
+    }
+
+    fn alone(&self) -> Vec<Vec<R>> {
+        let run = |(k, start): (usize, &Vec<R>)| {
+            let mut parameters = slices(&self.parameters);
+            if let Some(own) = self.own.get(k) {
+                parameters[0] = own;
+            }
+            self.loss.rollout.run(start, &parameters)
+        };
+        self.starts.iter().enumerate().map(run).collect()
+    }
+
+    fn together(&self) -> Vec<Vec<R>> {
+        let (starts, own) = (slices(&self.starts), slices(&self.own));
+        let parameters = slices(&self.parameters);
+        let mut given: Vec<Given<R>> = parameters.into_iter().map(Given::Shared).collect();
+        if !own.is_empty() {
+            given[0] = Given::Each(&own);
+        }
+        self.loss.rollout.run_batch(&starts, &given)
+    }
+
+    /// How many numbers belong to one start alone.
+    fn of_starts(&self) -> usize {
+        [&self.starts, &self.own]
+            .iter()
+            .map(|of| of.concat().len())
+            .sum()
+    }
+
+    /// The gradient of a weighted sum over all that is observed: first what belongs to starts.
+    fn gradient(&self, together: bool) -> Vec<R> {
+        self.gradient_of(together, |seen| seen)
+    }
+
+    /// The gradient over a choice of the observed numbers.
+    fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
+        let x = [&self.starts, &self.own, &self.parameters]
+            .map(|of| of.concat())
+            .concat();
+        gradient_of(
+            |x: &[Var<R>]| {
+                let mut part = taken_from(x);
+                let mut take = |of: &Vec<R>| part(of.len()).to_vec();
+                let variables = Several {
+                    loss: self.loss.clone(),
+                    starts: self.starts.iter().map(&mut take).collect(),
+                    own: self.own.iter().map(&mut take).collect(),
+                    parameters: self.parameters.iter().map(&mut take).collect(),
+                };
+                let seen = if together {
+                    variables.together()
+                } else {
+                    variables.alone()
+                };
+                let weighted = choice(seen.concat()).into_iter().enumerate();
+                let weighted = weighted.map(|(i, s)| s * s * Var::lit(1.0 + 0.1 * (i % 7) as f64));
+                weighted.fold(Var::zero(), |sum, term| sum + term)
+            },
+            &x,
+        )
+    }
+}
+
+fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
+    of.iter().map(Vec::as_slice).collect()
+}
+
+/// So many steps, or the few that Miri has time for.
+fn steps(all: usize) -> usize {
+    if cfg!(miri) { all.min(7) } else { all }
+}
+
+/// Does it in the registers of every level that the machine has.
+fn at_every_level(check: impl Fn()) {
+    for cap in [Level::Baseline, Level::Avx2, level()] {
+        at_most(cap, &check);
+    }
+}
+
+/// Whole registers, then one for more than three quarters of its starts, or pairs and one alone.
+#[test]
+fn starts_fill_registers() {
+    at_every_level(|| {
+        let lanes = lanes::<f64>();
+        for starts in 0..=3 * lanes {
+            let (rollout, own) = (Loss::new(1).rollout, Vec::new());
+            let groups = Batched {
+                rollout,
+                starts,
+                own,
+            };
+            let groups = groups.groups::<f64>();
+            let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
+            assert!(members.into_iter().eq(0..starts), "each once, in order");
+            let (full, left) = (starts / lanes, starts % lanes);
+            let rest = if left > 1 && 4 * left > 3 * lanes {
+                vec![lanes]
+            } else {
+                [vec![2; left / 2], vec![1; left % 2]].concat()
+            };
+            let expected = [vec![lanes; full], rest].concat();
+            let found: Vec<usize> = groups.iter().map(|group| group.lanes).collect();
+            assert_eq!(found, expected, "{starts} starts in {lanes} lanes");
+        }
+    });
+}
+
+/// From no start to more than three registers of them, whole registers and parts.
+#[test]
+fn states_have_the_bits_of_each_start_alone() {
+    fn check<R: Real + PartialEq>() {
+        let lanes = lanes::<R>();
+        for count in [0, 1, 2, 3, lanes, lanes + 1, 3 * lanes - 1] {
+            let shared = Several::<R>::new(count, steps(64));
+            let own = Several::<R>::new(count, steps(64)).with_own();
+            for several in [shared, own] {
+                let (together, alone) = (several.together(), several.alone());
+                assert_eq!(together.len(), count);
+                assert!(together == alone, "{count} starts in {lanes} lanes");
+            }
+        }
+    }
+    at_every_level(check::<f64>);
+    at_every_level(check::<f32>);
+    let duals = Several::<Dual<f64, 1>>::new(3, 9);
+    let values = |of: Vec<Vec<Dual<f64, 1>>>| of.concat().iter().map(|x| x.value).collect();
+    let [together, alone]: [Vec<f64>; 2] = [duals.together(), duals.alone()].map(values);
+    assert_eq!(together, alone);
+}
+
+/// The cotangents of starts and of what they have of their own to the bit, those of parameters but
+/// for the order of sums.
+#[test]
+fn gradients_are_the_sums_of_single_ones() {
+    fn check<R: Real + PartialEq>(tolerance: f64) {
+        let more = 3 * lanes::<R>() - 1;
+        for (count, own) in [
+            (1, false),
+            (2, false),
+            (2, true),
+            (more, false),
+            (more, true),
+        ] {
+            // 37 steps: batches of outer products end full and partly filled.
+            let mut several = Several::<R>::new(count, steps(37));
+            if own {
+                several = several.with_own();
+            }
+            let [together, alone] = [true, false].map(|together| several.gradient(together));
+            let of_starts = ..several.of_starts();
+            assert!(together[of_starts] == alone[of_starts], "{count} starts");
+            let scale = alone.iter().fold(R::zero(), |most, g| most.max(g.abs()));
+            for (i, (&a, &b)) in together.iter().zip(&alone).enumerate() {
+                let off = (a - b).abs() / scale;
+                let near = crate::Mask::all(off.less_equal(R::lit(tolerance)));
+                assert!(near, "{i}: {a:?} {b:?} of {scale:?}");
+            }
+        }
+    }
+    // Sums of some 1e3 terms, of which those in the middle may be larger than the whole.
+    at_every_level(|| check::<f64>(1e-12));
+    at_every_level(|| check::<f32>(1e-4));
+}
+
+/// Wanted entries are those of whole states to the bit, and so are their gradients.
+#[test]
+fn entries_are_those_of_whole_states() {
+    let entries = vec![1, NODES, 2 * NODES - 1];
+    let whole = Several::<f64>::new(lanes::<f64>() + 1, steps(37));
+    let mut some = Several::<f64>::new(lanes::<f64>() + 1, steps(37));
+    some.loss.rollout.entries = Some(entries.clone());
+    let state = 2 * NODES;
+    let place = |k: usize| k / entries.len() * state + entries[k % entries.len()];
+    let count = some.loss.rollout.observed.len() * entries.len();
+    for (some, whole) in some.together().iter().zip(whole.together()) {
+        let expected: Vec<f64> = (0..count).map(|k| whole[place(k)]).collect();
+        assert_eq!(*some, expected);
+    }
+    assert_eq!(some.together(), some.alone());
+    for together in [true, false] {
+        let choice = |seen: Vec<Var<f64>>| {
+            let all = seen.len() / state * entries.len();
+            (0..all).map(|k| seen[place(k)]).collect()
+        };
+        assert!(some.gradient(together) == whole.gradient_of(together, choice));
+    }
+}
+
+#[test]
+#[should_panic(expected = "24 numbers in a state: the entries [3, 24] are wanted")]
+fn an_entry_beyond_the_state_is_told() {
+    let mut several = Several::<f64>::new(1, 1);
+    assert_eq!(2 * NODES, 24);
+    several.loss.rollout.entries = Some(vec![3, 24]);
+    several.alone();
+}
+
+#[test]
+#[should_panic(expected = "parameter 2 of a program is a matrix, which all starts share")]
+fn a_matrix_of_each_start_is_told() {
+    let several = Several::<f64>::new(2, 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let each: Vec<[&[f64]; 2]> = parameters.iter().map(|&p| [p; 2]).collect();
+    let each: Vec<Given<f64>> = each.iter().map(|p| Given::Each(p)).collect();
+    several.loss.rollout.run_batch(&starts, &each);
+}
+
+#[test]
+#[should_panic(expected = "Given::Each needs one slice for each start")]
+fn a_start_without_its_own_is_told() {
+    let several = Several::<f64>::new(2, 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
+    given[0] = Given::Each(&parameters[..1]);
+    several.loss.rollout.run_batch(&starts, &given);
+}
+
+/// The message counts the numbers of one start, however many run together.
+#[test]
+#[should_panic(expected = "parameter 0 of a program has 48 numbers: 47 are given")]
+fn too_few_numbers_of_each_start_are_counted() {
+    let several = Several::<f64>::new(lanes::<f64>(), 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
+    let own = vec![&parameters[0][1..]; starts.len()];
+    given[0] = Given::Each(&own);
+    several.loss.rollout.run_batch(&starts, &given);
+}
+
+/// Checkpoints hold all starts, and every start's cotangent has its own bound.
+#[test]
+fn memory_and_bounds_are_as_for_one() {
+    let mut several = Several::<f64>::new(lanes::<f64>(), steps(61));
+    let all = several.gradient(true);
+    several.loss.rollout.memory = Memory::States(13);
+    assert!(several.gradient(true) == all);
+    several.loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 0.5,
+        every: 2,
+    });
+    let [together, alone] = [true, false].map(|together| several.gradient(together));
+    let of_starts = ..several.starts.len() * 2 * NODES;
+    assert!(together[of_starts] == alone[of_starts]);
+    assert!(together[of_starts] != all[of_starts]);
+}
+
+/// The bound is the largest number that a start has anywhere but where it begins: that start sees
+/// nothing any more, nor does one that has larger ones. The others have the bits that they have
+/// without a bound.
+#[test]
+fn a_state_that_is_not_below_its_bound_is_told() {
+    fn largest(of: &[f64]) -> f64 {
+        of.iter().fold(0.0, |most, x| most.max(x.abs()))
+    }
+    fn check<R: Real + PartialEq + Into<f64>>() {
+        let steps = steps(23);
+        for count in [1, 2, lanes::<R>() + 1] {
+            let mut several = Several::<R>::new(count, steps).with_own();
+            several.loss.rollout.observed = (1..=steps).collect();
+            let numbers = |seen: Vec<R>| seen.into_iter().map(R::into).collect::<Vec<f64>>();
+            let largest: Vec<f64> = (several.alone().into_iter())
+                .map(|seen| largest(&numbers(seen)))
+                .collect();
+            several.loss.rollout.observed = vec![0, steps];
+            several.loss.rollout.entries = Some(vec![0]);
+            let plain = several.together();
+            for &bound in &largest {
+                several.loss.rollout.state_bound = Some(bound);
+                let (together, alone) = (several.together(), several.alone());
+                for (k, largest) in largest.iter().enumerate() {
+                    let told = |seen: &[R]| seen.iter().all(|&x| x.into().is_nan());
+                    let sane = |seen: &[R]| seen == plain[k];
+                    let expected = |seen: &[R]| {
+                        if *largest < bound {
+                            sane(seen)
+                        } else {
+                            told(seen)
+                        }
+                    };
+                    assert!(expected(&together[k]) && expected(&alone[k]), "{k}");
+                }
+            }
+        }
+    }
+    at_every_level(check::<f64>);
+    at_every_level(check::<f32>);
+}
+
+/// Derivatives are those without a bound, whatever is kept; what is told is told in every mode.
+#[test]
+fn a_bound_on_the_state_leaves_derivatives_alone() {
+    let mut several = Several::<f64>::new(3, steps(23));
+    let plain = several.gradient(true);
+    for memory in [Memory::All, Memory::States(12)] {
+        several.loss.rollout.memory = memory;
+        several.loss.rollout.state_bound = Some(1e3);
+        assert!(several.gradient(true) == plain);
+    }
+    let x = Several::<f64>::new(1, 1).loss.point();
+    let loss = |bound| {
+        let mut loss = Loss::new(steps(23));
+        (loss.rollout.state_bound, loss.rollout.memory) = (Some(bound), Memory::States(12));
+        loss
+    };
+    let lifted: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::lit(x)).collect();
+    let dual = |bound| loss(bound).eval(&lifted);
+    assert_eq!(dual(1e3).value, loss(1e3).eval(&x));
+    assert!(dual(1e-3).value.is_nan() && loss(1e-3).eval(&x).is_nan());
+    let (value, _) = crate::value_and_gradient(&loss(1e-3), &x);
+    assert!(value.is_nan());
+}
+
+/// So many numbers that stay as they are.
+#[derive(Clone, Copy)]
+struct Still(usize);
+
+impl Kernel<1, 1> for Still {
+    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+        x
+    }
+}
+
+impl Model for Still {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let state = program.state(self.0);
+        let [same] = program.map(*self, [state]);
+        program.advance(state, same);
+    }
+}
+
+impl Still {
+    fn rollout(self, steps: usize, state_bound: Option<f64>) -> Rollout<Self> {
+        Rollout {
+            state_bound,
+            ..Rollout::new(self, steps)
+        }
+    }
+}
+
+/// One number is enough, wherever it stands and however short the rollout; a start is no state that
+/// a step has made.
+#[test]
+fn every_number_of_every_state_is_looked_at() {
+    at_every_level(|| {
+        // Three pairs of the widest registers and some more.
+        let numbers = 6 * lanes::<f32>() + 5;
+        for place in 0..numbers {
+            let mut start = vec![0.1f32; numbers];
+            start[place] = [2.0, -1.0, f32::NAN][place % 3];
+            let seen = |steps| Still(numbers).rollout(steps, Some(1.0)).run(&start, &[]);
+            assert!(seen(1).iter().all(|x| x.is_nan()), "{place}");
+            assert_eq!(seen(0).iter().filter(|x| x.is_nan()).count(), place % 3 / 2);
+        }
+        let small = vec![0.999; numbers];
+        assert_eq!(Still(numbers).rollout(9, Some(1.0)).run(&small, &[]), small);
+    });
+}
+
+/// To look at variables records nothing.
+#[test]
+fn a_bound_leaves_no_trace_on_a_tape() {
+    let entries = |bound| {
+        let mut tape = Tape::new();
+        tape.record(&[0.5; 3], |x| Still(3).rollout(4, bound).eval(&[x]));
+        tape.len()
+    };
+    assert_eq!(entries(Some(1.0)), entries(None));
+}

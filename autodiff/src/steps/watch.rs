@@ -1,0 +1,96 @@
+//! Checks that the states of a rollout stay within a bound.
+
+use super::program::Program;
+use crate::arrays::Array;
+use crate::real::{Mask, Real};
+use crate::simd::{Lane, Vectorized, WIDEST};
+
+/// Whether every number of every state so far is below a bound in magnitude.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<R> {
+    bound: R,
+    /// Zero, or NaN once a number was not below. Interleaved: place `k` is of start `k % starts`.
+    verdict: [R; WIDEST],
+}
+
+impl<R: Real> Watch<R> {
+    pub(crate) fn new(bound: f64) -> Self {
+        Self {
+            bound: R::lit(bound),
+            verdict: [R::zero(); WIDEST],
+        }
+    }
+
+    /// Looks at the state with which a row begins.
+    pub(crate) fn look(&mut self, program: &Program<R>, row: &[R]) {
+        R::vectorize(Look {
+            watch: self,
+            parts: &program.layout.state,
+            row,
+        });
+    }
+
+    /// For each start, zero, or NaN if one of its numbers was not below the bound.
+    pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
+        let mut verdicts = vec![R::zero(); starts];
+        for (place, &seen) in self.verdict.iter().enumerate() {
+            verdicts[place % starts] += seen;
+        }
+        verdicts
+    }
+}
+
+struct Look<'a, R> {
+    watch: &'a mut Watch<R>,
+    /// The parts of the state. Each begins with a number of the first start, so that lanes and starts
+    /// go together.
+    parts: &'a [Array],
+    row: &'a [R],
+}
+
+impl<R: Real> Vectorized<R> for Look<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let bound = L::splat(self.watch.bound);
+        // Only in SIMD lanes: on variables of a tape the products would be recorded.
+        if L::N > 1 && self.is_small::<L>(bound * bound) {
+            return;
+        }
+        let mut below = L::Mask::splat(true);
+        for part in self.parts {
+            let numbers = &self.row[part.range()];
+            for i in (0..numbers.len()).step_by(L::N) {
+                // False for NaN.
+                let x = L::load_up_to(&numbers[i..]);
+                below = below & x.less(bound) & (-bound).less(x);
+            }
+        }
+        let verdict = &mut self.watch.verdict;
+        let nan = L::lit(f64::NAN);
+        L::select(below, L::load(verdict), nan).store(verdict);
+    }
+}
+
+impl<R: Real> Look<'_, R> {
+    /// Whether the sum of all squares in each lane is below the bound's square. Then every square is, rounded
+    /// or not. Cheaper than to compare each number.
+    #[inline(always)]
+    fn is_small<L: Lane<R>>(&self, square: L) -> bool {
+        let mut sums = [L::zero(); 2];
+        for part in self.parts {
+            let numbers = &self.row[part.range()];
+            let pairs = numbers.chunks_exact(2 * L::N);
+            let rest = pairs.remainder();
+            for pair in pairs {
+                let (x, y) = (L::load(pair), L::load(&pair[L::N..]));
+                sums = [x.fma(x, sums[0]), y.fma(y, sums[1])];
+            }
+            for rest in rest.chunks(L::N) {
+                let x = L::load_up_to(rest);
+                sums[0] = x.fma(x, sums[0]);
+            }
+        }
+        (sums[0] + sums[1]).less(square).all()
+    }
+}

@@ -1,0 +1,119 @@
+//! Weighted arrays and offsets, against the same numbers written out.
+
+use crate::steps::{Step, Turn, assert_same};
+use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Tape, Var};
+
+/// Two arrays as weighted offsets, one as weighted values, an input, and the means.
+#[derive(Clone)]
+struct Weighing {
+    len: usize,
+}
+
+impl Model for Weighing {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let n = self.len;
+        let weights = p.parameter(n);
+        let [x, y, v] = [(); 3].map(|()| p.state(n));
+        let input = p.input(1);
+        let [all, means] = p.weighted(weights, [x, y], [v], &[input]);
+        let part = |k: usize| -> Vec<_> { (0..n).map(|i| Some(k * n + i)).collect() };
+        let [dx, dy, dv] = [0, 1, 2].map(|k| p.gather(all, &part(k)));
+        let pushed = p.gather(all, &vec![Some(3 * n); n]);
+        let [mx, my] = [0, 1].map(|k| p.gather(means, &vec![Some(k); n]));
+        for (state, [a, b]) in [(x, [dx, mx]), (y, [dy, my]), (v, [dv, pushed])] {
+            let [next] = p.map(Turn, [a, b]);
+            p.advance(state, next);
+        }
+    }
+}
+
+/// A weight above 0 from any number.
+fn weight<R: Real>(x: R) -> R {
+    x * x + R::lit(0.2)
+}
+
+impl Step for Weighing {
+    fn shapes(&self) -> Vec<usize> {
+        vec![3 * self.len, self.len]
+    }
+    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
+        vec![given[0].iter().map(|&x| weight(x)).collect()]
+    }
+    fn inputs(&self) -> Vec<f64> {
+        vec![0.3]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let weights = self.parameters(given).remove(0);
+        let total = R::sum_of(&weights);
+        let turn = |a, b| Kernel::eval(&Turn, [a, b])[0];
+        let mut next = Vec::new();
+        for x in state.chunks_exact(self.len).take(2) {
+            let mean = R::dot(x, &weights) / total;
+            let entries = x.iter().zip(&weights);
+            next.extend(entries.map(|(&x, &w)| turn(w * (x - mean), mean)));
+        }
+        let values = state[2 * self.len..].iter().zip(&weights);
+        next.extend(values.map(|(&v, &w)| turn(w * v, R::lit(0.3))));
+        next
+    }
+}
+
+/// Shorter than a register, some whole registers, and some entries left over.
+const LENGTHS: [usize; 4] = if cfg!(miri) {
+    [1, 3, 8, 17]
+} else {
+    [1, 3, 16, 37]
+};
+
+#[test]
+fn weighted_arrays_are_as_written_out() {
+    for len in LENGTHS {
+        assert_same(Weighing { len });
+    }
+}
+
+/// Each start with its own weights: values and gradients have the bits of single rollouts.
+#[test]
+fn starts_with_their_own_weights_run_together() {
+    for len in LENGTHS {
+        let rollout = Rollout {
+            inputs: vec![0.3; 3].into(),
+            ..Rollout::new(Weighing { len }, 3)
+        };
+        let numbers = |count: usize, by: f64| -> Vec<f64> {
+            (0..count).map(|i| (by * i as f64 + by).sin()).collect()
+        };
+        let robot = |k: usize| {
+            let weights: Vec<f64> = numbers(len, 1.1 + k as f64)
+                .into_iter()
+                .map(weight)
+                .collect();
+            [numbers(3 * len, 0.7 + k as f64), weights]
+        };
+        let robots: Vec<[Vec<f64>; 2]> = (0..11).map(robot).collect();
+        let gradient = |robots: &[[Vec<f64>; 2]]| {
+            let flat: Vec<f64> = robots.iter().flatten().flatten().copied().collect();
+            let mut tape = Tape::new();
+            let last = tape.record(&flat, |x: &[Var<f64>]| {
+                let parts = |from: usize, len: usize| -> Vec<&[Var<f64>]> {
+                    x.chunks_exact(4 * robots[0][1].len())
+                        .map(|x| &x[from..][..len])
+                        .collect()
+                };
+                let (starts, weights) = (parts(0, 3 * len), parts(3 * len, len));
+                let seen = rollout.run_batch(&starts, &[Given::Each(&weights)]);
+                seen.concat()
+            });
+            let values: Vec<f64> = last.iter().map(|x| x.value()).collect();
+            let ones = vec![1.0; values.len()];
+            (values, tape.pullback(&last, &ones).to_vec())
+        };
+        let (values, gradients) = gradient(&robots);
+        let alone = robots
+            .iter()
+            .map(|robot| gradient(std::slice::from_ref(robot)));
+        let (each_value, each_gradient): (Vec<_>, Vec<_>) = alone.unzip();
+        assert_eq!(values, each_value.concat(), "{len}");
+        assert_eq!(gradients, each_gradient.concat(), "{len}");
+    }
+}

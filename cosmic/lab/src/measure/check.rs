@@ -1,0 +1,94 @@
+//! `check.json`: the design of a finished run in changed scenes.
+
+use cosmic::codesign::{CoDesign, Quantiles};
+use cosmic::design::VolumeBounds;
+use cosmic::error::Result;
+use cosmic::record::files::{Format, read_json, write_json};
+use cosmic::record::{DesignFile, Summary, run};
+use cosmic::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const FORMAT: Format = Format::new("cosmic-check", 1);
+
+/// The name of the check in a run's folder.
+const CHECK: &str = "check.json";
+
+/// Displacements of a delivered design in changed scenes, from the perturbed starts of the summary. In
+/// metres along the ground; `None` if a rollout diverged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Check {
+    /// At half the time step, with twice the steps: 10 % quantile, median, 90 % quantile.
+    half_step: [Option<f64>; 3],
+    /// With the goal mirrored behind the origin: the median.
+    pub(super) goal_behind: Option<f64>,
+    /// True if every edge has exactly one material.
+    one_hot: bool,
+    /// True if the volumes are within the widened bounds.
+    within_bounds: bool,
+}
+
+/// A number of a check; `None` if a rollout diverged.
+pub(crate) type CheckNumber = fn(&Check) -> Option<f64>;
+
+impl Check {
+    /// The numbers of a check in tables, each with the name of its column. True is 1.
+    pub(crate) const NUMBERS: [(&str, CheckNumber); 6] = [
+        ("half_step_p50", |check| check.half_step[1]),
+        ("half_step_p10", |check| check.half_step[0]),
+        ("half_step_p90", |check| check.half_step[2]),
+        ("goal_behind_p50", |check| check.goal_behind),
+        ("one_hot", |check| Some(f64::from(check.one_hot))),
+        ("within_bounds", |check| {
+            Some(f64::from(check.within_bounds))
+        }),
+    ];
+
+    /// Measures a finished run and writes its check, unless it has one.
+    ///
+    /// # Errors
+    /// The errors of reading the run's files and of [`write_json`].
+    pub(crate) fn keep(folder: &Path) -> Result<()> {
+        let path = folder.join(CHECK);
+        if path.exists() {
+            return Ok(());
+        }
+        write_json(&path, FORMAT, &Self::measure(folder)?)
+    }
+
+    /// The check of a run.
+    ///
+    /// # Errors
+    /// The errors of [`read_json`].
+    pub(crate) fn read(folder: &Path) -> Result<Self> {
+        read_json(&folder.join(CHECK), FORMAT)
+    }
+
+    fn measure(folder: &Path) -> Result<Self> {
+        let (summary, scene) = (Summary::read(folder)?, run::read_scene(folder)?);
+        let path = folder.join(run::DESIGN);
+        let design = DesignFile::read(&path)?;
+        let case = design.case(&scene, &path.display().to_string())?;
+        let judged = |scene: &Scene| -> Result<[Option<f64>; 3]> {
+            let codesign = CoDesign::new(scene)?;
+            let Quantiles { p10, p50, p90 } =
+                codesign.judge(&case.own_design(), &case.controller, summary.seed);
+            Ok([p10, p50, p90].map(|x| x.is_finite().then_some(x)))
+        };
+        let (mut half, mut behind) = (scene.clone(), scene.clone());
+        half.physics.dt *= 0.5;
+        half.physics.steps *= 2;
+        behind.controller = scene.controller.turned_back();
+        let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+        // A mean of a hundred shares is rounded at 1e-16.
+        let is_within =
+            |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
+        Ok(Self {
+            half_step: judged(&half)?,
+            goal_behind: judged(&behind)?[1],
+            one_hot: design.design().layout().is_some(),
+            within_bounds: is_within(summary.volume, bounds.solid)
+                && is_within(summary.actuator_volume, bounds.actuator),
+        })
+    }
+}

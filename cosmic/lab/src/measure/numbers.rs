@@ -1,0 +1,70 @@
+//! The numbers of a finished run: those of its summary and of its measurements.
+
+use super::check::Check;
+use super::walks::Walks;
+use cosmic::error::Result;
+use cosmic::record::Summary;
+use cosmic::record::summary::{NUMBERS, ratio};
+use std::path::Path;
+
+/// The measurements of a finished run.
+struct Finished {
+    summary: Summary,
+    check: Check,
+    walks: Option<Walks>,
+}
+
+/// A number for each column, with the column's name: NaN if a rollout diverged, `None` if statistics leave it out.
+/// `folder` is `None` for a run that diverged.
+///
+/// # Errors
+/// If a record is missing or malformed.
+pub(crate) fn numbers(
+    folder: Option<&Path>,
+    frictions: &[f64],
+) -> Result<Vec<(String, Option<f64>)>> {
+    let read = |folder: &Path| -> Result<Finished> {
+        Ok(Finished {
+            summary: Summary::read(folder)?,
+            check: Check::read(folder)?,
+            walks: Walks::read(folder)?,
+        })
+    };
+    let run = folder.map(read).transpose()?;
+    let mut numbers = Vec::new();
+    let mut add = |name: String, of: &dyn Fn(&Finished) -> Option<f64>| {
+        // Ratios to the displacement of an unreliable robot mean nothing.
+        let is_ratio = name.contains("keeps") || name.contains("agrees");
+        let is_left_out = is_ratio && run.as_ref().is_some_and(|run| run.summary.is_unreliable());
+        let number = run.as_ref().and_then(of).unwrap_or(f64::NAN);
+        numbers.push((name, (!is_left_out).then_some(number)));
+    };
+    for (name, of) in NUMBERS {
+        add(name.to_owned(), &|run| of(&run.summary));
+    }
+    for (name, of) in Check::NUMBERS {
+        add(name.to_owned(), &|run| of(&run.check));
+    }
+    type OfWalks = fn(&Walks, usize, Option<f64>) -> Option<f64>;
+    let of_walks: [(&str, OfWalks); 4] = [
+        ("mujoco", |walks, k, _| walks.there(k)),
+        ("coulomb", |walks, k, _| walks.own(k)),
+        ("keeps", |walks, k, far| ratio(walks.there(k), far)),
+        ("agrees", |walks, k, _| ratio(walks.there(k), walks.own(k))),
+    ];
+    for (name, of) in of_walks {
+        for (k, friction) in frictions.iter().enumerate() {
+            let of = |run: &Finished| of(run.walks.as_ref()?, k, run.summary.displacement_p50);
+            add(format!("{name}_{friction}"), &of);
+        }
+    }
+    add("clock_keeps".to_owned(), &|run| run.summary.clock_keeps());
+    add("spread".to_owned(), &|run| {
+        Some(run.summary.displacement_p90? - run.summary.displacement_p10?)
+    });
+    add("steered".to_owned(), &|run| {
+        let [ahead, behind] = [run.summary.displacement_p50?, run.check.goal_behind?];
+        Some(f64::from(ahead > 0.0 && behind < 0.0))
+    });
+    Ok(numbers)
+}

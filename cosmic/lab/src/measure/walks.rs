@@ -1,0 +1,177 @@
+//! `transfer.json`: how far a finished run's robot walks in MuJoCo, on ground of several frictions.
+
+use crate::child;
+use crate::export::mujoco::{self, MujocoSettings};
+use cosmic::codesign::{CoDesign, Quantiles};
+use cosmic::error::{Error, Result, in_shell};
+use cosmic::laws::ContactLaw;
+use cosmic::record::files::{Format, read_json, write_json};
+use cosmic::record::{DesignFile, Summary, run};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::process::Command;
+
+const FORMAT: Format = Format::new("cosmic-transfer", 1);
+
+/// The file in a run's folder, and the folder of the model beside it.
+const TRANSFER: &str = "transfer.json";
+const MODEL: &str = "export";
+
+/// Displacements of a delivered design along the ground, m; `None` if a rollout diverged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Walks {
+    /// The version of MuJoCo.
+    mujoco: String,
+    /// The coefficients of friction.
+    frictions: Vec<f64>,
+    /// For each friction the walks in MuJoCo, from perturbed starts.
+    walks: Vec<Vec<Option<f64>>>,
+    /// For each friction the median of as many rollouts here, with the law `coulomb`.
+    own: Vec<Option<f64>>,
+}
+
+/// The output of `walks.py`.
+#[derive(Deserialize)]
+struct Printed {
+    mujoco: String,
+    walks: Vec<Vec<Option<f64>>>,
+}
+
+impl Walks {
+    /// Measures a finished run and writes its file, unless there is one for these frictions. Returns `None` if it
+    /// was stopped.
+    ///
+    /// # Errors
+    /// The errors of reading the run's files, of [`mujoco::write`] and of [`write_json`];
+    /// [`Error::Usage`] if Python fails.
+    pub(crate) fn keep(
+        folder: &Path,
+        frictions: &[f64],
+        python: &Path,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<()>> {
+        if Self::read(folder)?.is_some_and(|known| known.frictions == frictions) {
+            return Ok(Some(()));
+        }
+        let Some(found) = Self::measure(folder, frictions, python, is_stopped)? else {
+            return Ok(None);
+        };
+        write_json(&folder.join(TRANSFER), FORMAT, &found).map(Some)
+    }
+
+    /// The walks of a run, if they were measured.
+    ///
+    /// # Errors
+    /// The errors of [`read_json`].
+    pub(crate) fn read(folder: &Path) -> Result<Option<Self>> {
+        let path = folder.join(TRANSFER);
+        path.exists().then(|| read_json(&path, FORMAT)).transpose()
+    }
+
+    fn measure(
+        folder: &Path,
+        frictions: &[f64],
+        python: &Path,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>> {
+        let summary = Summary::read(folder)?;
+        let scene = run::read_scene(folder)?;
+        let path = folder.join(run::DESIGN);
+        let case = DesignFile::read(&path)?.case(&scene, &path.display().to_string())?;
+        let model = folder.join(MODEL);
+        mujoco::write(&case, &MujocoSettings::default(), &model)?;
+        let selection = &scene.selection;
+        let mut arguments = vec![
+            model.display().to_string(),
+            selection.perturbed_rollouts.to_string(),
+            selection.perturbation.to_string(),
+            summary.seed.to_string(),
+        ];
+        arguments.extend(frictions.iter().map(f64::to_string));
+        let program = include_str!("walks.py");
+        let Some(printed) = output_of(python, program, &arguments, is_stopped)? else {
+            return Ok(None);
+        };
+        let printed: Printed = serde_json::from_slice(&printed).map_err(|error| {
+            let python = in_shell(python);
+            Error::Usage(format!(
+                "{python}: the output of the walks is malformed: {error}"
+            ))
+        })?;
+        let design = case.own_design();
+        let own = frictions.iter().map(|friction| {
+            let mut scene = scene.clone();
+            (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), *friction);
+            let judged = CoDesign::new(&scene)?.judge(&design, &case.controller, summary.seed);
+            Ok(Some(judged.p50).filter(|x| x.is_finite()))
+        });
+        Ok(Some(Self {
+            mujoco: printed.mujoco,
+            frictions: frictions.to_vec(),
+            walks: printed.walks,
+            own: own.collect::<Result<_>>()?,
+        }))
+    }
+
+    /// The median of the walks in MuJoCo at the `k`-th friction.
+    pub(crate) fn there(&self, k: usize) -> Option<f64> {
+        let walks = self.walks.get(k)?.iter();
+        let walks: Vec<f64> = walks.map(|walk| walk.unwrap_or(f64::NAN)).collect();
+        let median = (!walks.is_empty()).then(|| Quantiles::of(&walks).p50);
+        median.filter(|x| x.is_finite())
+    }
+
+    /// The median of the rollouts here at the `k`-th friction.
+    pub(crate) fn own(&self, k: usize) -> Option<f64> {
+        *self.own.get(k)?
+    }
+}
+
+/// Checks that a Python has MuJoCo.
+///
+/// # Errors
+/// [`Error::Usage`], with the remedy.
+pub(crate) fn check_python(python: &Path) -> Result<()> {
+    let found = output_of(python, "import mujoco, numpy", &[], &|| false);
+    found.map(drop).map_err(|error| {
+        Error::Usage(format!(
+            "{error}; make an environment that has MuJoCo, by: python3 -m venv mujoco && \
+             mujoco/bin/pip install mujoco numpy, and name its Python: --python mujoco/bin/python"
+        ))
+    })
+}
+
+/// The standard output of a program in Python; `None` if it was stopped.
+fn output_of(
+    python: &Path,
+    program: &str,
+    arguments: &[String],
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<Option<Vec<u8>>> {
+    let mut command = Command::new(python);
+    command.args(["-B", "-c", program]).args(arguments);
+    // Many programs run side by side: each has one thread. `-B` leaves no compiled files behind.
+    command.envs(["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"].map(|name| (name, "1")));
+    let output = child::output(&mut command, is_stopped);
+    output.map_err(|says| Error::Usage(format!("{}: {says}", in_shell(python))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Walks;
+
+    #[test]
+    fn the_median_of_walks_counts_one_that_mujoco_gave_up_as_lowest() {
+        let walks = Walks {
+            mujoco: String::new(),
+            frictions: vec![5.0, 1.0],
+            walks: vec![
+                vec![Some(1.0), Some(3.0), None, Some(2.0), Some(2.0)],
+                vec![None],
+            ],
+            own: vec![Some(1.6), None],
+        };
+        assert_eq!([0, 1, 2].map(|k| walks.there(k)), [Some(2.0), None, None]);
+        assert_eq!([0, 1, 2].map(|k| walks.own(k)), [Some(1.6), None, None]);
+    }
+}

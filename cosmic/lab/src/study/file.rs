@@ -1,0 +1,234 @@
+//! A study's file: scenes, settings, and published numbers to compare with.
+
+use crate::export::mujoco::MOST_FRICTION;
+use crate::report::PICTURES;
+use cosmic::error::{Error, Result};
+use cosmic::scene::{BUILTIN, Scene, TomlFile, named};
+use serde::{Deserialize, de::IgnoredAny};
+use std::borrow::Cow;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// The studies of this project: the files of these names in `studies`.
+const OWN: [(&str, &str); 4] = [
+    ("paper", include_str!("../../studies/paper.toml")),
+    ("ablation", include_str!("../../studies/ablation.toml")),
+    ("findings", include_str!("../../studies/findings.toml")),
+    ("transfer", include_str!("../../studies/transfer.toml")),
+];
+
+/// A study's file, read and checked.
+#[derive(Clone, Debug)]
+pub struct StudyFile {
+    /// The study's name: that of the file without its extension.
+    pub name: String,
+    /// The name or the path that the user gave.
+    pub path: String,
+    text: String,
+    pub(super) keys: Keys,
+}
+
+/// The keys of a study's file. `docs/files.md` has their meanings.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Keys {
+    pub(super) title: String,
+    pub(super) about: String,
+    seeds: Option<NonZeroUsize>,
+    pub(super) mujoco: Vec<f64>,
+    pub(super) pictures: Vec<String>,
+    pub(super) variants: Vec<Variant>,
+    /// True if the file has no variants: the only one is named after the study.
+    #[serde(skip)]
+    is_plain: bool,
+    trials: Vec<TrialKeys>,
+    pub(super) questions: Vec<Question>,
+}
+
+/// Settings with which all trials are run: a table of the document.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Variant {
+    pub(super) name: String,
+    pub(super) title: Option<String>,
+    #[serde(default)]
+    pub(super) about: String,
+    /// Read by [`TomlFile::change`].
+    #[serde(rename = "settings")]
+    _settings: Option<IgnoredAny>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TrialKeys {
+    scene: String,
+    name: Option<String>,
+    title: Option<String>,
+    paper: Option<f64>,
+    #[serde(default)]
+    variants: Vec<String>,
+    #[serde(rename = "settings")]
+    _settings: Option<IgnoredAny>,
+}
+
+/// A question that the change from some trials to others answers.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Question {
+    pub(super) ask: String,
+    pub(super) from: Vec<String>,
+    pub(super) to: Vec<String>,
+    #[serde(default)]
+    pub(super) paper: String,
+}
+
+/// One experiment, to be run with every seed.
+#[derive(Clone, Debug)]
+pub(super) struct Trial {
+    pub(super) name: String,
+    /// The table that it belongs to: its variant, or the study.
+    pub(super) table: String,
+    pub(super) title: String,
+    /// The published displacement along the ground, m.
+    pub(super) paper: Option<f64>,
+    pub(super) scene: Scene,
+}
+
+/// Settings under the built-in scenes of a study. Without any, both texts are empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Base {
+    /// The file's name, for messages.
+    pub file: String,
+    /// Its text, TOML.
+    pub text: String,
+}
+
+impl StudyFile {
+    /// The study of this project with a name, else that of a file. Its scenes are read when the study is planned.
+    ///
+    /// # Errors
+    /// Those of [`Scene::text`]; [`Error::Malformed`] for a text that is not TOML, an unknown key, and a name that the
+    /// file does not define.
+    pub fn load(path: &str) -> Result<Self> {
+        let text = match OWN.iter().find(|(name, _)| *name == path) {
+            Some((_, text)) => (*text).to_owned(),
+            None => Scene::text(path.as_ref())?,
+        };
+        let name = Path::new(path).file_stem().unwrap_or_default();
+        let file = TomlFile::parse(path, &text)?;
+        let mut study = Self {
+            name: name.to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            keys: file.read()?,
+            text: text.clone(),
+        };
+        if study.keys.variants.is_empty() {
+            let name = study.name.clone();
+            study.keys.is_plain = true;
+            study.keys.variants.push(Variant {
+                name,
+                ..Variant::default()
+            });
+        }
+        study.check(&file).map(|()| study)
+    }
+
+    /// The number of seeds, unless the user asks for another one.
+    pub fn seeds(&self) -> NonZeroUsize {
+        let usual = const { NonZeroUsize::new(16).unwrap() };
+        self.keys.seeds.unwrap_or(usual)
+    }
+
+    /// The names of the trials, each with the indices of its variant and of its entry in the file.
+    fn entries(&self) -> Vec<(String, usize, usize)> {
+        let mut entries = Vec::new();
+        for (v, variant) in self.keys.variants.iter().enumerate() {
+            for (t, trial) in self.keys.trials.iter().enumerate() {
+                let stem = Path::new(&trial.scene).file_stem().unwrap_or_default();
+                let name = trial
+                    .name
+                    .as_ref()
+                    .map_or(stem.to_string_lossy(), Cow::from);
+                let name = match self.keys.is_plain {
+                    true => name.into_owned(),
+                    false => format!("{}-{name}", variant.name),
+                };
+                if trial.variants.is_empty() || trial.variants.contains(&variant.name) {
+                    entries.push((name, v, t));
+                }
+            }
+        }
+        entries
+    }
+
+    /// Checks the names that refer to something, and the frictions.
+    fn check(&self, file: &TomlFile) -> Result<()> {
+        let keys = &self.keys;
+        let pictures = PICTURES.map(|(name, _)| name.to_owned());
+        file.check_names("pictures", &keys.pictures, &pictures)?;
+        let variants = keys.variants.iter().map(|variant| &variant.name);
+        let variants: Vec<String> = variants.cloned().collect();
+        for (k, trial) in keys.trials.iter().enumerate() {
+            file.check_names(&format!("trials[{k}].variants"), &trial.variants, &variants)?;
+        }
+        let trials: Vec<_> = self.entries().into_iter().map(|(name, ..)| name).collect();
+        for (k, question) in keys.questions.iter().enumerate() {
+            file.check_names(&format!("questions[{k}].from"), &question.from, &trials)?;
+            file.check_names(&format!("questions[{k}].to"), &question.to, &trials)?;
+        }
+        let is_wrong = |friction: &f64| !(f64::MIN_POSITIVE..=MOST_FRICTION).contains(friction);
+        keys.mujoco.iter().position(is_wrong).map_or(Ok(()), |k| {
+            let allowed = format!("allowed: a number above 0 and at most {MOST_FRICTION}");
+            Err(file.wrong(&format!("mujoco[{k}]"), "is out of range:", &allowed))
+        })
+    }
+
+    /// The trials over the settings of `base`, table by table.
+    ///
+    /// # Errors
+    /// Those of [`Scene::load`] and [`Scene::with`].
+    pub(super) fn trials(&self, base: &Base) -> Result<Vec<Trial>> {
+        let file = TomlFile::parse(&self.path, &self.text)?;
+        let trial = |(name, v, t): (String, usize, usize)| {
+            let keys = &self.keys.trials[t];
+            let mut changes = [("variants", v), ("trials", t)].into_iter();
+            let change = |scene: Scene, (list, k): (&str, usize)| {
+                file.change(&scene, &format!("{list}[{k}].settings"))
+            };
+            let scene = self.scene(&keys.scene, base);
+            let scene = scene.and_then(|scene| changes.try_fold(scene, change));
+            // The place is in the study's file, the cause may be in the base.
+            let scene = scene.map_err(|error| match &base.file[..] {
+                "" => error,
+                file => Error::Usage(format!(
+                    "the settings of {file} do not go with the study's: {}",
+                    error.within()
+                )),
+            });
+            Ok(Trial {
+                title: keys.title.clone().unwrap_or_else(|| name.clone()),
+                name,
+                table: self.keys.variants[v].name.clone(),
+                paper: keys.paper,
+                scene: scene?,
+            })
+        };
+        self.entries().into_iter().map(trial).collect()
+    }
+
+    /// A built-in scene over the base, else a scene of the program's or of a file beside the study's.
+    fn scene(&self, name: &str, base: &Base) -> Result<Scene> {
+        if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+            let below = Scene::paper().with(&base.file, &base.text)?;
+            return below.with(name, &builtin.changes());
+        }
+        if !base.file.is_empty() {
+            let says = format!("only built-in scenes can have a base, not `{name}`");
+            return Err(Error::Usage(says));
+        }
+        match named(name) {
+            Some(_) => Scene::load(name),
+            None => Scene::read(&Path::new(&self.path).with_file_name(name)),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A study: its plan, its runs, its results.
+
+use super::file::{Base, StudyFile, Trial};
+use super::tables::{Run, TrialRow};
+use crate::measure::numbers;
+use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
+use cosmic::error::{Error, Result, in_shell};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// A study and its folders.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The experiments.
+    pub file: StudyFile,
+    /// The first seed.
+    pub first_seed: u64,
+    /// The number of seeds, from the first on.
+    pub seeds: NonZeroUsize,
+    /// Stops every run after this many iterations, for a shortened trial of the study.
+    pub iterations: Option<NonZeroUsize>,
+    /// Settings under those of every built-in scene.
+    pub base: Base,
+    /// The folder of the results.
+    pub out: PathBuf,
+    /// The folder of the runs, in which an interrupted study continues.
+    pub runs: PathBuf,
+    /// The Python with MuJoCo, for a study with walks there.
+    pub python: PathBuf,
+}
+
+impl Study {
+    /// The command that repeats the study.
+    pub(super) fn command(&self) -> String {
+        let (study, seeds) = (in_shell(self.file.path.as_ref()), self.seeds);
+        let limit = self.iterations.map(|n| format!(" --iterations {n}"));
+        let base = (!self.base.file.is_empty())
+            .then(|| format!(" --base {}", in_shell(self.base.file.as_ref())));
+        let more = limit.into_iter().chain(base).collect::<String>();
+        format!(
+            "cosmic study {study} --first-seed {} --seeds {seeds}{more}",
+            self.first_seed
+        )
+    }
+
+    /// Freezes the plan in the folder of the runs, where any processes may do them. A plan that is there may be
+    /// replaced by one with other trials and other seeds.
+    ///
+    /// # Errors
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
+    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
+    pub fn prepare(&self) -> Result<SweepPlan> {
+        let plan = self.plan()?;
+        plan.study.iter().try_for_each(PlannedStudy::check)?;
+        if !self.runs.join(PLAN).exists() {
+            return plan.freeze(&self.runs).map(|()| plan);
+        }
+        let before: SweepPlan = SweepPlan::read(&self.runs)?;
+        let is_other = |then: &PlannedScene| {
+            let is_it = |now: &PlannedScene| now.name == then.name && now.scene != then.scene;
+            plan.scenes.iter().any(is_it)
+        };
+        if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
+            let runs = self.runs.display();
+            return Err(Error::Usage(format!(
+                "{runs}: the runs there are of other scenes or another number of iterations; \
+                 name another folder by --runs"
+            )));
+        }
+        if before != plan {
+            plan.check()?;
+            plan.write(&self.runs)?;
+        }
+        Ok(plan)
+    }
+
+    /// Every trial with every seed.
+    fn plan(&self) -> Result<SweepPlan> {
+        let frictions = self.file.keys.mujoco.clone();
+        let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
+        let scene = |Trial { name, scene, .. }| PlannedScene {
+            name,
+            swept: Vec::new(),
+            scene,
+        };
+        let trials = self.file.trials(&self.base)?;
+        Ok(SweepPlan {
+            study: Some(PlannedStudy {
+                kind: self.file.name.clone(),
+                python,
+                frictions,
+            }),
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+            scenes: trials.into_iter().map(scene).collect(),
+        })
+    }
+
+    /// Completes the runs, one per thread, and measures the delivered designs.
+    ///
+    /// # Errors
+    /// The errors of [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of the runs.
+    pub fn simulate(
+        &self,
+        plan: &SweepPlan,
+        threads: Option<NonZeroUsize>,
+        overseer: &dyn Overseer,
+    ) -> Result<()> {
+        let folder = &self.runs;
+        Sweep { folder, plan }.run_all(threads, overseer)?;
+        match plan.runs() - plan.over(folder) {
+            0 => Ok(()),
+            left => Err(Error::Usage(format!(
+                "other processes are doing {left} runs; the same command goes on when they are done"
+            ))),
+        }
+    }
+
+    /// Writes the results from the runs' records and returns the paths.
+    ///
+    /// # Errors
+    /// If a record is missing or malformed, or a file cannot be written.
+    pub fn write(&self) -> Result<Vec<PathBuf>> {
+        let (plan, seeds) = (self.plan()?, self.seeds.get());
+        let run = |index: usize| -> Result<Run> {
+            let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
+            let state = RunState::of(&folder);
+            // A process that was killed may have left a finished run without its measurements.
+            let mut study = plan.study.iter().filter(|_| state == RunState::Done);
+            study.try_for_each(|study| study.measure(&folder, &|| false).map(drop))?;
+            let finished = (state != RunState::Diverged).then_some(&*folder);
+            let numbers = numbers(finished, &self.file.keys.mujoco)?;
+            Ok(Run {
+                seed,
+                folder,
+                numbers,
+            })
+        };
+        let row = |(k, trial): (usize, Trial)| {
+            let runs = (k * seeds..(k + 1) * seeds).map(run);
+            Ok(TrialRow {
+                trial,
+                runs: runs.collect::<Result<_>>()?,
+            })
+        };
+        let trials = self.file.trials(&self.base)?.into_iter().enumerate();
+        self.write_results(&trials.map(row).collect::<Result<Vec<_>>>()?)
+    }
+}

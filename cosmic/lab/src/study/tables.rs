@@ -1,0 +1,223 @@
+//! The numbers of a study's runs, and its tables: trials, walks in MuJoCo, questions, runs.
+
+use super::file::{Question, Trial, Variant};
+use crate::statistics::{Statistics, mean};
+use crate::table::{Cell, Column, Table};
+use cosmic::record::summary::ratio;
+use cosmic::scene::Departure;
+use std::path::PathBuf;
+
+/// The column with the median displacement over perturbed starts, m: the number to quote.
+pub(super) const DISPLACEMENT: &str = "displacement_p50";
+
+/// One run.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) seed: u64,
+    pub(super) folder: PathBuf,
+    /// A number for each column: NaN if a rollout diverged, `None` if statistics leave it out.
+    pub(super) numbers: Vec<(String, Option<f64>)>,
+}
+
+impl Run {
+    /// The number of a column; `None` if a rollout diverged or statistics leave it out.
+    pub(super) fn number(&self, column: &str) -> Option<f64> {
+        let found = self.numbers.iter().find(|(name, _)| name == column)?;
+        found.1.filter(|x| x.is_finite())
+    }
+}
+
+/// A trial over all its seeds.
+#[derive(Clone, Debug)]
+pub(super) struct TrialRow {
+    pub(super) trial: Trial,
+    pub(super) runs: Vec<Run>,
+}
+
+impl TrialRow {
+    /// The numbers of a column, without those that statistics leave out.
+    pub(super) fn sample(&self, column: &str) -> Vec<f64> {
+        let number = |run: &Run| run.numbers.iter().find(|(name, _)| name == column)?.1;
+        self.runs.iter().filter_map(number).collect()
+    }
+
+    /// The statistics of a column.
+    pub(super) fn of(&self, column: &str) -> Statistics {
+        Statistics::of(&self.sample(column))
+    }
+
+    /// The run that got farthest, the first of equals; `None` if all diverged.
+    pub(super) fn best(&self) -> Option<&Run> {
+        let runs = self.runs.iter().rev();
+        let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
+        let farthest = runs.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        farthest.map(|(run, _)| run)
+    }
+}
+
+/// The sign for a missing number.
+const NONE: &str = "–";
+
+/// The part of its distance that a robot keeps in MuJoCo to be counted.
+const MOST: f64 = 0.9;
+
+/// A number of a sample over the seeds, in which a diverged run is NaN.
+type OfSample = fn(&[f64]) -> Option<f64>;
+
+const BEST: OfSample = |s| Statistics::of(s).best;
+const MEDIAN: OfSample = |s| Statistics::of(s).median;
+const COUNT: OfSample = |s| Some(s.len() as f64);
+const DIVERGED: OfSample = |s| Some(s.iter().filter(|x| x.is_nan()).count() as f64);
+const ONES: OfSample = |s| Some(s.iter().filter(|x| **x == 1.0).count() as f64);
+const SUM: OfSample = |s| Some(s.iter().filter(|x| !x.is_nan()).sum());
+
+/// The columns of a trial: heading, column of the runs, number of this sample, decimals.
+const COLUMNS: [(&str, &str, OfSample, usize); 24] = [
+    ("best", DISPLACEMENT, BEST, 2),
+    ("p10", DISPLACEMENT, |s| Statistics::of(s).p10, 2),
+    ("median", DISPLACEMENT, MEDIAN, 2),
+    ("±", DISPLACEMENT, |s| Statistics::of(s).standard_error, 2),
+    ("p90", DISPLACEMENT, |s| Statistics::of(s).p90, 2),
+    ("spread", "spread", MEDIAN, 2),
+    ("dt/2", "half_step_p50", MEDIAN, 2),
+    ("last", "displacement_last_p50", MEDIAN, 2),
+    ("goal behind", "goal_behind_p50", MEDIAN, 2),
+    ("clock alone", "clock_keeps", MEDIAN, 2),
+    ("x", "displacement_x", MEDIAN, 2),
+    ("y", "displacement_y", MEDIAN, 2),
+    ("peak strain", "strain_peak", MEDIAN, 2),
+    ("largest strain", "strain_peak", BEST, 2),
+    ("V", "V", MEDIAN, 3),
+    ("V_act", "V_act", MEDIAN, 3),
+    ("runs", "seconds", COUNT, 0),
+    ("diverged", "seconds", DIVERGED, 0),
+    ("one-hot", "one_hot", ONES, 0),
+    ("in bounds", "within_bounds", ONES, 0),
+    ("in one piece", "pieces", ONES, 0),
+    ("steered", "steered", ONES, 0),
+    ("gradients skipped", "skipped_gradients", SUM, 0),
+    ("seconds", "seconds", MEDIAN, 1),
+];
+
+/// The departures of the trials from the paper, each once.
+pub(super) fn all_departures(rows: &[TrialRow]) -> Vec<Departure> {
+    let mut known: Vec<Departure> = Vec::new();
+    for departure in rows.iter().flat_map(|row| row.trial.scene.departures()) {
+        if !known.contains(&departure) {
+            known.push(departure);
+        }
+    }
+    known
+}
+
+/// A row for each departure from the paper, with its letter.
+pub(super) fn departures(known: &[Departure]) -> Table {
+    let lettered: Vec<(char, &Departure)> = ('A'..).zip(known).collect();
+    Table::of("departures", "Departures from the paper", &lettered)
+        .column("letter", "", |(letter, _)| letter.to_string())
+        .column("option", "", |(_, departure)| &departure.option[..])
+        .column("meaning", "", |(_, departure)| &departure.says[..])
+        .done()
+}
+
+/// A row for each trial; letters stand for its departures from the paper.
+pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
+    let title = variant.title.as_deref().unwrap_or("Trials");
+    let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
+    let mut table = Table::of(&variant.name, title, rows)
+        .column("trial", "", |row| &row.trial.title[..])
+        .column("paper", "", |row| row.trial.paper)
+        .column("median / paper", "", over_paper)
+        .column("spread of the best", "", |row| row.best()?.number("spread"))
+        .decimals(2, NONE);
+    for (name, column, number, decimals) in COLUMNS {
+        let head = Column::new(name, "").decimals(decimals, NONE);
+        table = table.add(head, |row| number(&row.sample(column)));
+    }
+    let letters = |row: &&TrialRow| match &row.trial.scene.departures()[..] {
+        [] => "none".to_owned(),
+        own => {
+            let letters = ('A'..).zip(known).filter(|(_, known)| own.contains(known));
+            letters.map(|(letter, _)| letter).collect()
+        }
+    };
+    table.column("departures", "", letters).done()
+}
+
+/// A row for each trial and friction, with quantiles over the seeds.
+pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
+    let of_row = |row| frictions.iter().map(move |friction| (row, friction));
+    let pairs: Vec<(&TrialRow, &f64)> = rows.iter().flat_map(of_row).collect();
+    let mut table = Table::of("mujoco", "In MuJoCo", &pairs)
+        .column("trial", "", |(row, _)| &row.trial.title[..])
+        .column("friction", "", |(_, friction)| **friction)
+        .column("at least 0.9", "", |(row, friction)| {
+            let keeps = row.sample(&format!("keeps_{friction}")).into_iter();
+            keeps.filter(|keeps| *keeps >= MOST).count()
+        });
+    for (name, column) in [
+        ("designed", DISPLACEMENT),
+        ("MuJoCo", "mujoco_{}"),
+        ("keeps", "keeps_{}"),
+        ("Coulomb here", "coulomb_{}"),
+        ("agrees", "agrees_{}"),
+    ] {
+        let names = ["", ", p10", ", p90"].map(|which| format!("{name}{which}"));
+        table = table.columns(names, "", |(row, friction), k| {
+            let statistics = row.of(&column.replace("{}", &friction.to_string()));
+            [statistics.median, statistics.p10, statistics.p90][k]
+        });
+    }
+    table.decimals(2, NONE).done()
+}
+
+/// The change from some trials to others. Runs of one seed begin alike, so the verdict is on the mean change from seed
+/// to seed. A mean within twice its error decides nothing.
+pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
+    let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
+        let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);
+        let numbers = names.iter().map(|name| number(named(name)?));
+        Some(numbers.sum::<Option<f64>>()? / names.len() as f64)
+    };
+    let medians = |asked: &Question| {
+        [&asked.from, &asked.to].map(|names| mean_of(names, &|row| row.of(DISPLACEMENT).median))
+    };
+    let changes = |asked: &Question| -> Option<Vec<f64>> {
+        let at = |seed: usize, names| mean_of(names, &|row| row.runs[seed].number(DISPLACEMENT));
+        let change = |seed| Some(at(seed, &asked.to)? - at(seed, &asked.from)?);
+        (0..rows.first()?.runs.len()).map(change).collect()
+    };
+    let verdict = |asked: &Question| match changes(asked).map(|changes| mean(&changes)) {
+        None => "no number: runs diverged",
+        Some(None) => "undecided: one seed's change has no error",
+        Some(Some([change, error])) if change.abs() <= 2.0 * error => "undecided",
+        Some(Some([change, _])) if change < 0.0 => "less",
+        Some(Some(_)) => "more",
+    };
+    let gain = |asked: &Question| ratio(medians(asked)[1], medians(asked)[0]);
+    let change = |asked: &Question, k: usize| Some(mean(&changes(asked)?)?[k]);
+    Table::of("questions", "Questions", questions)
+        .column("question", "", |asked| &asked.ask[..])
+        .columns(["from", "to"], "", |asked, k| medians(asked)[k])
+        .column("to / from", "", gain)
+        .columns(["change", "±"], "", change)
+        .column("verdict", "", verdict)
+        .column("the paper", "", |asked| &asked.paper[..])
+        .decimals(2, NONE)
+        .done()
+}
+
+/// A row for each run, with every number. Numbers that a run lacks are left empty.
+pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
+    let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
+    let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();
+    let first = runs.first().map_or(&[][..], |(_, run)| &run.numbers);
+    let names = first.iter().map(|(name, _)| &name[..]);
+    let number = |(_, run): &(&Trial, &Run), k: usize| run.number(&first[k].0);
+    Table::of("", "", &runs)
+        .column("table", "", |(trial, _)| &trial.table[..])
+        .column("trial", "", |(trial, _)| &trial.name[..])
+        .column("seed", "", |(_, run)| Cell::Count(run.seed))
+        .columns(names, "", number)
+        .done()
+}

@@ -1,0 +1,334 @@
+//! The gradient of a robot's loss against finite differences and forward mode.
+
+mod table;
+
+use std::sync::Arc;
+
+use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
+
+use super::probe::{Probe, norm};
+use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
+use cosmic::ground::Ground;
+use cosmic::inputs::{ALL, Block, Inputs, Part};
+use cosmic::laws::ContactLaw;
+use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
+use cosmic::projection::Projection;
+use cosmic::scene::{Integrator, ObjectiveSettings, Scene};
+use cosmic::task::Horizon;
+
+/// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
+const LIFT: f64 = 1e-3;
+/// The share of rounding in the slopes that a check accepts without a note.
+const WORN: f64 = 1e-6;
+/// This many times [`GradientCheck::rounding`], which is an estimate, make a bound.
+const SAFETY: f64 = 64.0;
+/// The rounding of heights in an incline's frame, m.
+const ON_LINE: f64 = 1e-12;
+
+/// The check of one group of parameters.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The name of its block of the inputs.
+    pub name: String,
+    /// The count of its numbers.
+    pub numbers: usize,
+    /// Length of the gradient by them.
+    pub norm: f64,
+    /// Slopes along random directions.
+    pub report: Report,
+    /// True if the slopes are those of a robot lifted off the ground; see [`check_gradients_of`].
+    pub lifted: bool,
+    /// The report's verdict; at best a kink for a robot that had to be lifted.
+    pub verdict: Verdict,
+}
+
+impl Group {
+    /// True if forward and reverse mode both say that the loss does not depend on the group, and
+    /// nothing contradicts them: such a row compares zeros with zeros.
+    fn is_zero(&self) -> bool {
+        let still = |direction: &Direction| direction.forward == Some(0.0);
+        let agreed = self.verdict != Verdict::Wrong;
+        agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
+    }
+
+    /// The verdict on this gradient made wrong; `None` unless the gradient is smooth, because only then
+    /// it can be told from a wrong one.
+    fn control(&self) -> Option<NegativeControl> {
+        let smooth = self.report.verdict == Verdict::Smooth;
+        let verdict = self.report.control.filter(|_| smooth)?;
+        Some(NegativeControl {
+            group: self.name.clone(),
+            verdict,
+        })
+    }
+}
+
+/// A gradient that is wrong on purpose. A check that misses it checks nothing.
+#[derive(Clone, Debug)]
+pub struct NegativeControl {
+    /// The group whose gradient was made wrong.
+    pub group: String,
+    /// The verdict of the check.
+    pub verdict: Verdict,
+}
+
+/// The check of every group, and of the check itself.
+#[derive(Clone, Debug)]
+pub struct GradientCheck {
+    /// Steps of the rollout.
+    pub steps: usize,
+    /// One per block of the inputs.
+    pub groups: Vec<Group>,
+    /// `None` if no group has a smooth gradient to make wrong that is neither zero nor below the
+    /// displacement's rounding.
+    pub control: Option<NegativeControl>,
+    /// An estimate of the rounding of the slopes, as a share of them: every step rounds the state, and
+    /// the motion magnifies that like a change of the start, and slopes alike.
+    pub rounding: f64,
+}
+
+impl GradientCheck {
+    /// The failed checks: groups with a wrong gradient, and a negative control that was believed.
+    pub fn failures(&self) -> Vec<String> {
+        let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
+        let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
+        let believed = self.control.iter().filter(|c| c.verdict != Verdict::Wrong);
+        let control = believed.map(|_| "the negative control".to_owned());
+        groups.chain(control).collect()
+    }
+
+    /// The number of checks.
+    pub fn total(&self) -> usize {
+        self.groups.len() + usize::from(self.control.is_some())
+    }
+}
+
+/// Checks the gradient of a scene's loss, or without a scene of `-(s . x_0(T))`, the paper's loss, of a
+/// case; see [`check_gradients_of`].
+pub fn check_gradients(
+    case: &Case,
+    scene: Option<&Scene>,
+    steps: usize,
+    options: &Options,
+) -> GradientCheck {
+    let loss = match scene {
+        Some(scene) => of_scene(scene),
+        None => {
+            let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
+            let task = ObjectiveSettings::default();
+            Arc::new(Objective::new(&task, &at_end, &case.physics))
+        }
+    };
+    check_gradients_of(&*loss, case, steps, options)
+}
+
+/// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.
+/// Take few: a robot's motion is chaotic, and over thousands of steps no finite difference means
+/// anything.
+///
+/// A node exactly on the ground line sits on a kink of the positions, with one derivative upwards and
+/// another downwards. Several such nodes take sides one by one, and no difference along a line shows
+/// that. The derivatives by the positions are then checked for a robot that is lifted until its lowest
+/// node is 1 mm above the ground. The derivatives by the velocities have a kink if a node starts on the
+/// ground line or below it, and if either leapfrog integrates, whose first drift comes before any force,
+/// or nothing has weight: then the velocity of a node decides whether it touches. They are checked for
+/// the lifted robot as well.
+///
+/// If the motion magnifies rounding until it shows in the slopes, differences that disagree prove
+/// nothing. The verdict is then a kink, unless forward mode disagrees by more than rounding explains.
+pub fn check_gradients_of(
+    loss: &dyn AnyLoss,
+    case: &Case,
+    steps: usize,
+    options: &Options,
+) -> GradientCheck {
+    let mut case = case.clone();
+    case.physics.steps = steps.min(case.physics.steps);
+    let here = CaseLoss::new(&case, loss);
+    let [stands, touches] = stands_and_touches(&case);
+    let lifted = touches.then(|| lifted(&case));
+    let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
+    let rounding = here.rounding();
+    // The roundings of steps add up at random.
+    let steps_taken = case.physics.steps as f64;
+    let options = &Options {
+        noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
+        // Names of inputs differ from block to block.
+        names: Vec::new(),
+        ..options.clone()
+    };
+    let leaps = case.physics.integrator == Integrator::Leapfrog;
+    let floats = case.physics.gravity == 0.0;
+    let is_kink = |part: &Part| match part.block {
+        Block::X0 => stands,
+        Block::V0 => leaps || floats,
+        _ => false,
+    };
+    let group = |part: &Part| {
+        let above = above.as_ref().filter(|_| is_kink(part));
+        let mut group = above.unwrap_or(&here).group(part, options, rounding);
+        if above.is_some() {
+            (group.lifted, group.verdict) = (true, group.verdict.max(Verdict::Kink));
+        }
+        group
+    };
+    let groups: Vec<Group> = here.probe.inputs.parts().iter().map(group).collect();
+    GradientCheck {
+        steps: case.physics.steps,
+        control: groups.iter().find_map(Group::control),
+        groups,
+        rounding,
+    }
+}
+
+/// True if rounding explains the difference of forward and reverse mode.
+fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
+    report.directions.iter().all(|direction| {
+        let forward = direction.forward.unwrap_or(direction.gradient);
+        let off = (forward - direction.gradient).abs();
+        off <= SAFETY * rounding * norm.max(forward.abs()).min(f64::MAX)
+    })
+}
+
+/// True if a node starts on the ground line; true if a node starts there or below.
+fn stands_and_touches(case: &Case) -> [bool; 2] {
+    let any = |is: fn(f64) -> bool| {
+        case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
+    };
+    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
+}
+
+/// The heights of all nodes above the ground and its profile, m.
+fn heights(case: &Case) -> Vec<f64> {
+    let state = case.start.to_ground(&Ground::from(&case.physics));
+    let profile = case.physics.ground.resolved();
+    let height = |x: &[f64; 2]| x[1] - profile.height(x[0]);
+    state.x.iter().map(height).collect()
+}
+
+fn lifted(case: &Case) -> Case {
+    let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
+    let mut case = case.clone();
+    let [nx, ny] = Ground::from(&case.physics).normal();
+    for x in &mut case.start.x {
+        *x = [x[0] + by * nx, x[1] + by * ny];
+    }
+    case
+}
+
+/// The loss of a case as a function of its inputs.
+struct CaseLoss<'a> {
+    probe: Probe<'a>,
+    of: &'a dyn AnyLoss,
+    /// The case with the softer stability projection, to which the derivative belongs.
+    softer: Case,
+    /// The gradient that is checked, each number in the place of its input.
+    gradient: Inputs<f64>,
+}
+
+impl<'a> CaseLoss<'a> {
+    fn new(case: &'a Case, of: &'a dyn AnyLoss) -> Self {
+        let mut softer = case.clone();
+        softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
+        let mut subject = Self {
+            probe: Probe::new(case),
+            of,
+            softer,
+            gradient: case.inputs(),
+        };
+        let (_, gradient) = subject.probe.reverse(ALL, |inputs| subject.loss(inputs));
+        subject.gradient.set(ALL, &gradient);
+        subject
+    }
+
+    /// See [`GradientCheck::rounding`].
+    fn rounding(&self) -> f64 {
+        let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let steps = self.probe.case.physics.steps as f64;
+        let start = largest(self.probe.inputs.block(Block::X0));
+        f64::EPSILON * steps * norm(self.gradient.block(Block::X0)) * start
+    }
+
+    /// Checks the gradient by a part of the numbers.
+    fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
+        let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
+        let forward = |direction: &[f64]| {
+            let dual = |(&value, &d): (&f64, &f64)| Dual {
+                value,
+                tangent: [d],
+            };
+            let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
+            let mut inputs = self.probe.inputs.lift();
+            inputs.set_part(part, &moving);
+            self.loss(&inputs).tangent[0]
+        };
+        let claim = Claim {
+            x,
+            gradient,
+            forward: Some(&forward),
+        };
+        let value = |x: &[f64]| {
+            let mut inputs = self.probe.inputs.clone();
+            inputs.set_part(part, x);
+            self.moved_loss(&inputs)
+        };
+        let (report, norm) = (check_directions(value, &claim, options), norm(gradient));
+        let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
+        // If the norm is below the rounding, a unit change of the parameters moves the robot by less
+        // than rounding does.
+        let mut verdict = report.verdict;
+        if magnified || norm < rounding {
+            verdict = verdict.min(Verdict::Kink);
+        }
+        Group {
+            name: part.name.clone(),
+            numbers: gradient.len(),
+            norm,
+            report,
+            lifted: false,
+            verdict,
+        }
+    }
+
+    /// The function whose gradient is checked.
+    fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
+    where
+        dyn AnyLoss + 'a: LossOf<R>,
+    {
+        let case = self.probe.case;
+        self.loss_of(&case.projected(case.projection, &inputs.z), inputs)
+    }
+
+    /// The function of the differences. The stability projection has the derivative of a softer one, so
+    /// differences see the change of the soft projection on top of the sharp value.
+    fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
+        let case = self.probe.case;
+        let at = &self.probe.inputs.z;
+        let mut design = case.projected(Projection::Stability, at);
+        let (Projection::Stability, Some(moved)) = (case.projection, design.undecided_mut()) else {
+            return self.loss(inputs);
+        };
+        let soft = |z: &[_]| self.softer.projected(Projection::Stability, z);
+        let (there, here) = (soft(&inputs.z), soft(at));
+        let (there, here) = (there.mixtures(), here.mixtures());
+        for (shares, (there, here)) in moved.iter_mut().zip(there.iter().zip(&*here)) {
+            for k in 0..3 {
+                shares.0[k] += there.0[k] - here.0[k];
+            }
+        }
+        self.loss_of(&design, inputs)
+    }
+
+    fn loss_of<R: Real>(&self, design: &Design<Mixture<R>>, inputs: &Inputs<R>) -> R
+    where
+        dyn AnyLoss + 'a: LossOf<R>,
+    {
+        let horizon = Horizon::head(self.probe.case.physics.steps);
+        (self.probe.task).loss(design, inputs, self.of, &horizon)
+    }
+}
+
+#[cfg(test)]
+mod tests;

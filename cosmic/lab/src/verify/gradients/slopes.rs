@@ -1,0 +1,138 @@
+//! The displacement of a case as a function of design and controller, and all ways to its gradient.
+
+use autodiff::{Real, Var};
+use rand::RngExt;
+
+use crate::verify::probe::{Probe, dot, norm};
+use cosmic::case::Case;
+use cosmic::design::Design;
+use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
+use cosmic::lattice::State;
+use cosmic::objective::Displacement;
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::HorizonMode;
+use cosmic::simulator::{Simulator, Span};
+use cosmic::task::Horizon;
+
+/// Directions along which slopes are compared.
+pub(super) const DIRECTIONS: usize = 8;
+
+/// Slopes along the directions.
+pub(super) type Slopes = [f64; DIRECTIONS];
+
+/// A case with random directions of its design vectors and weights; of a frozen layout the weights alone.
+pub(super) struct Subject<'a> {
+    probe: Probe<'a>,
+    blocks: Vec<Block>,
+    /// Of length one.
+    directions: [Vec<f64>; DIRECTIONS],
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(case: &'a Case) -> Self {
+        let blocks = match case.design {
+            Design::Undecided(_) => [DESIGN, CONTROLLER].concat(),
+            Design::Layout(_) => CONTROLLER.to_vec(),
+        };
+        let probe = Probe::new(case);
+        let count = probe.inputs.get(&blocks).len();
+        let mut stream = stream(1, Purpose::Verification);
+        let directions = [(); DIRECTIONS].map(|()| {
+            let mut draw = || 2.0 * stream.random::<f64>() - 1.0;
+            let raw: Vec<f64> = (0..count).map(|_| draw()).collect();
+            raw.iter().map(|d| d / norm(&raw)).collect()
+        });
+        Self {
+            probe,
+            blocks,
+            directions,
+        }
+    }
+
+    /// The count of numbers in the gradient.
+    pub(super) fn numbers(&self) -> usize {
+        self.directions[0].len()
+    }
+
+    /// Minus the payload's position along the ground after each of `steps`, which ascend.
+    fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
+        let Probe { case, task, .. } = &self.probe;
+        let design = case.projected(case.projection, &inputs.z);
+        let span = Span::from_start(steps.to_vec());
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
+        let ground = task.ground();
+        let loss = |state: &State<R>| -ground.vector_to_ground(state.x[0])[0];
+        seen.states.iter().map(loss).collect()
+    }
+
+    /// Slopes by central differences of this half-width, per step count.
+    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
+        let numbers = self.probe.inputs.get(&self.blocks);
+        let moved = |direction: &[f64], h: f64| {
+            let pairs = numbers.iter().zip(direction);
+            let moved: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
+            self.losses(&self.probe.with(&self.blocks, &moved), steps)
+        };
+        let by_direction = self.directions.each_ref().map(|direction| {
+            let ends = moved(direction, h).into_iter().zip(moved(direction, -h));
+            let slopes = ends.map(|(up, down)| (up - down) / (2.0 * h));
+            slopes.collect::<Vec<f64>>()
+        });
+        let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
+        (0..steps.len()).map(slopes).collect()
+    }
+
+    /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step count.
+    pub(super) fn duals<R: Real, const N: usize>(
+        &self,
+        first: usize,
+        steps: &[usize],
+    ) -> Vec<[R; N]> {
+        let directions = std::array::from_fn(|k| &self.directions[first + k][..]);
+        let losses = self.losses(&self.probe.moving(&self.blocks, directions), steps);
+        losses.iter().map(|loss| loss.tangent).collect()
+    }
+
+    /// The gradient by the rollout driver.
+    pub(super) fn driver<R: Real>(&self, steps: usize) -> Vec<R> {
+        self.reverse(|inputs| self.losses(inputs, &[steps])[0])
+    }
+
+    /// The gradient by a tape of every operation.
+    pub(super) fn full_tape(&self, steps: usize) -> Vec<f64> {
+        let Probe { case, task, .. } = &self.probe;
+        self.reverse(|inputs| {
+            let body = task.body(&case.projected(case.projection, &inputs.z));
+            let span = Span::from_start(vec![steps]);
+            let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+            let seen = simulator.rollout_in_full(&body, &inputs.controller, &inputs.start, &span);
+            -task.ground().vector_to_ground(seen.states[0].x[0])[0]
+        })
+    }
+
+    /// The driver's gradient over the last `carried` of the steps.
+    pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
+        let mut case = self.probe.case.clone();
+        case.physics.steps = steps;
+        let task = case.task();
+        let horizon = Horizon {
+            steps: carried,
+            mode: HorizonMode::Tail,
+            cotangent_bound: None,
+        };
+        let loss = Displacement::at_end(task.ground());
+        self.reverse(|inputs| {
+            let design = case.projected(case.projection, &inputs.z);
+            task.loss(&design, inputs, &loss, &horizon)
+        })
+    }
+
+    fn reverse<R: Real>(&self, loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>) -> Vec<R> {
+        self.probe.reverse(&self.blocks, loss).1
+    }
+
+    /// A gradient's slopes along the directions.
+    pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
+        (self.directions.each_ref()).map(|direction| dot(direction, gradient))
+    }
+}

@@ -1,0 +1,98 @@
+use super::extremes::{case_trials, extreme_trials};
+use super::{Found, Outcome, Trial};
+use crate::verify::probe::small;
+use cosmic::case::Case;
+use cosmic::scene::Scene;
+use cosmic::simulator::Grade;
+
+/// Robots that only tests try, and in how many trials.
+fn odd_robots() -> Vec<(Case, usize)> {
+    type Change = fn(&mut Scene);
+    let cases: [(Change, usize); 7] = [
+        (|scene| scene.physics.steps = 128, 5),
+        // Bars that damp have no energy.
+        (
+            |scene| scene.physics = Scene::load("earth").unwrap().physics,
+            5,
+        ),
+        // Without springs there is no limit to try time steps around.
+        (|scene| scene.materials.stiffness = [0.0; 3], 1),
+        // Nothing moves.
+        (
+            |scene| (scene.physics.gravity, scene.materials.max_strain) = (0.0, [0.0; 3]),
+            5,
+        ),
+        (|scene| scene.physics.stiffening = 1e5, 5),
+        // Trials are longer than the case's own rollout.
+        (|scene| scene.physics.steps = 1, 5),
+        (|scene| scene.physics.steps = 4, 5),
+    ];
+    let case = |(change, count): &(Change, usize)| (small([3, 2], change), *count);
+    let mut robots: Vec<_> = cases.iter().map(case).collect();
+    // What starts far from rest is tried with its own time step alone.
+    for (moved, count) in [(0.9e-2, 5), (1.0, 1)] {
+        let mut case = Case::of_scene(&Scene::paper(), 0).unwrap();
+        case.start.x[1][0] -= moved * case.lattice.rest_length[0];
+        robots.push((case, count));
+    }
+    robots
+}
+
+#[test]
+fn every_extreme_ends_as_expected() {
+    let mut trials = extreme_trials();
+    // The large lattices take minutes of an unoptimised test.
+    trials.retain(|trial| trial.case.lattice.nodes() <= 100);
+    for (case, count) in odd_robots() {
+        let of_case = case_trials(&case);
+        assert_eq!(of_case.len(), count);
+        trials.extend(of_case);
+    }
+    let found: Vec<Found> = trials.iter().map(Trial::run).collect();
+    for row in &found {
+        assert!(row.is_ok() && !row.unannounced, "{row:?}");
+        let diverged = matches!(row.outcome, Outcome::Diverged(_));
+        assert!(!diverged || row.grade == Grade::Unstable, "{row:?}");
+    }
+    let count = |of: fn(&&Found) -> bool| found.iter().filter(of).count();
+    assert!(count(|f| !f.expected_stable()) > 30 && count(|f| f.expected_stable()) > 40);
+    assert!(count(|f| f.grade == Grade::Close) > 10);
+}
+
+/// A check must notice what is wrong.
+#[test]
+fn a_wrong_expectation_is_seen() {
+    let [own, .., twice] = &case_trials(&small([3, 2], |_| ()))[..] else {
+        panic!("a case is tried with several time steps")
+    };
+    let mut stable = own.run();
+    assert!(stable.is_ok() && stable.outcome == Outcome::Bounded);
+    // Below the limit, and called unstable.
+    stable.grade = Grade::Unstable;
+    assert!(!stable.is_ok());
+    // Above it, and bounded; NaN that nobody announced.
+    let unstable = twice.run();
+    assert!(unstable.is_ok() && matches!(unstable.outcome, Outcome::Diverged(_)));
+    for (outcome, unannounced, ok) in [
+        (Outcome::Bounded, false, false),
+        (Outcome::Grew, false, true),
+        (unstable.outcome.clone(), true, false),
+    ] {
+        let other = Found {
+            outcome,
+            unannounced,
+            ..unstable.clone()
+        };
+        assert_eq!(other.is_ok(), ok, "{other:?}");
+    }
+}
+
+/// A scene's own time step is a row like the others: `verify` accepts an unstable one, and fails.
+#[test]
+fn an_unstable_scene_fails_the_verification() {
+    let failures = |dt: f64| {
+        let case = small([3, 2], |scene| scene.physics.dt = dt);
+        super::stable_steps(&case).failures.len()
+    };
+    assert_eq!((failures(0.002), failures(0.05)), (0, 1));
+}

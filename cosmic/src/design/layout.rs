@@ -1,0 +1,180 @@
+//! A robot's design, which is undecided until the snap and a layout from then on.
+
+use std::borrow::Cow;
+
+use autodiff::Real;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Material, Mixture};
+
+/// What the edges of a robot are made of: either undecided, with an `E` for every edge, or a layout.
+///
+/// The optimiser moves design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection)
+/// turns them into mixtures, `Design<Mixture<R>>`, of which a body is made. No projection changes a
+/// layout (D7).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Design<E> {
+    /// A design vector or a mixture for every edge.
+    Undecided(Vec<E>),
+    /// One material for every edge.
+    Layout(Vec<Material>),
+}
+
+impl<E> Design<E> {
+    /// The number of edges.
+    pub fn edges(&self) -> usize {
+        match self {
+            Self::Undecided(elements) => elements.len(),
+            Self::Layout(layout) => layout.len(),
+        }
+    }
+
+    /// The material of every edge; `None` if the design is undecided.
+    pub fn layout(&self) -> Option<&[Material]> {
+        match self {
+            Self::Undecided(_) => None,
+            Self::Layout(layout) => Some(layout),
+        }
+    }
+
+    /// The design with every undecided element replaced by a function of it.
+    pub fn map<F>(&self, f: impl Fn(&E) -> F) -> Design<F> {
+        match self {
+            Self::Undecided(elements) => Design::Undecided(elements.iter().map(f).collect()),
+            Self::Layout(layout) => Design::Layout(layout.clone()),
+        }
+    }
+
+    /// The elements of an undecided design, to be changed; `None` for a layout.
+    pub fn undecided_mut(&mut self) -> Option<&mut [E]> {
+        match self {
+            Self::Undecided(elements) => Some(elements),
+            Self::Layout(_) => None,
+        }
+    }
+}
+
+impl Design<[f64; 3]> {
+    /// The design of vectors that come from outside: a layout if every vector is one-hot.
+    pub fn of_vectors(z: Vec<[f64; 3]>) -> Self {
+        let layout: Vec<_> = z.iter().map(Material::dominant).collect();
+        if one_hot(&layout) == z {
+            Self::Layout(layout)
+        } else {
+            Self::Undecided(z)
+        }
+    }
+
+    /// The design vectors; those of a layout are one-hot.
+    pub fn vectors(&self) -> Cow<'_, [[f64; 3]]> {
+        match self {
+            Self::Undecided(z) => z.into(),
+            Self::Layout(layout) => one_hot(layout).into(),
+        }
+    }
+}
+
+impl<R: Real> Design<Mixture<R>> {
+    /// A number for every edge: a function of its mixture, or of its material in a layout.
+    pub fn each(
+        &self,
+        of_mixture: impl Fn(&Mixture<R>) -> R,
+        of_material: impl Fn(Material) -> f64,
+    ) -> Vec<R> {
+        match self {
+            Self::Undecided(mixtures) => mixtures.iter().map(of_mixture).collect(),
+            Self::Layout(layout) => {
+                let constant = |&material: &Material| R::lit(of_material(material));
+                layout.iter().map(constant).collect()
+            }
+        }
+    }
+
+    /// An undecided design of given shares, such as the variables of a derivative.
+    pub fn of_shares(shares: &[[R; 3]]) -> Self {
+        Self::Undecided(shares.iter().map(|&shares| Mixture(shares)).collect())
+    }
+
+    /// The mixture of every edge; a layout has one whole share per edge.
+    pub fn mixtures(&self) -> Cow<'_, [Mixture<R>]> {
+        match self {
+            Self::Undecided(mixtures) => mixtures.into(),
+            Self::Layout(layout) => {
+                let whole = |material: &Material| Mixture(material.one_hot().map(R::lit));
+                layout.iter().map(whole).collect()
+            }
+        }
+    }
+}
+
+impl Design<Mixture<f64>> {
+    /// The layout, or the dominant material of every edge.
+    pub fn materials(&self) -> Vec<Material> {
+        match self {
+            Self::Undecided(mixtures) => mixtures.iter().map(Mixture::dominant).collect(),
+            Self::Layout(layout) => layout.clone(),
+        }
+    }
+
+    /// The same design with shares that are constants of another number type.
+    pub fn lift<R: Real>(&self) -> Design<Mixture<R>> {
+        self.map(|mixture| Mixture(mixture.0.map(R::lit)))
+    }
+}
+
+/// Design vectors of a layout.
+fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
+    layout.iter().map(|material| material.one_hot()).collect()
+}
+
+/// A design in a file: its vectors, and a layout's materials beside them.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    z: Vec<[f64; 3]>,
+    materials: Option<Vec<Material>>,
+}
+
+impl Serialize for Design<[f64; 3]> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let saved = Saved {
+            z: self.vectors().into_owned(),
+            materials: self.layout().map(Vec::from),
+        };
+        saved.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Design<[f64; 3]> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Saved { z, materials } = Saved::deserialize(deserializer)?;
+        Ok(materials.map_or(Self::Undecided(z), Self::Layout))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Design;
+    use crate::design::Material::{Actuator, Skeleton, Void};
+
+    #[test]
+    fn only_one_hot_vectors_are_a_layout() {
+        let mut z = vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        let design = Design::of_vectors(z.clone());
+        assert_eq!(design, Design::Layout(vec![Skeleton, Void, Actuator]));
+        assert_eq!(*design.vectors(), z[..]);
+        z[1] = [1.0 - f64::EPSILON, 0.0, 0.0];
+        assert_eq!(Design::of_vectors(z.clone()), Design::Undecided(z));
+    }
+
+    #[test]
+    fn files_hold_the_vectors_and_the_layout() {
+        let layout = Design::<[f64; 3]>::Layout(vec![Skeleton]);
+        let text = serde_json::to_string(&layout).unwrap();
+        assert_eq!(text, r#"{"z":[[0.0,1.0,0.0]],"materials":[1]}"#);
+        assert_eq!(serde_json::from_str::<Design<_>>(&text).unwrap(), layout);
+        // One-hot vectors before the snap are not a layout yet.
+        let open = Design::Undecided(vec![[0.0, 1.0, 0.0]]);
+        let text = serde_json::to_string(&open).unwrap();
+        assert_eq!(serde_json::from_str::<Design<_>>(&text).unwrap(), open);
+    }
+}

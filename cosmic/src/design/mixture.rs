@@ -1,0 +1,46 @@
+//! Mixtures: what a projection makes of design vectors.
+
+use std::ops::Index;
+
+use autodiff::Real;
+
+use super::Material;
+
+/// The mixture of an edge: the shares of void, skeleton and actuator, which sum to one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture<R>(pub [R; 3]);
+
+impl<R> Index<Material> for Mixture<R> {
+    type Output = R;
+
+    fn index(&self, material: Material) -> &R {
+        &self.0[material as usize]
+    }
+}
+
+impl<R: Real> Mixture<R> {
+    /// The share of solid material.
+    pub fn solid(&self) -> R {
+        self[Material::Skeleton] + self[Material::Actuator]
+    }
+
+    /// The mean of a property of the materials, each weighted by its share.
+    pub fn mean_of(&self, property: &[f64; 3]) -> R {
+        R::dot(&self.0, &property.map(R::lit))
+    }
+}
+
+impl Mixture<f64> {
+    /// The material with the largest share.
+    pub fn dominant(&self) -> Material {
+        Material::dominant(&self.0)
+    }
+}
+
+/// The mean shares of solid material and of actuators.
+pub fn volumes(mixtures: &[Mixture<f64>]) -> [f64; 2] {
+    let mean = |share: fn(&Mixture<f64>) -> f64| {
+        mixtures.iter().map(share).sum::<f64>() / mixtures.len() as f64
+    };
+    [mean(Mixture::solid), mean(|m| m[Material::Actuator])]
+}

@@ -1,0 +1,204 @@
+//! The parameters of a policy: named blocks of one flat vector.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The shape of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// So many numbers.
+    Vector(usize),
+    /// Rows one after the other.
+    Matrix {
+        /// How many rows.
+        rows: usize,
+        /// The length of a row.
+        columns: usize,
+    },
+}
+
+impl Shape {
+    /// How many numbers a block of this shape has. Absurd sizes, as a file may have them, give an absurd
+    /// number, which nothing fits.
+    pub fn len(self) -> usize {
+        match self {
+            Self::Vector(len) => len,
+            Self::Matrix { rows, columns } => rows.saturating_mul(columns),
+        }
+    }
+
+    /// True if a block of this shape has no numbers.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// The lengths of its axes, as an array of NumPy has them.
+    pub fn axes(self) -> Vec<usize> {
+        match self {
+            Self::Vector(len) => vec![len],
+            Self::Matrix { rows, columns } => vec![rows, columns],
+        }
+    }
+}
+
+/// What the numbers of a block do, which decides how they start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// Weights, of a layer one row per unit. They start with random numbers up to
+    /// `gain sqrt(6 / (rows + columns))` in magnitude.
+    Weights {
+        /// The factor on the range.
+        gain: f64,
+    },
+    /// Numbers that start at zero, such as biases.
+    Biases,
+}
+
+/// A block of a policy's parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Its key in files.
+    pub name: &'static str,
+    /// Its shape.
+    pub shape: Shape,
+    /// What its numbers do.
+    pub role: Role,
+}
+
+impl Block {
+    /// The weights of a layer: one row of `columns` numbers for each unit.
+    pub fn weights(name: &'static str, rows: usize, columns: usize, gain: f64) -> Self {
+        Self {
+            name,
+            shape: Shape::Matrix { rows, columns },
+            role: Role::Weights { gain },
+        }
+    }
+
+    /// A vector that starts with random numbers up to `gain sqrt(6 / len)` in magnitude.
+    pub fn drawn(name: &'static str, len: usize, gain: f64) -> Self {
+        Self {
+            name,
+            shape: Shape::Vector(len),
+            role: Role::Weights { gain },
+        }
+    }
+
+    /// A vector that starts at zero.
+    pub fn biases(name: &'static str, len: usize) -> Self {
+        Self {
+            name,
+            shape: Shape::Vector(len),
+            role: Role::Biases,
+        }
+    }
+}
+
+/// The name and shape of a block, wherever they were read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) name: Cow<'static, str>,
+    pub(super) shape: Shape,
+}
+
+/// The parameters of a robot's policy: named blocks of one flat vector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controller<R> {
+    layout: Arc<[Part]>,
+    numbers: Vec<R>,
+}
+
+impl<R> Controller<R> {
+    /// The controller with these numbers in these blocks.
+    ///
+    /// # Panics
+    /// Unless the blocks together have as many numbers.
+    pub fn new(blocks: &[Block], numbers: Vec<R>) -> Self {
+        let part = |block: &Block| Part {
+            name: Cow::Borrowed(block.name),
+            shape: block.shape,
+        };
+        Self::of_parts(blocks.iter().map(part).collect(), numbers)
+    }
+
+    pub(super) fn of_parts(layout: Arc<[Part]>, numbers: Vec<R>) -> Self {
+        let len: usize = layout.iter().map(|part| part.shape.len()).sum();
+        assert_eq!(numbers.len(), len, "the numbers of a controller's blocks");
+        Self { layout, numbers }
+    }
+
+    /// How many numbers it has.
+    pub fn weights(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// All numbers, block by block.
+    pub fn numbers(&self) -> &[R] {
+        &self.numbers
+    }
+
+    /// As [`numbers`](Self::numbers), to be changed.
+    pub fn numbers_mut(&mut self) -> &mut [R] {
+        &mut self.numbers
+    }
+
+    /// The name, the shape and the place of every block among the numbers.
+    pub fn blocks(&self) -> impl Iterator<Item = (&str, Shape, Range<usize>)> {
+        let mut end = 0;
+        self.layout.iter().map(move |part| {
+            end += part.shape.len();
+            (&*part.name, part.shape, end - part.shape.len()..end)
+        })
+    }
+
+    fn range(&self, name: &str) -> Range<usize> {
+        let found = self.blocks().find(|(other, ..)| *other == name);
+        let (.., range) = found.unwrap_or_else(|| panic!("the controller has no block {name:?}"));
+        range
+    }
+
+    /// The numbers of a block.
+    ///
+    /// # Panics
+    /// If there is no block of this name.
+    pub fn block(&self, name: &str) -> &[R] {
+        &self.numbers[self.range(name)]
+    }
+
+    /// As [`block`](Self::block), to be changed.
+    pub fn block_mut(&mut self, name: &str) -> &mut [R] {
+        let range = self.range(name);
+        &mut self.numbers[range]
+    }
+}
+
+impl<R: Copy> Controller<R> {
+    /// Every number replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
+        Controller {
+            layout: Arc::clone(&self.layout),
+            numbers: self.numbers.iter().map(|&x| f(x)).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Block, Controller};
+
+    #[test]
+    fn a_block_is_a_part_of_the_numbers() {
+        let blocks = [Block::weights("turn", 2, 2, 1.0), Block::biases("shift", 1)];
+        let mut controller = Controller::new(&blocks, vec![1.0, 2.0, 3.0, 4.0, 5.0]);
+        controller.block_mut("shift")[0] = 7.0;
+        assert_eq!(controller.block("turn"), [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(controller.numbers(), [1.0, 2.0, 3.0, 4.0, 7.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "the controller has no block \"w\"")]
+    fn an_unknown_block_is_named() {
+        let _ = Controller::new(&[Block::biases("shift", 1)], vec![1.0]).block("w");
+    }
+}

@@ -1,0 +1,205 @@
+//! A first layer as the rollout runs it: on the raw state, with everything linear folded in.
+
+use autodiff::Real;
+
+use super::sensing::{Sight, phases};
+use crate::ground::Ground;
+use crate::scene::ControllerSettings;
+
+/// How the mean position and the presence of nodes enter a folded layer.
+#[derive(Clone, Copy, Debug)]
+pub enum Mean<'a, R> {
+    /// Every node counts alike, and offsets from the mean are folded into the weights.
+    OfAll,
+    /// Nodes count as much as they are present; that is folded into the weights too.
+    Folded(&'a [R]),
+    /// The step weights the nodes, and the layer sees what is left of it, and the mean.
+    InStep,
+}
+
+/// Makes the weights of a layer on an [observation](super::observation()) into weights on the raw state in the
+/// ground's frame.
+///
+/// An observation is a linear function of the state: mean, scales, goal and the rotation of an incline are
+/// fixed, and clocks of one frequency are mixtures of one sine and one cosine. Folding all of it into the
+/// layer, once per rollout, leaves these columns: x of all nodes, y of all nodes, x velocity of all, y velocity
+/// of all, `sin(omega t)`, `cos(omega t)`. A goal that does not move is in the biases. If the step weights the
+/// nodes, positions and velocities are weighted, positions are offsets from the weighted mean, and the mean's
+/// two coordinates follow if the goal is relative to it.
+#[derive(Clone, Debug)]
+pub struct Fold<'a, R> {
+    settings: &'a ControllerSettings,
+    ground: &'a Ground,
+    nodes: usize,
+    sight: Sight,
+    /// Whether there are columns for positions and for velocities.
+    senses: [bool; 2],
+    mean: Mean<'a, R>,
+    /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
+    clocks: [Vec<R>; 2],
+}
+
+impl<'a, R: Real> Fold<'a, R> {
+    /// With columns for everything that `sight` sees of so many nodes.
+    ///
+    /// # Panics
+    /// If presence is given for another number of nodes.
+    pub fn new(
+        settings: &'a ControllerSettings,
+        ground: &'a Ground,
+        nodes: usize,
+        sight: Sight,
+        mean: Mean<'a, R>,
+    ) -> Self {
+        if let Mean::Folded(presence) = mean {
+            assert_eq!(presence.len(), nodes, "the presence of each node");
+        }
+        let (sines, cosines) = phases(settings)
+            .map(f64::sin_cos)
+            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
+            .unzip();
+        Self {
+            settings,
+            ground,
+            nodes,
+            sight,
+            senses: [sight == Sight::Robot; 2],
+            mean,
+            clocks: [cosines, sines],
+        }
+    }
+
+    /// Without columns that make no difference.
+    #[must_use]
+    pub(crate) fn without_constants(self) -> Self {
+        Self {
+            senses: self.sight.senses(self.settings),
+            ..self
+        }
+    }
+
+    /// The folded weights, row by row.
+    ///
+    /// # Panics
+    /// Unless every row has one weight for each number of the observation.
+    pub fn weights(&self, weights: &[R]) -> Vec<R> {
+        let inputs = self.inputs(weights);
+        let mut folded = Vec::new();
+        for row in weights.chunks_exact(inputs) {
+            self.row(row, &mut folded);
+        }
+        folded
+    }
+
+    /// The biases of the folded layer.
+    ///
+    /// # Panics
+    /// As [`weights`](Self::weights).
+    pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
+        let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
+        let goal = self.constant_goal().map(R::lit);
+        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(row), &goal))
+            .collect()
+    }
+
+    /// The length of an observation.
+    fn inputs(&self, weights: &[R]) -> usize {
+        let inputs = self.sight.length(self.settings, self.nodes);
+        assert!(
+            weights.len().is_multiple_of(inputs),
+            "the controller takes another number of inputs than the settings give"
+        );
+        inputs
+    }
+
+    /// The weights on the goal, scaled.
+    fn on_goal(&self, row: &[R]) -> [R; 2] {
+        let scale = R::lit(self.settings.goal_scale);
+        let goal = &row[self.settings.clocks..];
+        [goal[0] * scale, goal[1] * scale]
+    }
+
+    /// Folds one row: appends its weights on the raw state.
+    fn row(&self, row: &[R], weights: &mut Vec<R>) {
+        let goal = self.on_goal(row);
+        let (clocks, row) = row.split_at(self.settings.clocks);
+        let follows = self.sight.follows_goal(self.settings);
+        if self.sight == Sight::Robot {
+            let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
+            if self.senses[0] {
+                let columns = self.turned(offsets, self.settings.offset_scale);
+                for (column, goal) in columns.into_iter().zip(goal) {
+                    weights.extend(self.centred(column, follows.then_some(goal)));
+                }
+            }
+            if self.senses[1] {
+                for column in self.turned(velocities, self.settings.velocity_scale) {
+                    weights.extend(self.present(column));
+                }
+            }
+        }
+        weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
+        if follows && self.senses[0] && matches!(self.mean, Mean::InStep) {
+            weights.extend(goal.map(|goal| -goal));
+        }
+    }
+
+    /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
+    /// and across it: the transposed rotation, times a scale.
+    fn turned(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
+        let pairs = row.as_chunks().0.iter();
+        if self.ground.is_flat() {
+            let scale = R::lit(scale);
+            return [0, 1].map(|k| pairs.clone().map(|pair: &[R; 2]| pair[k] * scale).collect());
+        }
+        [self.ground.tangent(), self.ground.normal()].map(|axis| {
+            let axis = axis.map(|component| R::lit(component * scale));
+            pairs.clone().map(|pair| R::dot(pair, &axis)).collect()
+        })
+    }
+
+    /// Weights on the nodes, each by how much it is observed.
+    fn present(&self, mut column: Vec<R>) -> Vec<R> {
+        if let Mean::Folded(presence) = self.mean {
+            for (weight, &presence) in column.iter_mut().zip(presence) {
+                *weight *= presence;
+            }
+        }
+        column
+    }
+
+    /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
+    /// the positions themselves.
+    fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
+        let mut column = self.present(column);
+        let mut on_mean = R::sum_of(&column);
+        if let Some(goal) = goal {
+            on_mean += goal;
+        }
+        match self.mean {
+            Mean::InStep => {}
+            Mean::OfAll => {
+                let shift = on_mean * R::lit(1.0 / self.nodes as f64);
+                column.iter_mut().for_each(|weight| *weight -= shift);
+            }
+            Mean::Folded(presence) => {
+                let shift = on_mean / R::sum_of(presence);
+                for (weight, &presence) in column.iter_mut().zip(presence) {
+                    *weight -= shift * presence;
+                }
+            }
+        }
+        column
+    }
+
+    /// The part of the goal that does not move with the robot. The state is measured from a point
+    /// of the ground and the goal from the world's origin, which is what the shift is for.
+    fn constant_goal(&self) -> [f64; 2] {
+        let goal = self.settings.goal;
+        if !self.sight.follows_goal(self.settings) {
+            return goal;
+        }
+        let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
+        [goal[0] - along, goal[1] - across]
+    }
+}

@@ -1,0 +1,27 @@
+//! Policies: from the state of a robot and the time to one activation per edge.
+//!
+//! A [`Policy`] declares named blocks of one flat vector, a [`Controller`], and records how a step computes
+//! activations from them. [`Mlp`] is the paper's network, [`Clock`] the same network in open loop. A robot's
+//! presence of nodes is an input of the step.
+
+mod block;
+mod sensing;
+mod fold;
+mod step;
+#[allow(clippy::module_inception)]
+mod policy;
+mod mlp;
+mod clock;
+mod saved;
+mod choice;
+
+pub use block::{Block, Controller, Role, Shape};
+pub use choice::{add, blocks_of, of_settings};
+pub use clock::Clock;
+pub use fold::{Fold, Mean};
+pub use mlp::{Layer, Mlp, NETWORK, Network};
+pub use policy::{Policy, Sizes};
+pub use saved::Weights;
+pub use sensing::{Sight, clock, observation, observation_length};
+pub use step::PolicyStep;
+pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};

@@ -1,0 +1,417 @@
+//! A controller's numbers in files: with matrices as lists of rows in designs and cases, flat in snapshots.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::ops::Range;
+
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::block::{Block, Controller, Part, Shape};
+use super::mlp::{Layer, NETWORK, Network};
+use crate::error::{self, Error, fits, some};
+use crate::scene::ControllerSettings;
+
+/// The block of a network that has one number for each hidden unit.
+const HIDDEN: &str = NETWORK[1];
+
+/// The numbers of a controller block by block, matrices as lists of rows; gradients by them have the same
+/// form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights(Vec<(Cow<'static, str>, Numbers)>);
+
+/// The numbers of a block.
+#[derive(Clone, Debug, PartialEq)]
+enum Numbers {
+    Vector(Vec<f64>),
+    Rows(Vec<Vec<f64>>),
+}
+
+impl Weights {
+    /// The controller with these numbers in these blocks.
+    ///
+    /// # Errors
+    /// If a block is missing, unknown or has another shape; `file` is named in the message.
+    pub fn controller(&self, blocks: &[Block], file: &str) -> error::Result<Controller<f64>> {
+        let says = |says: String| Err(Error::Usage(format!("{file}: {says}")));
+        let is_known = |name: &str| blocks.iter().any(|block| block.name == name);
+        if let Some((name, _)) = self.0.iter().find(|(name, _)| !is_known(name)) {
+            let names: Vec<_> = blocks.iter().map(|b| format!("`{}`", b.name)).collect();
+            let expected = names.join(", ");
+            return says(format!(
+                "unknown block `controller.{name}`; expected {expected}"
+            ));
+        }
+        let mut numbers = Vec::new();
+        for Block { name, shape, .. } in blocks {
+            let fits = |what: &str, found, expected| fits(file, what, found, expected);
+            let found = self.0.iter().find(|(other, _)| other == name);
+            let entries = format!("entries in `controller.{name}`");
+            match (found.map(|(_, numbers)| numbers), *shape) {
+                (None, _) => return says(format!("`controller.{name}` is missing")),
+                (Some(Numbers::Vector(vector)), Shape::Vector(len)) => {
+                    fits(&entries, vector.len(), len)?;
+                    numbers.extend(vector);
+                }
+                (Some(Numbers::Rows(matrix)), Shape::Matrix { rows, columns }) => {
+                    fits(&format!("rows of `controller.{name}`"), matrix.len(), rows)?;
+                    for (i, row) in matrix.iter().enumerate() {
+                        let what = format!("entries in `controller.{name}[{i}]`");
+                        fits(&what, row.len(), columns)?;
+                        numbers.extend(row);
+                    }
+                }
+                (Some(_), Shape::Vector(_)) => {
+                    return says(format!("`controller.{name}` must be a list of numbers"));
+                }
+                (Some(_), Shape::Matrix { .. }) => {
+                    return says(format!("`controller.{name}` must be a list of rows"));
+                }
+            }
+        }
+        Ok(Controller::new(blocks, numbers))
+    }
+
+    /// The hidden units of a network; `None` if these are no network's numbers.
+    fn hidden(&self) -> Option<usize> {
+        let found = self.0.iter().find(|(name, _)| *name == HIDDEN);
+        found.map(|(_, numbers)| match numbers {
+            Numbers::Vector(vector) => vector.len(),
+            Numbers::Rows(rows) => rows.len(),
+        })
+    }
+
+    /// Sets the size of a network to that of these numbers.
+    ///
+    /// # Errors
+    /// If it has no hidden units.
+    pub(crate) fn set_hidden(
+        &self,
+        settings: &mut ControllerSettings,
+        file: &str,
+    ) -> error::Result<()> {
+        if let Some(hidden) = self.hidden() {
+            some(file, &format!("entries in `controller.{HIDDEN}`"), hidden)?;
+            settings.hidden = hidden;
+        }
+        Ok(())
+    }
+
+    /// Checks that a network has the size of the settings.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`].
+    pub(crate) fn check_hidden(
+        &self,
+        settings: &ControllerSettings,
+        file: &str,
+    ) -> error::Result<()> {
+        let what = format!("entries in `controller.{HIDDEN}`");
+        let hidden = self.hidden();
+        hidden.map_or(Ok(()), |hidden| fits(file, &what, hidden, settings.hidden))
+    }
+
+    /// Every block: its name, the lengths of its axes and its numbers.
+    pub fn blocks(&self) -> impl Iterator<Item = (&str, Vec<usize>, Vec<f64>)> {
+        self.0.iter().map(|(name, numbers)| match numbers {
+            Numbers::Vector(vector) => (&**name, vec![vector.len()], vector.clone()),
+            Numbers::Rows(rows) => {
+                let columns = rows.first().map_or(0, Vec::len);
+                (&**name, vec![rows.len(), columns], rows.concat())
+            }
+        })
+    }
+}
+
+impl From<&Controller<f64>> for Weights {
+    fn from(controller: &Controller<f64>) -> Self {
+        let block = |(name, shape, range): (&str, Shape, Range<usize>)| {
+            let numbers = &controller.numbers()[range];
+            let numbers = match shape {
+                Shape::Vector(_) => Numbers::Vector(numbers.to_vec()),
+                Shape::Matrix { columns, .. } => {
+                    let rows = numbers.chunks_exact(columns.max(1));
+                    Numbers::Rows(rows.map(<[f64]>::to_vec).collect())
+                }
+            };
+            (Cow::Owned(name.to_owned()), numbers)
+        };
+        Self(controller.blocks().map(block).collect())
+    }
+}
+
+impl From<&Network<f64>> for Weights {
+    fn from(network: &Network<f64>) -> Self {
+        let layers = [&network.first, &network.second].into_iter();
+        let numbers = layers.flat_map(|Layer { weights, biases }| {
+            let columns = weights.len() / biases.len().max(1);
+            let rows = weights.chunks_exact(columns.max(1));
+            let rows = rows.map(<[f64]>::to_vec).collect();
+            [Numbers::Rows(rows), Numbers::Vector(biases.clone())]
+        });
+        let names = NETWORK.into_iter().map(Cow::Borrowed);
+        Self(names.zip(numbers).collect())
+    }
+}
+
+impl Serialize for Weights {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, numbers) in &self.0 {
+            match numbers {
+                Numbers::Vector(vector) => map.serialize_entry(name, vector)?,
+                Numbers::Rows(rows) => map.serialize_entry(name, rows)?,
+            }
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Weights {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Blocks)
+    }
+}
+
+/// Reads the blocks of a controller.
+struct Blocks;
+
+impl<'de> Visitor<'de> for Blocks {
+    type Value = Weights;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("the blocks of a controller")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Weights, A::Error> {
+        let mut blocks: Vec<(Cow<'static, str>, Numbers)> = Vec::new();
+        while let Some(name) = map.next_key::<String>()? {
+            if blocks.iter().any(|(other, _)| *other == *name) {
+                return Err(A::Error::custom(format!("duplicate field `{name}`")));
+            }
+            blocks.push((Cow::Owned(name), map.next_value()?));
+        }
+        Ok(Weights(blocks))
+    }
+}
+
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Entries)
+    }
+}
+
+/// Reads numbers or rows of them.
+struct Entries;
+
+impl<'de> Visitor<'de> for Entries {
+    type Value = Numbers;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a sequence")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Numbers, A::Error> {
+        let (mut vector, mut rows) = (Vec::new(), Vec::new());
+        match entries.next_element()? {
+            None => return Ok(Numbers::Vector(vector)),
+            Some(Entry::Number(number)) => {
+                vector.push(number);
+                while let Some(number) = entries.next_element()? {
+                    vector.push(number);
+                }
+                Ok(Numbers::Vector(vector))
+            }
+            Some(Entry::Row(row)) => {
+                rows.push(row);
+                while let Some(row) = entries.next_element()? {
+                    rows.push(row);
+                }
+                Ok(Numbers::Rows(rows))
+            }
+        }
+    }
+}
+
+/// The first entry of a block, which decides about the others.
+enum Entry {
+    Number(f64),
+    Row(Vec<f64>),
+}
+
+impl<'de> Deserialize<'de> for Entry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(FirstEntry)
+    }
+}
+
+struct FirstEntry;
+
+impl<'de> Visitor<'de> for FirstEntry {
+    type Value = Entry;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number or a row of numbers")
+    }
+    fn visit_f64<E>(self, number: f64) -> Result<Entry, E> {
+        Ok(Entry::Number(number))
+    }
+    fn visit_i64<E>(self, number: i64) -> Result<Entry, E> {
+        Ok(Entry::Number(number as f64))
+    }
+    fn visit_u64<E>(self, number: u64) -> Result<Entry, E> {
+        Ok(Entry::Number(number as f64))
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Entry, A::Error> {
+        let mut row = Vec::new();
+        while let Some(number) = numbers.next_element()? {
+            row.push(number);
+        }
+        Ok(Entry::Row(row))
+    }
+}
+
+/// The key under which a snapshot has the columns of a matrix. Those of the network are older than the
+/// names of blocks.
+fn columns_key(name: &str) -> Cow<'static, str> {
+    match name {
+        "w1" => Cow::Borrowed("inputs"),
+        "w2" => Cow::Borrowed("hidden"),
+        _ => Cow::Owned(format!("{name}_columns")),
+    }
+}
+
+/// Flat lists, and before them the columns of matrices.
+impl Serialize for Controller<f64> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        let mut columns: Vec<_> = self
+            .blocks()
+            .filter_map(|(name, shape, _)| match shape {
+                Shape::Matrix { columns, .. } => Some((columns_key(name), columns)),
+                Shape::Vector(_) => None,
+            })
+            .collect();
+        columns.sort();
+        for (key, columns) in columns {
+            map.serialize_entry(&*key, &columns)?;
+        }
+        for (name, _, range) in self.blocks() {
+            map.serialize_entry(name, &self.numbers()[range])?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Controller<f64> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(FlatBlocks)
+    }
+}
+
+struct FlatBlocks;
+
+impl<'de> Visitor<'de> for FlatBlocks {
+    type Value = Controller<f64>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("the blocks of a controller")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Controller<f64>, A::Error> {
+        let (mut columns, mut blocks) = (Vec::new(), Vec::new());
+        while let Some(key) = map.next_key::<String>()? {
+            match map.next_value()? {
+                FlatEntry::Columns(count) => columns.push((key, count)),
+                FlatEntry::Numbers(numbers) => blocks.push((key, numbers)),
+            }
+        }
+        let mut numbers = Vec::new();
+        let mut parts = Vec::new();
+        for (name, block) in blocks {
+            let key = columns_key(&name);
+            let columns = columns.iter().find(|(other, _)| *other == *key);
+            let len = block.len();
+            let shape = match columns {
+                None => Shape::Vector(len),
+                Some(&(_, columns)) if columns > 0 && len.is_multiple_of(columns) => {
+                    let rows = len / columns;
+                    Shape::Matrix { rows, columns }
+                }
+                Some((_, columns)) => {
+                    let says = format!("`{name}` has {len} entries, not whole rows of {columns}");
+                    return Err(A::Error::custom(says));
+                }
+            };
+            parts.push(Part {
+                name: Cow::Owned(name),
+                shape,
+            });
+            numbers.extend(block);
+        }
+        Ok(Controller::of_parts(parts.into(), numbers))
+    }
+}
+
+/// A value of a flat controller.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number of columns or a list of numbers"
+)]
+enum FlatEntry {
+    Columns(usize),
+    Numbers(Vec<f64>),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Block, Controller, Weights};
+
+    fn blocks() -> [Block; 4] {
+        [
+            Block::weights("w1", 2, 3, 1.0),
+            Block::biases("b1", 2),
+            Block::weights("w2", 1, 2, 1.0),
+            Block::biases("b2", 1),
+        ]
+    }
+
+    fn controller() -> Controller<f64> {
+        Controller::new(&blocks(), (0..11).map(|k| 0.5 * f64::from(k)).collect())
+    }
+
+    /// The text that snapshots have had from the first version on.
+    #[test]
+    fn a_snapshot_has_flat_blocks_and_two_sizes() {
+        let text = serde_json::to_string(&controller()).unwrap();
+        let expected = "{\"hidden\":2,\"inputs\":3,\"w1\":[0.0,0.5,1.0,1.5,2.0,2.5],\"b1\":[3.0,3.5],\
+                        \"w2\":[4.0,4.5],\"b2\":[5.0]}";
+        assert_eq!(text, expected);
+        let read: Controller<f64> = serde_json::from_str(&text).unwrap();
+        assert_eq!(read, controller());
+    }
+
+    #[test]
+    fn a_design_has_rows() {
+        let text = serde_json::to_string(&Weights::from(&controller())).unwrap();
+        let expected = "{\"w1\":[[0.0,0.5,1.0],[1.5,2.0,2.5]],\"b1\":[3.0,3.5],\"w2\":[[4.0,4.5]],\
+                        \"b2\":[5.0]}";
+        assert_eq!(text, expected);
+        let read: Weights = serde_json::from_str(&text).unwrap();
+        assert_eq!(read.controller(&blocks(), "a file").unwrap(), controller());
+    }
+
+    #[test]
+    fn a_block_that_is_not_the_policy_s_is_named() {
+        let weights = Weights::from(&controller());
+        let says = |blocks: &[Block]| weights.controller(blocks, "f").unwrap_err().to_string();
+        assert!(says(&blocks()[..3]).contains("unknown block `controller.b2`"));
+        let more = [&blocks()[..], &[Block::biases("b3", 1)]].concat();
+        assert!(says(&more).contains("`controller.b3` is missing"));
+        let mut other = blocks();
+        other[1] = Block::biases("b1", 3);
+        assert!(says(&other).contains("entries in `controller.b1`"));
+    }
+}

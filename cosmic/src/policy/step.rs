@@ -1,0 +1,302 @@
+//! What a policy records into the step of a rollout, and the numbers that the step is given for it.
+
+use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
+
+use super::block::{Block, Controller, Shape};
+use super::fold::Fold;
+use super::sensing::Sight;
+use crate::scene::ControllerSettings;
+
+/// The robot as a policy sees it in a step: arrays of a program, in the ground's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    /// Coordinates of the nodes along the ground and above it.
+    pub(crate) x: [Array; 2],
+    /// Their velocities.
+    pub(crate) v: [Array; 2],
+    /// `sin(omega t)`, `cos(omega t)`.
+    pub(crate) clock: Array,
+    /// How much each node belongs to the robot; `None` if all nodes do.
+    pub(crate) presence: Option<Array>,
+}
+
+/// Where the activations of a step go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outputs<'a> {
+    pub(crate) graph: &'a Graph,
+    /// Slots of the graph that hold an edge with an actuator, ascending.
+    pub(crate) actuated: &'a [usize],
+}
+
+impl Outputs<'_> {
+    /// The edges with an actuator, in the order of the slots, so that they spread out by whole lanes.
+    pub(crate) fn edges(&self) -> Vec<usize> {
+        let edges = self.graph.edge_of_slot();
+        let slots = self.actuated.iter();
+        slots.filter_map(|&slot| edges[slot]).collect()
+    }
+}
+
+/// Numbers of a controller that a step is given, as one parameter of its program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Given {
+    /// The folded weights of a layer on the observation.
+    Weights(&'static str),
+    /// The biases of that layer, with the constant part of the observation.
+    Biases(&'static str, &'static str),
+    /// A block.
+    Whole(&'static str),
+    /// The rows, or the numbers, of the edges with an actuator.
+    OfActuators(&'static str),
+    /// One number per edge, in slots.
+    OfEdges(&'static str),
+}
+
+impl Given {
+    /// The numbers of a controller.
+    pub(crate) fn numbers<R: Real>(
+        self,
+        controller: &Controller<R>,
+        fold: &Fold<R>,
+        outputs: &Outputs,
+    ) -> Vec<R> {
+        match self {
+            Self::Weights(name) => fold.weights(controller.block(name)),
+            Self::Biases(weights, biases) => {
+                fold.biases(controller.block(weights), controller.block(biases))
+            }
+            Self::Whole(name) => controller.block(name).to_vec(),
+            Self::OfEdges(name) => outputs.graph.to_slots(controller.block(name)),
+            Self::OfActuators(name) => {
+                let block = controller.block(name);
+                let length = block.len() / outputs.graph.slot_of_edge().len();
+                let row = |&edge: &usize| &block[edge * length..][..length];
+                let rows: Vec<&[R]> = outputs.edges().iter().map(row).collect();
+                rows.concat()
+            }
+        }
+    }
+}
+
+/// A program of any number type.
+pub(crate) trait Recording {
+    fn parameter(&mut self, len: usize) -> Array;
+    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
+    fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
+    fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
+    /// Weighted offsets of `x` if `senses` says so, weighted velocities likewise, and the clock; and the mean.
+    fn weighted(&mut self, presence: Array, senses: [bool; 2], seen: &Seen) -> [Array; 2];
+    fn any(&mut self) -> AnyProgram<'_>;
+}
+
+impl<R: Real> Recording for Program<R> {
+    fn parameter(&mut self, len: usize) -> Array {
+        self.parameter(len)
+    }
+    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
+        self.matrix(rows, columns)
+    }
+    fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
+        self.dense_tanh(matrix, x, bias)
+    }
+    fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array {
+        self.dense_tanh_spread(m, x, b, places)
+    }
+    fn weighted(&mut self, presence: Array, senses: [bool; 2], seen: &Seen) -> [Array; 2] {
+        let (x, v, clock) = (seen.x, seen.v, &[seen.clock]);
+        match senses {
+            [true, true] => self.weighted(presence, x, v, clock),
+            [true, false] => self.weighted(presence, x, [], clock),
+            [false, _] => self.weighted(presence, [], v, clock),
+        }
+    }
+    fn any(&mut self) -> AnyProgram<'_> {
+        self.any()
+    }
+}
+
+/// A program that only declares arrays, to see what a policy is given.
+pub(crate) struct Declared(pub(crate) Program<f64>);
+
+impl Recording for Declared {
+    fn parameter(&mut self, len: usize) -> Array {
+        self.0.parameter(len)
+    }
+    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
+        self.0.matrix(rows, columns)
+    }
+    fn dense_tanh(&mut self, _: Matrix, _: &[Array], bias: Array) -> Array {
+        self.0.state(bias.len())
+    }
+    fn dense_tanh_spread(&mut self, _: Matrix, _: &[Array], _: Array, places: &[bool]) -> Array {
+        self.0.state(places.len())
+    }
+    fn weighted(&mut self, _: Array, _: [bool; 2], seen: &Seen) -> [Array; 2] {
+        [seen.clock; 2]
+    }
+    fn any(&mut self) -> AnyProgram<'_> {
+        self.0.any()
+    }
+}
+
+/// A step that a policy records its part into.
+pub struct PolicyStep<'a> {
+    program: &'a mut dyn Recording,
+    blocks: &'a [Block],
+    /// Whether the observation depends on positions, on velocities and on the mean position.
+    senses: [bool; 2],
+    follows_goal: bool,
+    seen: Seen,
+    outputs: Outputs<'a>,
+    /// The observation, once it was asked for.
+    observation: Option<Vec<Array>>,
+    /// The numbers for the parameters declared so far.
+    given: Vec<Given>,
+}
+
+impl<'a> PolicyStep<'a> {
+    pub(crate) fn new(
+        program: &'a mut dyn Recording,
+        blocks: &'a [Block],
+        (sight, settings): (Sight, &ControllerSettings),
+        seen: Seen,
+        outputs: Outputs<'a>,
+    ) -> Self {
+        Self {
+            program,
+            blocks,
+            senses: sight.senses(settings),
+            follows_goal: sight.follows_goal(settings),
+            seen,
+            outputs,
+            observation: None,
+            given: Vec::new(),
+        }
+    }
+
+    /// The numbers that the step is given, in the order in which it declares parameters.
+    pub(crate) fn into_given(self) -> Vec<Given> {
+        self.given
+    }
+
+    /// `sin(omega t)` and `cos(omega t)`, an array of two numbers.
+    pub fn clock(&self) -> Array {
+        self.seen.clock
+    }
+
+    /// `tanh(W o + b)` of the observation `o`, by the names of the blocks `W` and `b`.
+    ///
+    /// # Panics
+    /// If a block is unknown.
+    pub fn observed_layer(&mut self, weights: &'static str, biases: &'static str) -> Array {
+        let observation = self.observation();
+        let (rows, _) = self.matrix_of(weights);
+        let columns = observation.iter().map(|array| array.len()).sum();
+        let matrix = self.program.matrix(rows, columns);
+        self.given.push(Given::Weights(weights));
+        let bias = self.program.parameter(rows);
+        self.given.push(Given::Biases(weights, biases));
+        self.program.dense_tanh(matrix, &observation, bias)
+    }
+
+    /// `tanh(W x + b)`, by the names of the blocks `W` and `b`.
+    ///
+    /// # Panics
+    /// If a block is unknown, or `x` has another length than a row of `W`.
+    pub fn layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
+        let (rows, columns) = self.matrix_of(weights);
+        let matrix = self.program.matrix(rows, columns);
+        self.given.push(Given::Whole(weights));
+        let bias = self.block(biases);
+        self.program.dense_tanh(matrix, &[x], bias)
+    }
+
+    /// The activations `tanh(W x + b)` of the edges, by the names of blocks with one row and one number per
+    /// edge.
+    ///
+    /// # Panics
+    /// As [`layer`](Self::layer).
+    pub fn output_layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
+        let (_, columns) = self.matrix_of(weights);
+        let rows = self.outputs.actuated.len();
+        let matrix = self.program.matrix(rows, columns);
+        self.given.push(Given::OfActuators(weights));
+        let bias = self.program.parameter(rows);
+        self.given.push(Given::OfActuators(biases));
+        let mut places = vec![false; self.outputs.graph.slots()];
+        for &slot in self.outputs.actuated {
+            places[slot] = true;
+        }
+        (self.program).dense_tanh_spread(matrix, &[x], bias, &places)
+    }
+
+    /// A block of numbers.
+    ///
+    /// # Panics
+    /// If it is unknown.
+    pub fn block(&mut self, name: &'static str) -> Array {
+        let len = self.shape_of(name).len();
+        self.given.push(Given::Whole(name));
+        self.program.parameter(len)
+    }
+
+    /// A block of one number per edge, in the order of the activations.
+    pub fn per_edge(&mut self, name: &'static str) -> Array {
+        self.given.push(Given::OfEdges(name));
+        self.program.parameter(self.outputs.graph.slots())
+    }
+
+    /// A number of an array, repeated for every activation.
+    pub fn for_every_edge(&mut self, x: Array, index: usize) -> Array {
+        let slots = self.outputs.graph.slots();
+        self.program().gather(x, &vec![Some(index); slots])
+    }
+
+    /// The program, to map [kernels](autodiff::Kernel) over arrays.
+    pub fn program(&mut self) -> AnyProgram<'_> {
+        self.program.any()
+    }
+
+    /// The arrays that [`Fold`] has columns for.
+    fn observation(&mut self) -> Vec<Array> {
+        if let Some(observation) = &self.observation {
+            return observation.clone();
+        }
+        let Seen {
+            x,
+            v,
+            clock,
+            presence,
+        } = self.seen;
+        let [positions, velocities] = self.senses;
+        let arrays = match presence {
+            Some(presence) if positions || velocities => {
+                let [all, mean] = self.program.weighted(presence, self.senses, &self.seen);
+                match self.follows_goal && positions {
+                    true => vec![all, mean],
+                    false => vec![all],
+                }
+            }
+            _ => {
+                let x = x.into_iter().filter(|_| positions);
+                let v = v.into_iter().filter(|_| velocities);
+                x.chain(v).chain([clock]).collect()
+            }
+        };
+        self.observation = Some(arrays.clone());
+        arrays
+    }
+
+    fn shape_of(&self, name: &str) -> Shape {
+        let block = self.blocks.iter().find(|block| block.name == name);
+        let block = block.unwrap_or_else(|| panic!("the policy declares no block {name:?}"));
+        block.shape
+    }
+
+    fn matrix_of(&self, name: &str) -> (usize, usize) {
+        match self.shape_of(name) {
+            Shape::Matrix { rows, columns } => (rows, columns),
+            Shape::Vector(_) => panic!("block {name:?} is not a matrix"),
+        }
+    }
+}

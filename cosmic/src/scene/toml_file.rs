@@ -1,0 +1,217 @@
+//! A TOML file that is not a scene, such as a study's: some of its tables are settings of scenes.
+
+use super::Scene;
+use super::diagnostic::{Fault, SceneText, malformed};
+use super::read::{Reader, parsed, suggest};
+use crate::error::{Error, Result};
+use crate::reading::in_words;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A TOML file with its name. Errors show the line, the value and what is allowed.
+pub struct TomlFile<'t> {
+    source: SceneText<'t>,
+    text: &'t str,
+    document: Spanned<DeTable<'t>>,
+}
+
+impl<'t> TomlFile<'t> {
+    /// Parses the text of a file.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for a text that is not TOML.
+    pub fn parse(file: &'t str, text: &'t str) -> Result<Self> {
+        let source = SceneText::file(file, text);
+        match parsed(0, text) {
+            Ok(document) => Ok(Self {
+                source,
+                text,
+                document,
+            }),
+            Err(fault) => Err(malformed(&[source], vec![fault])),
+        }
+    }
+
+    /// The whole file as a value.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for a missing key, a wrong value, and a key that `T` does not know if it denies
+    /// unknown fields.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(self.text).map_err(|error| {
+            let message = error.message().replace("field `", "key `");
+            let (message, allowed) = match message.split_once(", expected ") {
+                Some((found, expected)) => (found, format!("expected {}", in_words(expected))),
+                None => (&message[..], String::new()),
+            };
+            self.fault(error.span().unwrap_or(0..0), message, &allowed)
+        })
+    }
+
+    /// The scene after the settings in the table at a path such as `trials[3].settings`. Without this table
+    /// the scene is unchanged.
+    ///
+    /// # Errors
+    /// As [`Scene::with`].
+    pub fn change(&self, scene: &Scene, path: &str) -> Result<Scene> {
+        let Some(value) = self.value(path) else {
+            return Ok(scene.clone());
+        };
+        match value.get_ref().as_table() {
+            Some(table) => Reader::changed(scene.clone(), &self.source, table),
+            None => Err(self.wrong(path, "must be a section of settings, not", "")),
+        }
+    }
+
+    /// Checks that every name in the list at a path is one of those that are known.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for the first name that is not.
+    pub fn check_names(&self, path: &str, names: &[String], known: &[String]) -> Result<()> {
+        let unknown = names.iter().position(|name| !known.contains(name));
+        unknown.map_or(Ok(()), |k| {
+            let allowed = suggest(&names[k], known.iter().map(|name| &name[..]));
+            Err(self.wrong(&format!("{path}[{k}]"), "is unknown:", &allowed))
+        })
+    }
+
+    /// The error for the value at a path: the path, what is wrong, the value as it is written, and what is allowed.
+    pub fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
+        let span = self.value(path).map_or(0..0, Spanned::span);
+        let written = self.text.get(span.clone()).unwrap_or_default();
+        self.fault(span, &format!("`{path}` {says} {written}"), allowed)
+    }
+
+    fn fault(&self, span: Range<usize>, message: &str, allowed: &str) -> Error {
+        let fault = Fault {
+            source: 0,
+            span,
+            message: message.to_owned(),
+            allowed: allowed.to_owned(),
+        };
+        malformed(std::slice::from_ref(&self.source), vec![fault])
+    }
+
+    /// The value at a path such as `trials[3].settings`.
+    fn value(&self, path: &str) -> Option<&Spanned<DeValue<'t>>> {
+        let mut steps = path.split(['.', '[']);
+        let first = self.document.get_ref().get(steps.next()?);
+        steps.try_fold(first?, |value, step| match step.strip_suffix(']') {
+            None => value.get_ref().as_table()?.get(step),
+            Some(index) => value
+                .get_ref()
+                .as_array()?
+                .get(index.parse::<usize>().ok()?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TomlFile;
+    use crate::scene::Scene;
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Keys {
+        #[allow(dead_code)]
+        seeds: usize,
+        #[allow(dead_code)]
+        trials: Vec<serde::de::IgnoredAny>,
+    }
+
+    const TEXT: &str = "seeds = 2\n[[trials]]\nsettings.physics.gravity = 3.0\n[[trials]]\n";
+
+    #[test]
+    fn settings_within_a_file_change_a_scene() {
+        let file = TomlFile::parse("a.toml", TEXT).unwrap();
+        assert_eq!(file.read::<Keys>().unwrap().seeds, 2);
+        let changed = |path: &str| file.change(&Scene::paper(), path).unwrap();
+        assert_eq!(changed("trials[0].settings").physics.gravity, 3.0);
+        assert_eq!(changed("trials[1].settings"), Scene::paper());
+    }
+
+    #[test]
+    fn errors_name_the_line_the_value_and_what_is_allowed() {
+        let refusal = |from: &str, to: &str| {
+            let text = TEXT.replace(from, to);
+            let file = match TomlFile::parse("a.toml", &text) {
+                Ok(file) => file,
+                Err(error) => return error.to_string(),
+            };
+            let read = file.read::<Keys>().map(drop);
+            let changed = read.and_then(|()| file.change(&Scene::paper(), "trials[0].settings"));
+            changed.unwrap_err().to_string()
+        };
+        for (from, to, says) in [
+            (
+                "seeds",
+                "seds",
+                [
+                    "unknown key `seds`",
+                    "a.toml:1:1",
+                    "expected `seeds` or `trials`",
+                ],
+            ),
+            (
+                "= 2",
+                "= 'x'",
+                [
+                    "invalid type: string \"x\"",
+                    "a.toml:1:9",
+                    "expected a whole number",
+                ],
+            ),
+            (
+                "gravity",
+                "gravty",
+                [
+                    "unknown key `gravty`",
+                    "a.toml:3:18",
+                    "did you mean `gravity`?",
+                ],
+            ),
+            (
+                "3.0",
+                "1e9",
+                [
+                    "`physics.gravity` is out of range: 1e9",
+                    "a.toml:3:28",
+                    "allowed: ",
+                ],
+            ),
+            ("seeds = 2", "", ["missing key `seeds`", "a.toml:", ""]),
+            (
+                "= 3.0",
+                "= 3,0",
+                [
+                    "`3,0` is not a number",
+                    "a.toml:3:28",
+                    "a decimal point: 3.0",
+                ],
+            ),
+        ] {
+            let refusal = refusal(from, to);
+            for part in says {
+                assert!(refusal.contains(part), "{part}: {refusal}");
+            }
+        }
+        let file = TomlFile::parse("a.toml", TEXT).unwrap();
+        let names = ["stabilty".to_owned()];
+        let known = ["stability", "uniform"].map(str::to_owned);
+        let error = file.check_names("seeds", &names, &known).unwrap_err();
+        assert!(
+            error.to_string().contains("did you mean `stability`?"),
+            "{error}"
+        );
+        let error = file
+            .wrong("seeds", "is too small:", "3 or more")
+            .to_string();
+        assert!(
+            error.contains("`seeds` is too small: 2") && error.contains("a.toml:1:9"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,353 @@
+//! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
+
+use cosmic::case::Case;
+use cosmic::design::{Design, Material, Mixture};
+use cosmic::error::Error;
+use cosmic::lattice::State;
+use cosmic::laws::ContactLaw;
+use cosmic::policy::{Block, Controller, blocks_of};
+use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
+use cosmic::simulator::{Guarded, Span};
+
+/// A robot of 2x2 nodes far from any trouble.
+fn case(change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::paper();
+    (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+    scene.controller.hidden = 2;
+    scene.physics.steps = 300;
+    scene.physics.speed_bound = None;
+    change(&mut scene);
+    Case::of_scene(&scene, 0).expect("any lattice starts so")
+}
+
+/// A robot, and what the guard must find.
+struct Watched {
+    scene: fn(&mut Scene),
+    case: fn(&mut Case),
+    finds: Option<Finding>,
+}
+
+/// The first absurd or too fast state.
+struct Finding {
+    /// The step that leads to it.
+    step: usize,
+    node: usize,
+    /// The end of the message.
+    says: &'static str,
+}
+
+const fn sane(scene: fn(&mut Scene), case: fn(&mut Case)) -> Watched {
+    let finds = None;
+    Watched { scene, case, finds }
+}
+
+impl Watched {
+    const fn finds(mut self, step: usize, node: usize, says: &'static str) -> Self {
+        self.finds = Some(Finding { step, node, says });
+        self
+    }
+}
+
+/// Nodes without springs, which do not hold each other.
+fn loose(scene: &mut Scene) {
+    scene.materials.stiffness = [0.0; 3];
+}
+
+/// Springs, of 1e-3 N/m, that do less than gravity if they are stretched by 0.05 m.
+fn soft(scene: &mut Scene) {
+    scene.materials.stiffness = [1e-3; 3];
+}
+
+/// Moves the whole world up. The trap of the guard is set around the ground, sanity around the origin.
+fn raise(case: &mut Case, height: f64) {
+    case.physics.ground_height = height;
+    case.start.x.iter_mut().for_each(|x| x[1] += height);
+}
+
+static WATCHED: [Watched; 18] = [
+    sane(|_| (), |_| ()),
+    sane(|s| s.physics.substeps = 3, |_| ()),
+    sane(
+        |s| s.physics.integrator = Integrator::Leapfrog,
+        |case| case.physics.substeps = 2,
+    ),
+    sane(
+        |s| (s.physics.incline_deg, s.physics.contact) = (15.0, ContactLaw::coulomb()),
+        |case| case.physics.substeps = 3,
+    ),
+    sane(
+        |s| (s.physics.incline_deg, s.physics.contact) = (15.0, ContactLaw::coulomb()),
+        |case| case.physics.integrator = Integrator::Leapfrog,
+    ),
+    // Farther than the trap, and not yet absurd: found to be sane by the second look.
+    sane(loose, |case| case.start.v[2] = [7e5, 0.0]),
+    sane(loose, |case| raise(case, 7e5)),
+    sane(loose, |case| raise(case, 2e6)).finds(0, 0, "mostly by gravity"),
+    // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as quiet as the
+    // others ever after: no later state shows it.
+    sane(
+        |s| {
+            loose(s);
+            s.lattice.drop = 1e4;
+        },
+        |case| case.start.v[3] = [0.0, -2e6],
+    )
+    .finds(0, 3, "mostly by the node's own velocity"),
+    // From 0.1 m on by 10 km a step. It takes the second block of the search to see it too far off.
+    sane(
+        |s| {
+            loose(s);
+            (s.physics.damping, s.physics.gravity) = (0.0, 0.0);
+            (s.physics.dt, s.physics.incline_deg) = (1.0, 15.0);
+        },
+        |case| case.start.v[2] = [1e4, 1e4],
+    )
+    .finds(99, 2, "mostly by the node's own velocity"),
+    sane(|_| (), |case| case.controller.block_mut("b2")[4] = f64::NAN).finds(
+        0,
+        1,
+        "mostly by the controller's output for edge 4",
+    ),
+    sane(|s| s.physics.gravity = -1e12, |_| ()).finds(0, 0, "mostly by gravity"),
+    sane(
+        |s| s.materials.stiffness = [1e12; 3],
+        |case| case.start.x[1] = case.start.x[0],
+    )
+    .finds(0, 1, "mostly by the spring of edge 3 [1, 3]"),
+    // Of the forces that a scene asks for beside Hooke's, the one that acts.
+    sane(
+        |s| {
+            soft(s);
+            s.physics.stiffening = 1e18;
+        },
+        |case| case.start.x[1][0] += 0.05,
+    )
+    .finds(0, 1, "mostly by the spring of edge 4 [1, 2]"),
+    sane(
+        |s| {
+            soft(s);
+            (s.lattice.columns, s.physics.bending_radius) = (3, 1e6);
+        },
+        |case| case.start.x[1][1] += 0.05,
+    )
+    .finds(
+        0,
+        0,
+        "mostly by the bending of the bar over nodes [0, 1, 2]",
+    ),
+    // A node starts upwards at 30 m/s.
+    sane(|_| (), |case| case.start.v[3] = [0.0, 30.0]),
+    sane(
+        |s| s.physics.speed_bound = Some(35.0),
+        |case| case.start.v[3] = [0.0, 30.0],
+    ),
+    sane(
+        |s| s.physics.speed_bound = Some(10.0),
+        |case| case.start.v[3] = [0.0, 30.0],
+    )
+    .finds(0, 3, "m/s; `physics.speed_bound` allows 10 m/s"),
+];
+
+fn guarded(case: &Case, span: &Span) -> Guarded {
+    let design = case.own_design();
+    let (task, controller, start) = (case.task(), &case.controller, &case.start);
+    let guarded = task.guarded(&design, controller, start, span);
+    // The guard does not change the states of a rollout, NaN for NaN.
+    let plain = task.rollout(&design, controller, start, span);
+    assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
+    guarded
+}
+
+/// What is absurd is found, named and replayed from a file; what is not is delivered as it is.
+#[test]
+fn every_absurd_state_is_found_and_replayed() {
+    let (mut wrong, mut replayed) = (Vec::new(), 0);
+    for (k, watched) in WATCHED.iter().enumerate() {
+        let mut case = case(watched.scene);
+        (watched.case)(&mut case);
+        let span = Span::from_start(vec![0, 7, case.physics.steps]);
+        let found = guarded(&case, &span).divergence;
+        let Some(expected) = &watched.finds else {
+            assert_eq!(found, None, "{k}");
+            continue;
+        };
+        let found = found.unwrap_or_else(|| panic!("nothing is found in {k}"));
+        let said = Error::from(&found).to_string();
+        if (found.step, found.node) != (expected.step, expected.node)
+            || !said.ends_with(expected.says)
+        {
+            wrong.push(format!("{k}: {said}"));
+        }
+        // The states up to the one found are those of the rollout, eight before it if there are as many.
+        let steps: Vec<usize> = (found.step.saturating_sub(7)..=found.step + 1).collect();
+        assert_eq!(found.last.steps, steps);
+        let last = guarded(&case, &Span::from_start(steps)).trajectory;
+        assert_eq!(
+            format!("{:?}", last.states),
+            format!("{:?}", found.last.states)
+        );
+        let (after, before) = last.states.split_last().expect("it has states");
+        // The start is not checked.
+        let mut before = before.iter().skip(usize::from(last.steps[0] == 0));
+        assert!(!before.any(State::is_absurd), "{k}");
+        let too_fast = case.physics.speed_bound.is_some();
+        assert_eq!(after.is_absurd(), !too_fast, "{k}");
+        // A file shows it again, and says what it is.
+        let text = case.diverged_json(&found);
+        assert!(text.contains(&found.term.to_string()), "{text}");
+        // NaN and settings beyond their range cannot be read again.
+        if Case::parse("case.json", &case.to_json()).is_err() {
+            continue;
+        }
+        replayed += 1;
+        let again = Case::parse("diverged.json", &text).expect("it is a case");
+        let results = again.evaluate(false, &[]).expect("it lists its steps");
+        assert_eq!(
+            format!("{:?}", results.divergence),
+            format!("{:?}", Some(found))
+        );
+    }
+    assert!(wrong.is_empty() && replayed > 3, "{replayed}: {wrong:#?}");
+    // A case without the key has no bound.
+    assert!(!case(|_| ()).to_json().contains("speed_bound"));
+}
+
+/// A rollout that begins late has the clock of its own steps, and so has the search.
+#[test]
+fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
+    let case = case(|scene| {
+        (scene.physics.dt, scene.physics.damping) = (0.02, 0.0);
+        (scene.controller.clocks, scene.controller.velocity_scale) = (1, 0.0);
+        scene.physics.unstable_step = UnstableStep::Warn;
+    });
+    let mut found = 0;
+    for first in [0, 25, 50, 100] {
+        let span = Span {
+            first,
+            ..Span::from_start((1..=150).collect())
+        };
+        let Guarded {
+            trajectory,
+            divergence,
+        } = guarded(&case, &span);
+        let absurd = trajectory.states.iter().position(State::is_absurd);
+        let step = divergence.as_ref().map(|found| found.step - first);
+        assert_eq!(step, absurd);
+        if let Some(divergence) = divergence {
+            let after = divergence.last.states.last();
+            let same = Some(&trajectory.states[divergence.step - first]);
+            assert_eq!(format!("{after:?}"), format!("{same:?}"));
+            found += 1;
+        }
+    }
+    assert!(found > 0, "no part diverges");
+}
+
+/// Parts that are long enough to be misread, and parts that are not.
+#[test]
+fn parts_of_another_lattice_are_refused() {
+    let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
+    let mut shifted = small.start.clone();
+    let last = shifted.x.pop().expect("four nodes");
+    shifted.v.insert(0, last);
+    let numbers = [small.controller.numbers(), &[0.0; 2]].concat();
+    let edges = small.lattice.edges.len();
+    let blocks = blocks_of(&small.observation, 4, edges).into_iter().take(3);
+    let shapes: Vec<Block> = blocks.chain([Block::biases("b2", edges + 2)]).collect();
+    let longer = Controller::new(&shapes, numbers);
+    let sees = "numbers of the controller in `w1` of a robot of 4 nodes";
+    for (controller, start, says) in [
+        (&large.controller, &small.start, sees),
+        (
+            &small.controller,
+            &large.start,
+            "initial positions of a robot",
+        ),
+        (&small.controller, &shifted, "initial positions"),
+        (&longer, &small.start, "in `b2` of a robot"),
+    ] {
+        let (task, design) = (small.task(), small.own_design());
+        let run = || task.rollout(&design, controller, start, &Span::from_start(vec![1]));
+        let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
+        let said = refused.expect_err("it is of another lattice");
+        let said = said.downcast::<String>().expect("a sentence");
+        assert!(said.contains(says), "{said}");
+    }
+}
+
+/// Robots that run together in lanes and in pairs have the bits of each alone. If one start goes wrong, it
+/// alone is watched out.
+fn hold_together(
+    case: &Case,
+    designs: &[Design<Mixture<f64>>],
+    starts: &[&State<f64>],
+    wrong: usize,
+) {
+    let task = case.task();
+    let span = Span::from_start(vec![0, 7, case.physics.steps]);
+    for watched in [true, false] {
+        let span = Span {
+            watched,
+            ..span.clone()
+        };
+        let together = task.rollout_many(designs, &case.controller, starts, &span);
+        for (k, (start, seen)) in starts.iter().zip(&together).enumerate() {
+            let design = &designs[k % designs.len()];
+            let alone = task.rollout(design, &case.controller, start, &span);
+            assert_eq!(format!("{seen:?}"), format!("{alone:?}"), "{k}");
+            let guarded = task.guarded(design, &case.controller, start, &span);
+            assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
+            let shows = watched && k == wrong;
+            assert_eq!(seen.states[0].x[0][0].is_nan(), shows, "{k}");
+        }
+        assert_ne!(together[0].states[2], together[1].states[2]);
+    }
+}
+
+/// A state that goes wrong in the upper row: the ground would stop it in the lower one.
+fn thrown(start: &State<f64>) -> State<f64> {
+    let mut thrown = start.clone();
+    thrown.v[3] = [2e6, 0.0];
+    thrown
+}
+
+#[test]
+fn several_starts_together_are_watched_one_by_one() {
+    const WRONG: usize = 3;
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
+        let case = case(|scene| scene.physics.contact = contact);
+        let mut starts = vec![case.start.clone(); 9];
+        for (k, start) in starts.iter_mut().enumerate() {
+            start.x[k % 4][0] += 1e-3 * k as f64;
+        }
+        starts[WRONG] = thrown(&starts[WRONG]);
+        let starts: Vec<_> = starts.iter().collect();
+        hold_together(&case, &[case.own_design()], &starts, WRONG);
+    }
+}
+
+/// What one layout does not need is kept if another one needs it, void edges and outputs of the controller
+/// alike.
+#[test]
+fn several_layouts_together_have_the_bits_of_each_alone() {
+    const WRONG: usize = 5;
+    for void_edges in [VoidEdges::Keep, VoidEdges::Drop] {
+        let case = case(|scene| {
+            scene.physics.void_edges = void_edges;
+            scene.physics.bending_radius = 0.02;
+        });
+        let edges = case.lattice.edges.len();
+        // Void, skeleton and actuator in turns, each layout from elsewhere on.
+        let layout = |k: usize| {
+            let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
+            Design::Layout((0..edges).map(material).collect())
+        };
+        let layouts: Vec<_> = (0..12).map(layout).collect();
+        let wrong = thrown(&case.start);
+        for count in [2, 3, 9, 12] {
+            let start = |k: usize| if k == WRONG { &wrong } else { &case.start };
+            let starts: Vec<_> = (0..count).map(start).collect();
+            hold_together(&case, &layouts[..count], &starts, WRONG);
+        }
+    }
+}

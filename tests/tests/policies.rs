@@ -1,0 +1,153 @@
+//! Policies: their gradients in every mode, and what they observe.
+
+use autodiff::check::{Options, Verdict};
+use autodiff::{Array, Kernel, Real};
+use cosmic::case::Case;
+use cosmic::lattice::State;
+use cosmic::objective::Displacement;
+use cosmic::policy::{self, Block, Network, Policy, PolicyStep, Sizes, observation};
+use cosmic::scene::Scene;
+use cosmic::simulator::{Span, Trajectory};
+use cosmic_lab::verify::check_gradients_of;
+
+/// The policies of the model, and one of a program.
+const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
+
+/// A hidden layer on the observation, and a rhythm that is the same for all edges, each edge with a factor on it.
+#[derive(Debug)]
+struct Reflex;
+
+#[derive(Clone)]
+struct Mixed;
+
+impl Kernel<4, 1> for Mixed {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [sin, cos, factor, reflex]: [R; 4]) -> [R; 1] {
+        [(factor * (sin + cos) + reflex).tanh()]
+    }
+}
+
+impl Policy for Reflex {
+    fn parameters(&self, robot: &Sizes) -> Vec<Block> {
+        let observation = robot.observation(self.observe());
+        vec![
+            Block::weights("senses", 5, observation, 2.0),
+            Block::biases("rest", 5),
+            Block::weights("nerves", 3, 5, 1.0),
+            Block::biases("calm", 3),
+            Block::weights("muscles", robot.edges, 3, 1.0),
+            Block::biases("tone", robot.edges),
+            Block::drawn("factor", robot.edges, 1.0),
+        ]
+    }
+
+    fn record(&self, step: &mut PolicyStep) -> Array {
+        let hidden = step.observed_layer("senses", "rest");
+        let hidden = step.layer("nerves", "calm", hidden);
+        let reflex = step.output_layer("muscles", "tone", hidden);
+        let clock = step.clock();
+        let [sin, cos] = [0, 1].map(|k| step.for_every_edge(clock, k));
+        let factor = step.per_edge("factor");
+        step.program().map(Mixed, [sin, cos, factor, reflex])[0]
+    }
+}
+
+/// A small robot with a policy.
+fn robot(name: &str, settings: &str) -> Case {
+    static ADDED: std::sync::Once = std::sync::Once::new();
+    ADDED.call_once(|| policy::add("reflex", Reflex));
+    let text = format!(
+        "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n[controller]\nhidden = 6\n\
+         policy = \"{name}\"\n{settings}"
+    );
+    let mut case = Case::of_scene(&Scene::parse("small", &text).unwrap(), 1).unwrap();
+    // Biases other than zero, so that none is overlooked.
+    let numbers = case.controller.numbers_mut().iter_mut().enumerate();
+    numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
+    case
+}
+
+/// A robot in one piece weights its nodes in the step; others fold the mean into the weights.
+#[test]
+fn gradients_are_right_in_every_mode() {
+    for name in POLICIES {
+        for settings in [
+            "goal_relative = true",
+            "goal_relative = true\n[design]\none_piece = false",
+            "offset_scale = 0.0",
+            "velocity_scale = 0.0",
+        ] {
+            let case = robot(name, settings);
+            let loss = Displacement::at_end(case.task().ground());
+            let check = check_gradients_of(&loss, &case, 48, &Options::default());
+            for group in &check.groups {
+                let is_right = group.verdict == Verdict::Smooth;
+                assert!(
+                    is_right,
+                    "{name}, {settings}: {}, {}",
+                    group.name, group.report
+                );
+            }
+        }
+    }
+}
+
+/// The first activations of a rollout are those of the observation as it is defined, also where nodes are more
+/// or less present.
+#[test]
+fn a_step_sees_the_observation() {
+    for settings in [
+        "goal_relative = true",
+        "offset_scale = 0.7\ngoal_scale = 0.3",
+        "[design]\none_piece = false",
+        "goal_relative = true\n[physics]\nincline_deg = 12.0\nground_height = 0.3",
+    ] {
+        let case = robot("mlp", settings);
+        let (body, ground) = (case.body(), case.task().ground());
+        let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
+        let expected = Network::of(&case.controller).unwrap().activation(&seen);
+        let start = Trajectory {
+            steps: vec![0],
+            states: vec![case.start.clone()],
+        };
+        let task = case.task();
+        let moments = task.moments(&case.own_design(), &case.controller, &start);
+        let found = &moments[0].activation;
+        for (a, b) in found.iter().zip(&expected) {
+            // Sums of some forty terms of order one, rounded at 1e-16.
+            assert!((a - b).abs() < 1e-13, "{settings}: {a} {b}");
+        }
+    }
+}
+
+/// Where the robot is makes no difference to the clock, and a difference to the network, unless the network sees one
+/// state at all times.
+#[test]
+fn the_clock_is_open_loop() {
+    let moved = |name: &str, is_held: bool| {
+        let case = robot(name, "offset_scale = 3.0\n[physics]\ncontact = \"none\"");
+        let task = match is_held {
+            true => case.task().without_feedback(&case.start),
+            false => case.task(),
+        };
+        let shape = |start: &State<f64>| {
+            let span = Span::from_start(vec![60]);
+            let seen = task.rollout(&case.own_design(), &case.controller, start, &span);
+            let x = seen.states[0].x.clone();
+            x.iter()
+                .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
+                .collect::<Vec<_>>()
+        };
+        // A robot that is pushed, with one common velocity, falls and bends as one that is not, unless it sees it.
+        let mut pushed = case.start.clone();
+        pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
+        let (still, pushed) = (shape(&case.start), shape(&pushed));
+        let pairs = still.as_flattened().iter().zip(pushed.as_flattened());
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    // Rounding at 1e-16 of places that differ by 0.1 m, over 60 steps of a robot without contact.
+    assert!(moved("clock", false) < 1e-12);
+    assert!(moved("mlp", true) < 1e-12);
+    assert!(moved("mlp", false) > 1e-6);
+    assert!(moved("reflex", false) > 1e-6);
+}

@@ -1,0 +1,180 @@
+//! Lattices over many steps: their stable steps, their energy, and how they come to rest.
+
+use super::StabilityCase;
+use cosmic::design::{Design, Material};
+use cosmic::generator::edges;
+use cosmic::ground::Ground;
+use cosmic::lattice::{Body, Lattice, State};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{MaterialSettings, PhysicsSettings};
+use cosmic::simulator::stability::{Vibration, step_limit};
+use cosmic::simulator::{Store, Trajectory};
+use cosmic_tests::{Bare, assert_near, number};
+
+pub(super) fn has_stable_steps(case: &StabilityCase) {
+    let (lattice, physics) = (case.lattice(case.edges()), case.world());
+    let body = case.body(&lattice);
+    let vibration = Vibration::new(&lattice, &body, &physics, &case.points("positions"));
+    let [fastest, bound] = [vibration.largest_frequency(), vibration.edge_bound()];
+    case.relative("omega_bound_edge", bound);
+    case.relative("omega_bound_node", vibration.node_bound());
+    case.relative("omega_max", fastest);
+    let limit = |frequency| step_limit(frequency, physics.damping, 0.0);
+    case.relative("dt_limit_exact", limit(fastest));
+    case.relative("dt_limit_from_bound", limit(bound));
+}
+
+/// Calls `look` with the state after every step.
+pub(super) fn every_step(
+    bare: &Bare,
+    mut state: State<f64>,
+    steps: usize,
+    mut look: impl FnMut(&State<f64>),
+) {
+    /// States that are held at a time.
+    const CHUNK: usize = 10_000;
+    for first in (0..steps).step_by(CHUNK) {
+        let chunk = CHUNK.min(steps - first);
+        let seen = bare.run(&state, (1..=chunk).collect());
+        seen.states.iter().for_each(&mut look);
+        state = seen.states.last().expect("a chunk has states").clone();
+    }
+}
+
+/// An undamped lattice, all skeleton: the energy swings in a band and does not drift.
+pub(super) fn keeps_its_energy(case: &StabilityCase) {
+    let [columns, rows] = ["columns", "rows"].map(|key| case.number(key) as usize);
+    let material = &case.case["material"];
+    assert_eq!(
+        material, "all skeleton, m_eps 1e-4, payload 0.1",
+        "unknown material"
+    );
+    let lattice = case.lattice(edges(columns, rows));
+    let physics = PhysicsSettings {
+        node_mass: 1e-4,
+        payload_mass: 0.1,
+        ..case.world()
+    };
+    let design = Design::Layout(vec![Material::Skeleton; lattice.edges.len()]);
+    let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
+    let x = case.points("x0");
+    let v = vec![[0.0; 2]; x.len()];
+    let start = State { x, v };
+    let bare = Bare {
+        lattice,
+        body,
+        physics,
+    };
+    let store = Store::new(&bare.lattice, &bare.physics, &bare.body);
+    let energy = |state: &State<f64>| store.energy(state).expect("springs have an energy");
+    let at_start = energy(&start);
+    // Coordinates of 0.1 m are rounded at 1e-17, extensions are 1e-4 m and enter squared.
+    case.near("E0", at_start, 1e-12 * at_start);
+
+    // Energies as shares of the first; means over windows of equal length.
+    let expected = case.numbers("window_means_over_E0");
+    let steps = case.number("steps") as usize;
+    let window = steps / expected.len();
+    let mut means = vec![0.0; expected.len()];
+    let (mut least, mut most, mut momentum, mut step) = (1.0f64, 1.0f64, 0.0f64, 0);
+    every_step(&bare, start, steps, |state| {
+        let share = energy(state) / at_start;
+        (least, most) = (least.min(share), most.max(share));
+        // Steps after the last whole window are in no mean.
+        if let Some(mean) = means.get_mut(step / window) {
+            *mean += share / window as f64;
+        }
+        step += 1;
+        for k in 0..2 {
+            let moving = bare.body.mass.iter().zip(&state.v);
+            let sum: f64 = moving.map(|(m, v)| m * v[k]).sum();
+            momentum = momentum.max(sum.abs());
+        }
+    });
+    // The file's bounds: small motions are nearly periodic, large ones chaotic, of which only
+    // statistics repeat.
+    let expect = &case.file["expect"];
+    let small = case.number("amplitude_of_spacing") < 0.01;
+    let size = if small { "small" } else { "large" };
+    let spread = number(expect, &format!("window_mean_spread_{size}_amplitude"));
+    for (mean, expected) in means.iter().zip(&expected) {
+        assert_near(*mean, *expected, spread * expected, &"mean");
+    }
+    for (got, key) in [(least, "E_min_over_E0"), (most, "E_max_over_E0")] {
+        // Extremes of a million steps scatter more than means do.
+        case.near(key, got, 2.0 * spread * case.number(key));
+    }
+    assert_near(momentum, 0.0, number(expect, "momentum_abs"), &"momentum");
+}
+
+/// A dropped lattice of one material an edge, every actuator idle, comes to rest on the ground, or slides,
+/// over a hundred thousand steps.
+pub(super) fn comes_to_rest(case: &StabilityCase) {
+    let physics = case.world();
+    let lattice = Lattice::between(case.points("x0"), case.edges());
+    let mut body = case.body(&lattice);
+    body.strain.fill(0.0);
+    let start = lattice.state_at_rest();
+    let bare = Bare {
+        lattice,
+        body,
+        physics,
+    };
+    // The touch-down step by step, and then every hundredth step.
+    let observed = (0..20_000).chain((20_000..=100_000).step_by(100));
+    let seen = bare.run(&start, observed.collect());
+    let physics = &bare.physics;
+    // Friction may hold the lattice for good.
+    let slope = physics.incline_deg.to_radians().tan();
+    let rests = physics.contact == ContactLaw::infinite() || physics.friction > slope;
+    for step in [20_000, 100_000] {
+        let expected = case.points(&format!("x_{step}"));
+        let path = largest_difference(&expected, &start.x);
+        let bound = match rests {
+            true => case.of_file("tolerance_abs_resting"),
+            false => 1e-6 * path,
+        };
+        let error = largest_difference(&seen.at(step).x, &expected);
+        assert_near(error, 0.0, bound, &step);
+    }
+    let ground = Ground::from(physics);
+    if rests {
+        let moved = largest_difference(&seen.at(20_000).x, &seen.at(100_000).x);
+        // Damping leaves nothing after 20 000 steps, and rounding goes to and fro at 1e-17: a
+        // creep as slow as a micrometre in hours would show.
+        assert!(moved < 1e-8, "it creeps: {moved:e}");
+        stands_still(seen.at(100_000), &ground);
+    }
+    sinks_nowhere(&seen, &ground);
+}
+
+fn largest_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
+}
+
+/// Contacts stand still, the rest nearly so; the file's bounds.
+fn stands_still(state: &State<f64>, ground: &Ground) {
+    let mut contacts = 0;
+    for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
+        let speed = v[0].hypot(v[1]);
+        // A node on the ground stands on the line to rounding.
+        if x[1] < 1e-12 {
+            contacts += 1;
+            assert_eq!(speed, 0.0);
+        }
+        assert!(speed < 1e-11, "{speed:e}");
+    }
+    assert!(contacts > 0, "nothing is on the ground");
+}
+
+fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
+    for (state, step) in seen.states.iter().zip(&seen.steps) {
+        let coordinates = state.x.as_flattened().iter();
+        let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
+        let points = state.to_ground(ground).x;
+        let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+        // The file's bound, and what turning coordinates of a hundred metres rounds away.
+        assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
+    }
+}

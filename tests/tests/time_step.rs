@@ -1,0 +1,210 @@
+//! The check of a time step: the bound first, then the largest frequency.
+
+use cosmic::case::Case;
+use cosmic::codesign::CoDesign;
+use cosmic::design::Design;
+use cosmic::lattice::Body;
+use cosmic::scene::{Scene, UnstableStep};
+use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
+use cosmic::simulator::{Grade, StepCheck};
+
+fn scene(dt: f64) -> Scene {
+    let mut scene = Scene::paper();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+    scene.controller.hidden = 2;
+    scene.physics.dt = dt;
+    scene
+}
+
+fn case(scene: &Scene) -> Case {
+    Case::of_scene(scene, 0).expect("any lattice starts so")
+}
+
+fn check(dt: f64) -> StepCheck {
+    case(&scene(dt)).step_check()
+}
+
+#[test]
+fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
+    let loose = check(1.0);
+    let exact = loose.exact.expect("a second is beyond any bound");
+    let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0, 0.0));
+    assert!(bound < limit && limit < 1.5 * bound, "{bound} {limit}");
+    let [safe, close, unstable] = [0.99 * bound, 0.5 * (bound + limit), 1.01 * limit].map(check);
+    let grades = [safe, close, unstable].map(|check| check.grade());
+    assert_eq!(grades, [Grade::Safe, Grade::Close, Grade::Unstable]);
+    assert!(safe.exact.is_none() && safe.to_string().is_empty());
+    let node = format!("node {}", loose.bound.node);
+    for word in ["safe bound", &node, "physics.dt"] {
+        assert!(close.to_string().contains(word), "{close}");
+    }
+    // A step that the start bears, and a lone bar would not.
+    let any = safe.any_design.expect("it vibrates");
+    assert!(any < bound, "{any} {bound}");
+    assert_eq!(check(0.002).of_other_designs(), None);
+    let between = check(0.5 * (any + bound));
+    assert_eq!(between.grade(), Grade::Safe);
+    let said = between.of_other_designs().expect("it is longer");
+    assert!(
+        said.contains("every design vibrates without growth below"),
+        "{said}"
+    );
+    // Where nothing vibrates, any step is safe.
+    let mut scene = scene(1.0);
+    scene.materials.stiffness = [0.0; 3];
+    let check = case(&scene).step_check();
+    assert_eq!((check.grade(), check.bound.dt), (Grade::Safe, None));
+}
+
+#[test]
+fn an_unstable_step_is_refused_with_node_number_and_a_remedy_that_helps() {
+    let (scene, unstable) = (scene(0.05), check(0.05));
+    let refused = unstable.accept(&scene.physics);
+    let refused = refused.expect_err("50 ms are too long");
+    assert_eq!(refused.exit_code(), 2);
+    let said = refused.to_string();
+    let node = unstable.exact.expect("it is beyond the bound").node;
+    let node = format!("node {node}");
+    for word in [
+        "0.05 s",
+        "physics.dt",
+        "unstable_step = \"warn\"",
+        "1/s",
+        &node,
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+    let mut patient = scene.physics;
+    patient.unstable_step = UnstableStep::Warn;
+    assert!(unstable.accept(&patient).is_ok());
+    // A scene that only warns has this setting already.
+    let warned = said.split_once("; to continue").map(|(warned, _)| warned);
+    assert_eq!(warned, Some(&*unstable.to_string()));
+    let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
+    let dt = rest
+        .split(' ')
+        .next()
+        .and_then(|number| number.parse().ok());
+    assert_eq!(check(dt.expect("a number")).grade(), Grade::Safe);
+}
+
+/// A mixture: void everywhere except on the first edge if `design` is 0, a layout if it is even.
+fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
+    let one_hot = |chosen: usize| std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
+    let share = |e: usize| {
+        if design == 0 {
+            return one_hot(usize::from(e == 0));
+        }
+        if design.is_multiple_of(2) {
+            return one_hot((e * e + design * e + e / 3) % 3);
+        }
+        let wave = |w: f64| (w * (e + design) as f64).sin().powi(2) + 1e-3;
+        let shares = [1.0, 2.3, 3.1].map(wave);
+        shares.map(|share| share / shares.iter().sum::<f64>())
+    };
+    (0..edges).map(share).collect()
+}
+
+/// Points moved by up to 0.02 m.
+fn shaken(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
+    let moved = |(i, x): (usize, &[f64; 2])| [x[0] + off(2 * i), x[1] + off(2 * i + 1)];
+    points.iter().enumerate().map(moved).collect()
+}
+
+/// Of lattices large and small, with all laws: no design, layout or mixture, vibrates faster than the
+/// bound on any, and a lone stiff bar comes near.
+#[test]
+fn no_design_vibrates_faster_than_the_bound_of_any() {
+    let laws = [
+        (0.0, 0.0),
+        (0.02, 0.0),
+        (0.2, 0.0),
+        (0.0, 200.0),
+        (0.1, 1e5),
+    ];
+    let mut nearest: f64 = 0.0;
+    for (columns, rows) in [(2, 2), (1, 3), (6, 6), (4, 3)] {
+        for (radius, stiffening) in laws {
+            let mut scene = scene(0.002);
+            (scene.lattice.columns, scene.lattice.rows) = (columns, rows);
+            (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
+            let case = case(&scene);
+            let (lattice, physics) = (&case.lattice, &case.physics);
+            let bound = bound_of_any_design(lattice, &case.materials, physics);
+            for k in 0..12 {
+                let design = Design::of_shares(&design(k, lattice.edges.len()));
+                let body = Body::new(&design, lattice, &case.materials, physics);
+                let vibration = |x: &[[f64; 2]]| {
+                    let vibration = Vibration::new(lattice, &body, physics, x);
+                    [vibration.edge_bound(), vibration.largest_frequency()]
+                };
+                // At rest, and with nodes off their places by up to a fifth of the spacing.
+                let [own, fastest] = vibration(&lattice.positions);
+                let [own_off, fastest_off] = vibration(&shaken(&lattice.positions));
+                // Up to rounding and the softening of lengths, 1e-12 of a length squared of 1e-2.
+                let slack = 1.0 + 1e-9;
+                assert!(fastest <= own * slack, "{fastest} above its bound {own}");
+                assert!(
+                    fastest_off <= own_off * slack,
+                    "{fastest_off} above {own_off}"
+                );
+                assert!(
+                    own <= bound * slack,
+                    "{own} above that of any design {bound}"
+                );
+                if radius == 0.0 && stiffening == 0.0 {
+                    nearest = nearest.max(fastest / bound);
+                    // Two nodes that swing against each other reach the bound; a chain of many stays
+                    // below by a third or so.
+                    assert!(
+                        own_off < 1.6 * fastest_off,
+                        "{own_off} far from {fastest_off}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(nearest > 0.9, "far from any design: {nearest}");
+}
+
+/// An optimisation refuses an unstable start unless it is told otherwise. Light nodes: as edges turn to
+/// stiff material the frequency grows past what the start allowed, and the record shows it.
+#[test]
+fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
+    let mut scene = scene(0.05);
+    scene.physics.steps = 16;
+    scene.schedule.horizon = [16, 16];
+    (scene.loss.window, scene.loss.every) = (8, 4);
+    let begin = |scene: &Scene| CoDesign::new(scene).and_then(|c| c.begin(0));
+    let refused = begin(&scene).expect_err("50 ms are too long");
+    assert_eq!(refused.exit_code(), 2);
+    scene.physics.unstable_step = UnstableStep::Warn;
+    assert!(begin(&scene).is_ok());
+
+    scene.physics.unstable_step = UnstableStep::Error;
+    scene.physics.dt = 0.002;
+    scene.schedule.iterations = 4;
+    (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 2);
+    scene.volume.solid = [1.0, 1.0];
+    scene.volume.actuator = [0.0, 0.0];
+    let codesign = CoDesign::new(&scene).expect("a plan");
+    let start = codesign.begin(0).expect("2 ms are stable");
+    let frequency = codesign.step_check(&start).bound.frequency;
+    // All skeleton in place of a third of it: stiffer by more than the third left here.
+    scene.physics.dt = 0.7 * step_limit(frequency, scene.physics.damping, 0.0);
+    let mut shares = Vec::new();
+    let mut codesign = CoDesign::new(&scene).expect("a plan");
+    let told = codesign.optimise(0, |record| {
+        let check = record.time_step.expect("every iteration is checked");
+        shares.push(check.bound.share(check.dt));
+    });
+    let said = told
+        .expect_err("the snap makes it all skeleton")
+        .to_string();
+    assert!(said.contains("unstable"), "{said}");
+    let [first, .., last] = shares[..] else {
+        panic!("the first iteration changes little: {shares:?}")
+    };
+    assert!(first < 1.0 && last > 1.0, "{shares:?}");
+}
