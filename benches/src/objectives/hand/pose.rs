@@ -63,15 +63,18 @@ impl Vectorized<f64> for Pose<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(self) {
-        let moves: Vec<Affine<L>> = self.bones.iter().map(|bone| bone.map(L::splat)).collect();
+        let mut moves = Vec::with_capacity(BONES);
+        for bone in self.bones {
+            moves.push(bone.map(L::splat));
+        }
         let global = self.global.map(L::splat);
-        let mut weights = [L::zero(); BONES];
         for first in (0..self.instance.len).step_by(L::N) {
-            for bone in 0..BONES {
-                weights[bone] = L::load(&self.instance.weights[bone][first..]);
+            let vertex = load(&self.instance.vertices, first);
+            let mut place = [L::zero(); 3];
+            for (transform, weights) in moves.iter().zip(&self.instance.weights) {
+                add_part(&mut place, L::load(&weights[first..]), transform, vertex);
             }
-            let posed = blend(&moves, &weights, load(&self.instance.vertices, first));
-            store(global.apply(posed), &mut self.skin.places, first);
+            store(global.apply(place), &mut self.skin.places, first);
         }
     }
 }
@@ -174,8 +177,10 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
         let mut absolute: Vec<Affine<R>> = Vec::with_capacity(BONES);
         let mut transforms = Vec::with_capacity(BONES);
         for (i, bone) in self.instance.bones.iter().enumerate() {
-            let local = Affine::euler(euler(i, self.angles));
-            let relative = bone.relative.map(R::lit).after(&local);
+            let mut relative = bone.relative.map(R::lit);
+            if !STILL.contains(&i) {
+                relative = relative.after(&Affine::euler(euler(i, self.angles)));
+            }
             let here = match bone.parent {
                 Some(parent) => absolute[parent].after(&relative),
                 None => relative,
@@ -193,17 +198,14 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
     }
 }
 
-/// The angles of a bone about x, y and z.
+/// The angles about x, y and z of a bone that is not still.
 #[inline(always)]
 fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
-    let zero = R::zero();
-    if STILL.contains(&bone) {
-        return [zero; 3];
-    }
-    let angles = &angles[(bone - 1) / JOINTS * JOINTS..][..JOINTS];
-    match (bone - 1) % JOINTS {
-        1 => [angles[0], zero, angles[1]],
-        joint => [angles[joint], zero, zero],
+    let (finger, joint) = ((bone - 1) / JOINTS, (bone - 1) % JOINTS);
+    let angles = &angles[JOINTS * finger..][..JOINTS];
+    match joint {
+        1 => [angles[0], R::zero(), angles[1]],
+        _ => [angles[joint], R::zero(), R::zero()],
     }
 }
 
@@ -277,17 +279,27 @@ fn weights<L: Lane<f64>, const N: usize>(
     weights
 }
 
-/// The places of vertices, from the contributions of the bones.
+/// The places of vertices, from the contributions of a few bones.
 #[inline(always)]
-fn blend<L: Lane<f64>>(bones: &[Affine<L>], weights: &[L], vertex: [L; 3]) -> [L; 3] {
+fn blend<L: Lane<f64>, const N: usize>(
+    bones: &[Affine<L>; N],
+    weights: &[L; N],
+    vertex: [L; 3],
+) -> [L; 3] {
     let mut sum = [L::zero(); 3];
-    for (bone, &weight) in bones.iter().zip(weights) {
-        let moved = bone.apply(vertex);
-        for i in 0..3 {
-            sum[i] = weight.fma(moved[i], sum[i]);
-        }
+    for i in 0..N {
+        add_part(&mut sum, weights[i], &bones[i], vertex);
     }
     sum
+}
+
+/// Adds the contribution of a bone.
+#[inline(always)]
+fn add_part<L: Lane<f64>>(sum: &mut [L; 3], weight: L, bone: &Affine<L>, vertex: [L; 3]) {
+    let moved = bone.apply(vertex);
+    for i in 0..3 {
+        sum[i] = weight.fma(moved[i], sum[i]);
+    }
 }
 
 #[inline(always)]
