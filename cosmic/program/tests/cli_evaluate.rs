@@ -166,8 +166,8 @@ fn wrong_cases_and_designs_are_refused() {
         (
             "design.json",
             "/controller",
-            json!({ "colour": 1 }),
-            "unknown field `colour`",
+            json!({ "colour": [1] }),
+            "unknown block `controller.colour`; expected `w1`, `b1`, `w2`, `b2`",
         ),
         (
             "design.json",
