@@ -80,7 +80,8 @@ impl Session {
             iteration,
             spread,
             reliability,
-            volumes,
+            volume,
+            actuator_volume,
             ..
         } = work.codesign.deliver(&work.progress);
         let robot = Robot {
@@ -94,7 +95,7 @@ impl Session {
         Ok(json!({
             "spread": spread,
             "reliability": reliability,
-            "volumes": volumes,
+            "volumes": [volume, actuator_volume],
             "iteration": iteration,
             "robot": shown,
         }))
