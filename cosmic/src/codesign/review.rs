@@ -86,7 +86,7 @@ mod tests {
             ("lattice.drop=-0.1", "below the ground"),
             ("controller.omega=0", "the clock stands still"),
             ("controller.omega=2000", "half a period"),
-            ("selection.perturbation=0", "the same start"),
+            ("selection.perturbation=0", "all perturbed starts are equal"),
         ] {
             let doubts = Scene::paper().set(&[setting]).unwrap().doubts();
             assert!(

@@ -35,8 +35,10 @@ pub struct Fold<'a, R> {
     /// Whether there are columns for positions and for velocities.
     senses: Senses,
     mean: Mean<'a, R>,
-    /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
-    clocks: [Vec<R>; 2],
+    /// Every clock's share of `cos(omega t)`.
+    sines: Vec<R>,
+    /// Every clock's share of `sin(omega t)`.
+    cosines: Vec<R>,
 }
 
 impl<'a, R: Real> Fold<'a, R> {
@@ -68,7 +70,8 @@ impl<'a, R: Real> Fold<'a, R> {
                 v: sight == Sight::Robot,
             },
             mean,
-            clocks: [cosines, sines],
+            sines,
+            cosines,
         }
     }
 
@@ -100,7 +103,7 @@ impl<'a, R: Real> Fold<'a, R> {
     /// As [`weights`](Self::weights).
     pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
         let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
-        let goal: Vector<R> = Vector::lit(self.constant_goal());
+        let goal = self.constant_goal().map(R::lit);
         rows.map(|(row, &bias)| bias + R::dot(self.on_goal(row).as_slice(), goal.as_slice()))
             .collect()
     }
@@ -141,27 +144,24 @@ impl<'a, R: Real> Fold<'a, R> {
                 }
             }
         }
-        weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
+        weights.extend([&self.cosines, &self.sines].map(|shares| R::dot(clocks, shares)));
         if follows && self.senses.x && matches!(self.mean, Mean::InStep) {
-            weights.extend(goal.map(|goal| -goal));
+            weights.extend(-goal);
         }
     }
 
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
     /// and across it: the transposed rotation, times a scale.
     fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
-        let weights = row.as_chunks::<2>().0.iter().copied().map(Vector::new);
+        let pairs = row.as_chunks::<2>().0.iter();
         if self.ground.is_flat() {
             let scale = R::lit(scale);
-            let column = |k: usize| weights.clone().map(|weight| weight[k] * scale).collect();
-            return Vector::from_fn(column);
+            return Vector::from_fn(|k| pairs.clone().map(|pair| pair[k] * scale).collect());
         }
         Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
             let axis: Vector<R> = Vector::lit(axis * scale);
-            let weights = weights.clone();
-            weights
-                .map(|weight| R::dot(weight.as_slice(), axis.as_slice()))
-                .collect()
+            let weights = pairs.clone().map(|pair| R::dot(pair, axis.as_slice()));
+            weights.collect()
         })
     }
 

@@ -143,8 +143,8 @@ mod tests {
     use crate::scene::{ControllerSettings, Scene};
 
     /// The inputs of a folded controller for a state in the ground's frame.
-    fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
-        [&state.to_columns()[..], &clock].concat()
+    fn sensed(state: &State<f64>, clock: &[f64]) -> Vec<f64> {
+        [&state.to_columns()[..], clock].concat()
     }
 
     fn random_state(nodes: usize) -> State<f64> {
@@ -166,7 +166,7 @@ mod tests {
         network.second.biases.fill(-0.1);
         let time = 4096.0 * 0.002;
         let plain = network.activation(&observation(settings, time, &state, presence, ground));
-        let sensed = sensed(&state.to_ground(ground), clock(settings, time));
+        let sensed = sensed(&state.to_ground(ground), &clock(settings, time));
         let folded = network.folded(settings, lattice.nodes(), presence, ground);
         let got = folded.activation(&sensed);
         assert_eq!(got.len(), plain.len());

@@ -5,16 +5,14 @@ use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
 use super::sensing::Sight;
-use crate::geometry::Vector;
+use crate::laws::Particle;
 use crate::scene::{ControllerSettings, Senses};
 
 /// The robot as a policy sees it in a step: arrays of a program, in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// Coordinates of the nodes along the ground and above it.
-    pub(crate) x: Vector<Array>,
-    /// Their velocities.
-    pub(crate) v: Vector<Array>,
+    /// Positions and velocities of the nodes.
+    pub(crate) nodes: Particle<Array>,
     /// `sin(omega t)`, `cos(omega t)`.
     pub(crate) clock: Array,
     /// How much each node belongs to the robot; `None` if all nodes do.
@@ -79,14 +77,22 @@ impl Given {
     }
 }
 
+/// What a policy sees of nodes that count by their presence.
+pub(crate) struct Weighted {
+    /// Weighted offsets, weighted velocities, and the clock.
+    all: Array,
+    /// The mean position.
+    mean: Array,
+}
+
 /// A program of any number type.
 pub(crate) trait Recording {
     fn parameter(&mut self, len: usize) -> Array;
     fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// Weighted offsets of `x` if `senses` says so, weighted velocities likewise, and the clock; and the mean.
-    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> [Array; 2];
+    /// What `senses` ask for of the nodes, weighted.
+    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
     fn any(&mut self) -> AnyProgram<'_>;
 }
 
@@ -103,13 +109,14 @@ impl<R: Real> Recording for Program<R> {
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array {
         self.dense_tanh_spread(m, x, b, places)
     }
-    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> [Array; 2] {
-        let (x, v, clock) = (seen.x.array(), seen.v.array(), &[seen.clock]);
-        match (senses.x, senses.v) {
-            (true, true) => self.weighted(presence, x, v, clock),
-            (true, false) => self.weighted(presence, x, [], clock),
-            (false, _) => self.weighted(presence, [], v, clock),
-        }
+    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted {
+        let (x, v, clock) = (seen.nodes.x.array(), seen.nodes.v.array(), &[seen.clock]);
+        let [all, mean] = match senses {
+            Senses { x: true, v: true } => self.weighted(presence, x, v, clock),
+            Senses { x: true, v: false } => self.weighted(presence, x, [], clock),
+            Senses { x: false, .. } => self.weighted(presence, [], v, clock),
+        };
+        Weighted { all, mean }
     }
     fn any(&mut self) -> AnyProgram<'_> {
         self.any()
@@ -132,8 +139,11 @@ impl Recording for Declared {
     fn dense_tanh_spread(&mut self, _: Matrix, _: &[Array], _: Array, places: &[bool]) -> Array {
         self.0.state(places.len())
     }
-    fn weighted(&mut self, _: Array, _: Senses, seen: &Seen) -> [Array; 2] {
-        [seen.clock; 2]
+    fn weighted(&mut self, _: Array, _: Senses, seen: &Seen) -> Weighted {
+        Weighted {
+            all: seen.clock,
+            mean: seen.clock,
+        }
     }
     fn any(&mut self) -> AnyProgram<'_> {
         self.0.any()
@@ -264,26 +274,22 @@ impl<'a> PolicyStep<'a> {
             return observation.clone();
         }
         let Seen {
-            x,
-            v,
+            nodes,
             clock,
             presence,
         } = self.seen;
-        let Senses {
-            x: positions,
-            v: velocities,
-        } = self.senses;
+        let senses = self.senses;
         let arrays = match presence {
-            Some(presence) if positions || velocities => {
-                let [all, mean] = self.program.weighted(presence, self.senses, &self.seen);
-                match self.follows_goal && positions {
+            Some(presence) if senses.x || senses.v => {
+                let Weighted { all, mean } = self.program.weighted(presence, senses, &self.seen);
+                match self.follows_goal && senses.x {
                     true => vec![all, mean],
                     false => vec![all],
                 }
             }
             _ => {
-                let x = x.into_iter().filter(|_| positions);
-                let v = v.into_iter().filter(|_| velocities);
+                let x = nodes.x.into_iter().filter(|_| senses.x);
+                let v = nodes.v.into_iter().filter(|_| senses.v);
                 x.chain(v).chain([clock]).collect()
             }
         };

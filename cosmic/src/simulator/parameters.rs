@@ -3,6 +3,7 @@
 use autodiff::{Array, Program, Real};
 
 use crate::lattice::Body;
+use crate::laws::Particle;
 
 /// The parameters of a robot's steps, which no step changes, apart from those of its policy.
 pub(super) struct Parameters<A> {
@@ -18,8 +19,8 @@ pub(super) struct Parameters<A> {
     pub(super) presence: Option<A>,
     /// Activations that stay constant, one per slot of the graph, in place of a policy.
     pub(super) held: Option<A>,
-    /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
-    pub(super) seen: Option<[A; 4]>,
+    /// The nodes that the policy sees in place of the current ones.
+    pub(super) seen: Option<Particle<A>>,
     /// For each force, the arrays that it needs.
     pub(super) constants: Vec<Vec<A>>,
 }

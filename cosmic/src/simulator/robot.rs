@@ -95,13 +95,10 @@ impl Robot {
         };
         let mut declared = Declared(Program::default());
         let p = &mut declared.0;
-        let Particle { x, v } = Particle::new([(); 4].map(|()| p.state(self.graph.nodes())));
-        let (clock, presence) = (p.input(2), None);
         let seen = Seen {
-            x,
-            v,
-            clock,
-            presence,
+            nodes: self.state(p),
+            clock: p.input(2),
+            presence: None,
         };
         let (_, given) = driver.record(&mut declared, seen, self.outputs());
         driver.given = given.into();
@@ -150,6 +147,11 @@ impl Robot {
         }
     }
 
+    /// Declares the state.
+    fn state<R: Real>(&self, p: &mut Program<R>) -> Particle<Array> {
+        Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
+    }
+
     fn outputs(&self) -> Outputs<'_> {
         Outputs {
             graph: &self.graph,
@@ -168,8 +170,9 @@ impl Robot {
             inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
             presence: (self.weighs).then(|| p.of_body(nodes, |body| body.presence.clone())),
             held: matches!(self.drive, Drive::Held).then(|| p.of_start(slots)),
-            seen: (self.seen.as_ref())
-                .map(|seen| [0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes]))),
+            seen: (self.seen.as_ref()).map(|seen| {
+                Particle::new([0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes])))
+            }),
             constants: (self.mechanics.constants())
                 .map(|arrays| arrays.iter().map(|a| p.shared(a)).collect())
                 .collect(),
@@ -216,10 +219,8 @@ impl Robot {
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
         };
-        let Particle { x, v } = given.seen.map_or(state, Particle::new);
         let seen = Seen {
-            x,
-            v,
+            nodes: given.seen.unwrap_or(state),
             clock,
             presence: given.presence,
         };
@@ -241,7 +242,7 @@ impl Driver {
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.parameters(p);
-        let state = Particle::new([(); 4].map(|()| p.state(self.graph.nodes())));
+        let state = self.state(p);
         let clock = p.input(2);
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
@@ -275,10 +276,10 @@ pub(super) struct Activations(pub(super) Robot);
 impl Model for Activations {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let given = self.0.parameters(p);
-        let state = [(); 4].map(|()| p.state(self.0.graph.nodes()));
+        let state = self.0.state(p);
         let (clock, before) = (p.state(2), p.state(self.0.graph.slots()));
-        let activation = self.0.activation(p, &given, Particle::new(state), clock);
-        for part in state.into_iter().chain([clock]) {
+        let activation = self.0.activation(p, &given, state, clock);
+        for part in state.array().into_iter().chain([clock]) {
             p.advance(part, part);
         }
         p.advance(before, activation);
