@@ -60,7 +60,7 @@ fn of_two_that_begin_at_once_one_has_the_folder() {
             let snapshot = bench.json("a/snapshot.json");
             assert_eq!(snapshot["plan"]["seed"], winner);
             let known = [
-                "a: another process is at work",
+                "a: another process is running this run",
                 "a: the folder is not empty",
             ];
             let is_known = known.iter().any(|words| loser.error.contains(words));

@@ -93,7 +93,10 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.run("a", "");
     bench.evaluated("a");
     let said = bench.cosmic("explain tiny.toml");
-    assert!(said.out.contains("bars in line resist bending"), "{said:?}");
+    assert!(
+        said.out.contains("physics.bending_radius is 0.02 m"),
+        "{said:?}"
+    );
     bench.cosmic("gradcheck tiny.toml --steps 32").ok();
 }
 

@@ -60,7 +60,7 @@ impl CoDesign {
     ///         vec![steps - 8, steps]
     ///     }
     ///     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-    ///         let speeds = trajectory.states.iter().map(|s| R::dot(&s.v[5], &s.v[5]));
+    ///         let speeds = trajectory.states.iter().map(|s| s.v[5].dot(s.v[5]));
     ///         R::sum_of(&speeds.collect::<Vec<_>>()) * R::lit(0.5)
     ///     }
     /// }

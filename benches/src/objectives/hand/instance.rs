@@ -19,7 +19,7 @@ const PADDING: usize = 16;
 
 /// The input, as GradBench sends it. Without `us`, correspondences are vertices, otherwise triangles.
 #[derive(Deserialize)]
-pub(in crate::objectives) struct Input {
+pub(crate) struct Input {
     theta: [f64; THETA],
     data: Data,
     us: Vec<[f64; 2]>,

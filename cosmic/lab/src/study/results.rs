@@ -86,11 +86,10 @@ impl Study {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Makes the folder of the results, and checks that they may be written there: over results of the same settings
-    /// and of these seeds or fewer.
+    /// Checks that the results may be written: over results of the same settings and of these seeds or fewer.
     ///
     /// # Errors
-    /// [`Error::Usage`]; the errors of the file's scenes; those of [`read_json`] and [`make_folder`].
+    /// [`Error::Usage`]; the errors of the file's scenes; those of [`read_json`].
     pub fn check_results(&self) -> Result<()> {
         let path = self.place("json");
         if path.exists() {
@@ -105,7 +104,7 @@ impl Study {
                 )));
             }
         }
-        make_folder(&self.out)
+        Ok(())
     }
 
     /// Writes the results and returns the paths.

@@ -5,6 +5,7 @@ use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
 use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::record::files::make_folder;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -97,16 +98,17 @@ impl Study {
         })
     }
 
-    /// Completes the runs, one per thread, and measures the delivered designs.
+    /// Makes the folder of the results, completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// The errors of [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of the runs.
+    /// The errors of [`make_folder`] and [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of the runs.
     pub fn simulate(
         &self,
         plan: &SweepPlan,
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
     ) -> Result<()> {
+        make_folder(&self.out)?;
         let folder = &self.runs;
         Sweep { folder, plan }.run_all(threads, overseer)?;
         match plan.runs() - plan.over(folder) {
