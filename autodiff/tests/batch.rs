@@ -381,7 +381,7 @@ impl Summand for Network {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let (first, rest) = shared.split_at(Self::HIDDEN * Self::INPUTS);
         let (second, biases) = rest.split_at(Self::HIDDEN * (Self::INPUTS + Self::HIDDEN));
-        let mut scratch = vec![R::zero(); Self::INPUTS + 2 * Self::HIDDEN];
+        let mut scratch = [R::zero(); Self::INPUTS + 2 * Self::HIDDEN];
         let (x, y) = scratch.split_at_mut(Self::INPUTS + Self::HIDDEN);
         x[..Self::INPUTS].copy_from_slice(datum);
         for row in 0..Self::HIDDEN {

@@ -66,7 +66,7 @@ impl<R: Real, const D: usize> Div<R> for Vector<R, D> {
     #[inline(always)]
     fn div(mut self, divisor: R) -> Self {
         for k in 0..D {
-            self.0[k] = self.0[k] / divisor;
+            self.0[k] /= divisor;
         }
         self
     }

@@ -200,7 +200,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
     #[must_use]
     pub fn moved_along(mut self, by: Self) -> Self {
         for k in 0..D - 1 {
-            self.0[k] = self.0[k] + by.0[k];
+            self.0[k] += by.0[k];
         }
         self
     }

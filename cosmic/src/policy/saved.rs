@@ -215,7 +215,7 @@ impl<'de> Visitor<'de> for Entries {
     fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Numbers, A::Error> {
         let (mut vector, mut rows) = (Vec::new(), Vec::new());
         match entries.next_element()? {
-            None => return Ok(Numbers::Vector(vector)),
+            None => Ok(Numbers::Vector(vector)),
             Some(Entry::Number(number)) => {
                 vector.push(number);
                 while let Some(number) = entries.next_element()? {

@@ -6,8 +6,8 @@
 
 mod file;
 mod tables;
-mod study;
+mod work;
 mod results;
 
 pub use file::{Base, StudyFile};
-pub use study::Study;
+pub use work::Study;

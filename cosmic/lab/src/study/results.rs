@@ -1,10 +1,10 @@
 //! The files of a study's results: a document with figures, a table of runs, and the tables of the document.
 
 use super::file::{Trial, Variant};
-use super::study::Study;
 use super::tables::{
     DISPLACEMENT, TrialRow, all_departures, departures, in_mujoco, questions, runs, trials,
 };
+use super::work::Study;
 use crate::files::{write_text, write_texts};
 use crate::report::{Bar, PICTURES, RunFiles, bars};
 use crate::table::Table;

@@ -183,8 +183,9 @@ fn layouts_and_controllers(trials: &mut Trials) {
                 .for_each(|b| *b += bias);
         });
     }
-    // The node in whose place a node starts.
-    let places: [(&str, fn(usize) -> usize); 3] = [
+    /// The node in whose place a node starts.
+    type Place = fn(usize) -> usize;
+    let places: [(&str, Place); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),
         ("every row in one place", |i| 3 * (i / 3)),
         ("all nodes in one place", |_| 4),
