@@ -51,7 +51,7 @@
 //! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
 //!
 //! Sweeps over lanes do not tell the two zeros apart. In a [`Program`](crate::Program), in
-//! [`batch`](crate::batch), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity.
+//! [`data`](crate::data), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity.
 //! A slope of 0 may then hide an overflow, also between [`Fused`] functions. In these cases forward mode
 //! disagrees: [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
 //! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted

@@ -137,7 +137,7 @@ impl Graph {
 
     /// The same graph without the edges whose mark is true. Nodes, slots and the numbering of edges stay;
     /// the slots of the edges left out become ghosts, and registers of nothing but ghosts cost no work
-    /// in [`Program::map_edges`](super::Program::map_edges).
+    /// in [`Program::map_edges`](crate::Program::map_edges).
     ///
     /// # Panics
     /// Unless there is one mark per edge.
@@ -197,7 +197,7 @@ impl Graph {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](super::Program::gather); `None` for ghosts. Values
+    /// The edge of every slot, for [`Program::gather`](crate::Program::gather); `None` for ghosts. Values
     /// that no step changes are better brought [to their slots](Graph::to_slots) once, before the
     /// rollout.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
