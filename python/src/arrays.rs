@@ -4,9 +4,9 @@ use crate::errors::refused;
 use crate::memory::has_room;
 use autodiff::Real;
 use cosmic::geometry::from_flat;
-use cosmic::policy::{Block, Controller, NETWORK, blocks_of, observation_length};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Lattice, State};
+use cosmic::policy::{Block, Controller, NETWORK, blocks_of, observation_length};
 use cosmic::scene::ControllerSettings;
 use cosmic::simulator::Trajectory;
 use numpy::{
@@ -282,7 +282,15 @@ pub(crate) struct Flat<R> {
 pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> Flat<R> {
     let states = || trajectories.iter().flat_map(|seen| &seen.states);
     Flat {
-        x: states().flat_map(|state| &state.x).flatten().copied().collect(),
-        v: states().flat_map(|state| &state.v).flatten().copied().collect(),
+        x: states()
+            .flat_map(|state| &state.x)
+            .flatten()
+            .copied()
+            .collect(),
+        v: states()
+            .flat_map(|state| &state.v)
+            .flatten()
+            .copied()
+            .collect(),
     }
 }

@@ -6,10 +6,10 @@ use crate::errors::{caught, raised, refused};
 use crate::memory::simulator_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
-use cosmic::geometry::{Ground, flat, from_flat};
 use cosmic::design::Design;
-use cosmic::policy::observation;
+use cosmic::geometry::{Ground, flat, from_flat};
 use cosmic::lattice::{Body, State};
+use cosmic::policy::observation;
 use cosmic::projection::Projection;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Driven as Library, Span, Trajectory};
@@ -111,19 +111,13 @@ impl Driven {
     /// Positions at rest, shape `(nodes, 2)`.
     #[getter]
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        array(
-            py,
-            flat(&self.rest.x),
-            &[self.sizes.nodes, 2],
-        )
+        array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
     }
 
     /// The payload's position along the ground of each robot, m.
     fn along<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
         let states = self.states(x, x)?;
-        let along = states
-            .iter()
-            .map(|state| self.ground.along(state.x[0]));
+        let along = states.iter().map(|state| self.ground.along(state.x[0]));
         array(py, along.collect(), &[states.len()])
     }
 
@@ -171,7 +165,11 @@ impl Driven {
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
         let seen = flattened(&seen);
         let shape = [robots, self.sizes.nodes, 2];
-        Ok((array(py, seen.x, &shape)?, array(py, seen.v, &shape)?, diverged))
+        Ok((
+            array(py, seen.x, &shape)?,
+            array(py, seen.v, &shape)?,
+            diverged,
+        ))
     }
 
     /// The observation of each robot as the paper's controller has it, after so many steps of each.

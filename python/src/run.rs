@@ -2,10 +2,10 @@
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
-use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::design::{Design, Material};
-use cosmic::policy::Controller;
+use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
+use cosmic::policy::Controller;
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -32,7 +32,11 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     let floats = |numbers: &[f64], shape: &[usize]| array(py, numbers.to_vec(), shape);
     let states = trajectory.states.len();
     let coordinates = |of: fn(&State<f64>) -> &[Vector<f64>]| -> Vec<f64> {
-        trajectory.states.iter().flat_map(|state| flat(of(state))).collect()
+        trajectory
+            .states
+            .iter()
+            .flat_map(|state| flat(of(state)))
+            .collect()
     };
     let whole = |numbers: Vec<i64>, shape: &[usize]| array(py, numbers, shape);
     let ends = design.edges.as_flattened().iter().map(|&node| node as i64);

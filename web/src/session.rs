@@ -3,8 +3,8 @@
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
-use cosmic::policy::Controller;
 use cosmic::error::Error;
+use cosmic::policy::Controller;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};

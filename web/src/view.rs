@@ -47,7 +47,9 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
 fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     let side = codesign.task().lattice.side();
     let profile = codesign.scene().physics.ground.resolved();
-    let points = profile.between(Range::default().widened(100.0 * side)).into_iter();
+    let points = profile
+        .between(Range::default().widened(100.0 * side))
+        .into_iter();
     points.map(|point| ground.point_to_world(point)).collect()
 }
 
