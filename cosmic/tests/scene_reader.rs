@@ -52,9 +52,9 @@ const WRONG: [(&str, &str, &str); 43] = [
         "above the first section",
     ),
     (
-        "format = \"cosmic-scene\"\nversion = ^2",
-        "`version` is out of range: 2",
-        "reads versions up to 1",
+        "format = \"cosmic-scene\"\nversion = ^3",
+        "`version` is out of range: 3",
+        "reads versions up to 2",
     ),
     (
         "format = ^\"cosmic-design\"\nversion = 1",

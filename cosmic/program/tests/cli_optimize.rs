@@ -30,7 +30,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
     }
     let shown = bench.cosmic("scene show tiny.toml").out;
     let kept = bench.read("a/scene.toml");
-    let stamp = "\nformat = \"cosmic-scene\"\nversion = 1\n";
+    let stamp = "\nformat = \"cosmic-scene\"\nversion = 2\n";
     assert!(kept.contains(stamp) && kept.ends_with(&shown), "{kept}");
 }
 

@@ -245,7 +245,7 @@ settings! {
     struct ControllerSettings {
         /// What drives the robot: a network that observes it, the same network in open loop (driven by the clock
         /// alone), or a policy that the program was given.
-        policy: PolicyName = PolicyName::default(), since 1, source "paper: mlp";
+        policy: PolicyName = PolicyName::default(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.

@@ -39,6 +39,26 @@ fn the_value_of_a_key_for_older_runs_is_valid() {
     assert_eq!(scene.robust, Scene::paper().robust);
 }
 
+/// The scene of a run of version 1, which had no policies.
+#[test]
+fn the_scene_of_a_run_of_version_1_is_read() {
+    let text = Scene::paper().to_run_toml();
+    let is_new = |line: &&str| line.starts_with("policy = ");
+    assert_eq!(text.lines().filter(is_new).count(), 1);
+    let old: String = text
+        .lines()
+        .filter(|line| !is_new(line))
+        .fold(String::new(), |text, line| text + line + "\n");
+    let old = old.replacen("version = 2", "version = 1", 1);
+    assert_eq!(Scene::parse_of_run("old", &old).unwrap(), Scene::paper());
+    let cut = old.replacen("version = 1", "version = 2", 1);
+    let refused = Scene::parse_of_run("cut", &cut).unwrap_err().to_string();
+    assert!(
+        refused.contains("`controller.policy` is missing"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
     let text = Scene::paper().to_toml();
