@@ -28,6 +28,8 @@ pub(super) struct Robot {
     /// Rest lengths in slots.
     rest_length: Vec<f64>,
     pub(super) drive: Drive,
+    /// The scene's section `controller`.
+    pub(super) settings: ControllerSettings,
     /// Whether nodes belong to the robot as much as its body says.
     weighs: bool,
     /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
@@ -49,7 +51,6 @@ pub(super) enum Drive {
 pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
-    pub(super) settings: ControllerSettings,
     /// The numbers that a step is given for it.
     given: Arc<[Given]>,
 }
@@ -71,16 +72,18 @@ impl Robot {
             graph,
             actuated,
             drive: Drive::Held,
+            settings: controller.clone(),
             weighs: false,
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
         };
-        robot.drive = Drive::Policy(robot.driver(controller));
+        robot.drive = Drive::Policy(robot.driver());
         robot
     }
 
     /// The policy of a scene, recorded once to see what it is given.
-    fn driver(&self, settings: &ControllerSettings) -> Driver {
+    fn driver(&self) -> Driver {
+        let settings = &self.settings;
         let policy = policy::of_settings(settings);
         let blocks = policy.parameters(&Sizes {
             nodes: self.graph.nodes(),
@@ -90,7 +93,6 @@ impl Robot {
         let mut driver = Driver {
             policy,
             blocks: blocks.into(),
-            settings: settings.clone(),
             given: Arc::new([]),
         };
         let mut declared = Declared(Program::default());
@@ -100,14 +102,14 @@ impl Robot {
             clock: p.input(2),
             presence: None,
         };
-        let (_, given) = driver.record(&mut declared, seen, self.outputs());
+        let (_, given) = driver.record(&mut declared, settings, seen, self.outputs());
         driver.given = given.into();
         driver
     }
 
-    /// The same robot without what none of these bodies needs: edges without stiffness, which pull on
-    /// nothing however far they are stretched, and outputs of the policy for edges that do not strain, or
-    /// are not there: zero times an activation is zero whatever the activation.
+    /// The same robot without the parts that no body needs: edges without stiffness, which never pull, and
+    /// outputs of the policy for edges that do not strain or do not exist, which multiply an activation by
+    /// zero.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
@@ -196,7 +198,7 @@ impl Robot {
         } else {
             Mean::OfAll
         };
-        let (settings, sight) = (&driver.settings, driver.policy.observe());
+        let (settings, sight) = (&self.settings, driver.policy.observe());
         let fold = Fold::new(settings, ground, self.graph.nodes(), sight, mean);
         let (fold, outputs) = (fold.without_constants(), self.outputs());
         let given = driver.given.iter();
@@ -224,15 +226,21 @@ impl Robot {
             clock,
             presence: given.presence,
         };
-        let (activation, _) = driver.record(p, seen, self.outputs());
+        let (activation, _) = driver.record(p, &self.settings, seen, self.outputs());
         activation
     }
 }
 
 impl Driver {
     /// Records the policy: the activation of every slot, and what the step is given for it.
-    fn record(&self, p: &mut dyn Recording, seen: Seen, outputs: Outputs) -> (Array, Vec<Given>) {
-        let sees = (self.policy.observe(), &self.settings);
+    fn record(
+        &self,
+        p: &mut dyn Recording,
+        settings: &ControllerSettings,
+        seen: Seen,
+        outputs: Outputs,
+    ) -> (Array, Vec<Given>) {
+        let sees = (self.policy.observe(), settings);
         let mut step = PolicyStep::new(p, &self.blocks, sees, seen, outputs);
         let activation = self.policy.record(&mut step);
         (activation, step.into_given())

@@ -61,8 +61,6 @@ pub struct Simulator {
     /// The speed of a node, m/s, above which a guarded rollout counts as diverged; `None` without a
     /// bound.
     pub(super) speed_bound: Option<f64>,
-    /// The scene's section `controller`.
-    controller: ControllerSettings,
     /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
     clock: Arc<[f64]>,
     /// For the record that the reverse sweep of a rollout reads.
@@ -91,7 +89,6 @@ impl Simulator {
             robot,
             ground: Ground::from(physics),
             speed_bound: physics.speed_bound,
-            controller: controller.clone(),
             clock,
             memory: Memory::All,
         }
@@ -136,16 +133,9 @@ impl Simulator {
     /// This world with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
-        let controller = self.controller.turned_back();
-        let mut robot = self.robot.clone();
-        if let Drive::Policy(driver) = &mut robot.drive {
-            driver.settings.clone_from(&controller);
-        }
-        Self {
-            controller,
-            robot,
-            ..self.clone()
-        }
+        let mut other = self.clone();
+        other.robot.settings = self.robot.settings.turned_back();
+        other
     }
 
     /// Steps a robot from a state in the world's frame.
@@ -228,7 +218,7 @@ impl Simulator {
         let numbers = self.numbers(&robot, bodies, Driving::By(controller));
         let slots = robot.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
-            let clock = clock(&self.controller, *time);
+            let clock = clock(&self.robot.settings, *time);
             [self.flatten(state), clock.to_vec(), vec![0.0; slots]].concat()
         };
         let starts: Vec<Vec<f64>> = moments.iter().map(start).collect();
