@@ -346,7 +346,7 @@ impl Simulator {
             let parts = inputs.parts();
             let arrays = parts.iter().zip(self.sizes.shapes());
             arrays
-                .map(|(part, shape)| array(py, inputs.part(part).to_vec(), &shape))
+                .map(|(part, shape)| array(py, inputs.part(part), &shape))
                 .collect()
         })
     }

@@ -51,7 +51,7 @@ impl Study {
     /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
     /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
     pub fn prepare(&self) -> Result<SweepPlan> {
-        let plan = self.plan()?;
+        let plan = self.plan(&self.file.trials(&self.base)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
         if !self.runs.join(PLAN).exists() {
             return plan.freeze(&self.runs).map(|()| plan);
@@ -76,16 +76,15 @@ impl Study {
     }
 
     /// Every trial with every seed.
-    fn plan(&self) -> Result<SweepPlan> {
+    fn plan(&self, trials: &[Trial]) -> SweepPlan {
         let frictions = self.file.keys.mujoco.clone();
         let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
-        let scene = |Trial { name, scene, .. }| PlannedScene {
-            name,
+        let scene = |trial: &Trial| PlannedScene {
+            name: trial.name.clone(),
             swept: Vec::new(),
-            scene,
+            scene: trial.scene.clone(),
         };
-        let trials = self.file.trials(&self.base)?;
-        Ok(SweepPlan {
+        SweepPlan {
             study: Some(PlannedStudy {
                 kind: self.file.name.clone(),
                 python,
@@ -94,14 +93,15 @@ impl Study {
             first_seed: self.first_seed,
             seeds: self.seeds,
             iterations: self.iterations,
-            scenes: trials.into_iter().map(scene).collect(),
-        })
+            scenes: trials.iter().map(scene).collect(),
+        }
     }
 
     /// Makes the folder of the results, completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// The errors of [`make_folder`] and [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of the runs.
+    /// The errors of [`make_folder`] and [`Sweep::run_all`]; [`Error::Usage`] if other processes are doing some of
+    /// the runs.
     pub fn simulate(
         &self,
         plan: &SweepPlan,
@@ -124,7 +124,8 @@ impl Study {
     /// # Errors
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
-        let (plan, seeds) = (self.plan()?, self.seeds.get());
+        let trials = self.file.trials(&self.base)?;
+        let (plan, seeds) = (self.plan(&trials), self.seeds.get());
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
@@ -146,7 +147,7 @@ impl Study {
                 runs: runs.collect::<Result<_>>()?,
             })
         };
-        let trials = self.file.trials(&self.base)?.into_iter().enumerate();
-        self.write_results(&trials.map(row).collect::<Result<Vec<_>>>()?)
+        let rows = trials.into_iter().enumerate().map(row);
+        self.write_results(&rows.collect::<Result<Vec<_>>>()?)
     }
 }

@@ -84,14 +84,8 @@ impl<'a> Probe<'a> {
         blocks: &[Block],
         directions: [&[f64]; N],
     ) -> Inputs<Dual<R, N>> {
-        let dual = |(i, x): (usize, f64)| Dual {
-            value: R::lit(x),
-            tangent: directions.map(|direction| R::lit(direction[i])),
-        };
-        let numbers = self.inputs.get(blocks).into_iter().enumerate();
-        let moving: Vec<Dual<R, N>> = numbers.map(dual).collect();
         let mut inputs = self.inputs.lift();
-        inputs.set(blocks, &moving);
+        inputs.set(blocks, &duals(&self.inputs.get(blocks), directions));
         inputs
     }
 
@@ -101,6 +95,18 @@ impl<'a> Probe<'a> {
         inputs.set(blocks, numbers);
         inputs
     }
+}
+
+/// Numbers as duals that move along `N` directions at once.
+pub(super) fn duals<R: Real, const N: usize>(
+    numbers: &[f64],
+    directions: [&[f64]; N],
+) -> Vec<Dual<R, N>> {
+    let dual = |(i, &x): (usize, &f64)| Dual {
+        value: R::lit(x),
+        tangent: directions.map(|direction| R::lit(direction[i])),
+    };
+    numbers.iter().enumerate().map(dual).collect()
 }
 
 /// The energies of a robot's states, J; `None` if a force has no energy, such as the force of a damper.

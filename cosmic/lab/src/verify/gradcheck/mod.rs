@@ -4,10 +4,10 @@ mod table;
 
 use std::sync::Arc;
 
+use autodiff::Real;
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
-use autodiff::{Dual, Real};
 
-use super::probe::{Probe, norm};
+use super::probe::{Probe, duals, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
@@ -254,13 +254,8 @@ impl<'a> CaseLoss<'a> {
     fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
         let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
         let forward = |direction: &[f64]| {
-            let dual = |(&value, &d): (&f64, &f64)| Dual {
-                value,
-                tangent: [d],
-            };
-            let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
             let mut inputs = self.probe.inputs.lift();
-            inputs.set_part(part, &moving);
+            inputs.set_part(part, &duals::<f64, 1>(&x, [direction]));
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {
