@@ -28,6 +28,14 @@ enum Numbers {
     Rows(Vec<Vec<f64>>),
 }
 
+impl Numbers {
+    /// A matrix that is given row by row.
+    fn rows(numbers: &[f64], columns: usize) -> Self {
+        let rows = numbers.chunks_exact(columns.max(1));
+        Self::Rows(rows.map(<[f64]>::to_vec).collect())
+    }
+}
+
 impl Weights {
     /// The controller with these numbers in these blocks.
     ///
@@ -130,10 +138,7 @@ impl From<&Controller<f64>> for Weights {
             let numbers = &controller.numbers()[range];
             let numbers = match shape {
                 Shape::Vector(_) => Numbers::Vector(numbers.to_vec()),
-                Shape::Matrix { columns, .. } => {
-                    let rows = numbers.chunks_exact(columns.max(1));
-                    Numbers::Rows(rows.map(<[f64]>::to_vec).collect())
-                }
+                Shape::Matrix { columns, .. } => Numbers::rows(numbers, columns),
             };
             (Cow::Owned(name.to_owned()), numbers)
         };
@@ -145,10 +150,8 @@ impl From<&Network<f64>> for Weights {
     fn from(network: &Network<f64>) -> Self {
         let layers = [&network.first, &network.second].into_iter();
         let numbers = layers.flat_map(|Layer { weights, biases }| {
-            let columns = weights.len() / biases.len().max(1);
-            let rows = weights.chunks_exact(columns.max(1));
-            let rows = rows.map(<[f64]>::to_vec).collect();
-            [Numbers::Rows(rows), Numbers::Vector(biases.clone())]
+            let rows = Numbers::rows(weights, weights.len() / biases.len().max(1));
+            [rows, Numbers::Vector(biases.clone())]
         });
         let names = NETWORK.into_iter().map(Cow::Borrowed);
         Self(names.zip(numbers).collect())
