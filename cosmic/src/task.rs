@@ -190,7 +190,7 @@ impl Task {
             .rollout(&self.body(design), controller, start, span)
     }
 
-    /// Steps robots from several starts, all of one design or each of its own. The results are
+    /// Steps robots from several starts. All have one design, or each has its own. The results are
     /// bit-identical to single [rollouts](Task::rollout), but faster.
     pub fn rollout_many<R: Real>(
         &self,

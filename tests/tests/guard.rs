@@ -158,7 +158,7 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
     guarded
 }
 
-/// What is absurd is found, named and replayed from a file; what is not is delivered as it is.
+/// Every absurd state is found, named and replayed from a file. All other states are delivered unchanged.
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
     let (mut wrong, mut replayed) = (Vec::new(), 0);
@@ -212,7 +212,7 @@ fn every_absurd_state_is_found_and_replayed() {
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 
-/// A rollout that begins late has the clock of its own steps, and so has the search.
+/// A rollout that begins late uses the clock of its own steps, and the search for a divergence uses the same clock.
 #[test]
 fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     let case = case(|scene| {
@@ -326,8 +326,7 @@ fn several_starts_together_are_watched_one_by_one() {
     }
 }
 
-/// What one layout does not need is kept if another one needs it, void edges and outputs of the controller
-/// alike.
+/// Layouts that run together keep every void edge and every output of the controller that one of them needs.
 #[test]
 fn several_layouts_together_have_the_bits_of_each_alone() {
     const WRONG: usize = 5;

@@ -72,7 +72,7 @@ trait Lanes<R, const O: usize> {
     /// The work on `n` entries from place `at` on.
     ///
     /// # Safety
-    /// All arrays have these entries, and `n` is no more than `N`.
+    /// All arrays have these entries, and `n` is at most `N`.
     unsafe fn lane<L: Lane<R>>(&mut self, at: usize, n: usize);
 
     /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with

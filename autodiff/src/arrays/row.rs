@@ -141,7 +141,7 @@ impl<R: Real> Places<R> {
 /// A lane of the `n` numbers from place `at` on, and zeros.
 ///
 /// # Safety
-/// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is no more than `N`.
+/// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is at most `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) -> L {

@@ -201,7 +201,7 @@ impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ForwardLanes<'_, R, L,
     /// The results of `n` entries from place `at` on.
     ///
     /// # Safety
-    /// All arrays have these entries, and `n` is no more than `N`.
+    /// All arrays have these entries, and `n` is at most `N`.
     #[inline(always)]
     unsafe fn lane(&mut self, at: usize, n: usize) {
         let len = self.weights.len();

@@ -29,7 +29,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     /// The `n` scalars from place `at` on, then zeros, without a check.
     ///
     /// # Safety
-    /// The slice holds at least `at + n` scalars, and `n` is no more than `N`.
+    /// The slice holds at least `at + n` scalars, and `n` is at most `N`.
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
     unsafe fn load_n(from: &[S], at: usize, n: usize) -> Self {

@@ -34,7 +34,7 @@ impl Case {
 /// All cases of a folder, by name: every `reference/CASE.json`, with its `data/KIND/CASE.txt`.
 ///
 /// # Errors
-/// If there are none, or one cannot be read.
+/// If the folder has no case, or a case cannot be read.
 pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
     let references = folder.join("reference");
     let wrong = |what: String| Error::File {

@@ -63,7 +63,7 @@ pub const EVALUATIONS: [(&str, Prepare); 12] = [
 /// The evaluation of a module.
 ///
 /// # Errors
-/// If there is no such module.
+/// If the module is unknown.
 pub fn evaluation(module: &str) -> Result<Prepare, Error> {
     let found = EVALUATIONS.iter().find(|(name, _)| *name == module);
     let unknown = || Error::Unknown(format!("module '{module}'"));

@@ -116,7 +116,7 @@ impl Design<Mixture<f64>> {
         }
     }
 
-    /// The same design with shares that are constants of another number type.
+    /// The same design in another number type, with constant shares.
     pub fn lift<R: Real>(&self) -> Design<Mixture<R>> {
         self.map(|mixture| Mixture(mixture.0.map(R::lit)))
     }

@@ -157,7 +157,7 @@ impl LayoutRules {
         }
     }
 
-    /// What single edges may be made of.
+    /// The materials that the lattice allows for each edge.
     pub(super) fn edges(&self) -> &EdgeRules {
         &self.lattice.rules
     }

@@ -8,8 +8,8 @@ use crate::record::operation::{Binary, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
-/// The values, and the partials if the function differentiates. Short functions have loops of their own; the others are compiled once for
-/// blocks of all lengths.
+/// The values, and the partials if `differentiates` holds. Short functions have loops of their own; all other
+/// functions are compiled once for blocks of every length.
 #[inline(always)]
 pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
     (f, differentiates): (Unary, bool),

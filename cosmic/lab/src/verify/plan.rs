@@ -106,7 +106,7 @@ impl Plan {
             step: Some(step),
             voids: None,
         };
-        // Without outputs there is no network at all: that saved both layers.
+        // A robot without outputs has no network, so leaving them out saved both layers.
         let output = plan.term(OUTPUT).cost;
         let hidden = &mut plan.term(HIDDEN).cost;
         let both = hidden.zip(output);
