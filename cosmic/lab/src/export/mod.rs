@@ -14,7 +14,6 @@ mod dxf;
 mod stl;
 mod joint;
 mod frame;
-mod numpy;
 pub mod mujoco;
 
 use crate::report::RunFiles;
@@ -22,7 +21,6 @@ use cosmic::error::Result;
 use cosmic::record::files::{make_folder, write_atomic};
 use frame::Frame;
 use member::members;
-pub use numpy::{NumpyArray, write_npz};
 use pattern::Pattern;
 pub use sizes::Sizes;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Runs side by side.
 
 use super::numbers::{departures, with_numbers};
-use super::{html, page, race};
+use super::{page, race};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
@@ -91,12 +91,12 @@ impl Comparison {
             String::new()
         } else {
             include_str!("page/race.html").to_owned()
-                + &page::scripts(&lanes.into(), &[include_str!("page/race.js")])
+                + &page::script(&lanes.into(), include_str!("page/race.js"))
         };
         let body = format!(
             "<h1>{title}</h1>\n{race}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers\">{table}</div>\n"
         );
-        Ok(html::page(title, &body))
+        Ok(page::html(title, &body))
     }
 }
 

@@ -1,17 +1,17 @@
-//! What the scripts of a page draw from.
+//! The data of a page's scripts.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
+use super::convergence::{Chart, Series, charts};
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::Motion;
-use cosmic::codesign::Record;
 use cosmic::geometry::{Range, Vector};
 use cosmic::record::history::Walk;
 
-/// Seconds from one frame of the delivered robot to the next.
+/// Seconds between two frames of the delivered robot.
 const FRAME: f64 = 0.04;
-/// Parts of the lattice's spacing that its positions are rounded to.
+/// Its positions are rounded to this fraction of the lattice's spacing.
 const PARTS: f64 = 1000.0;
 
 /// A robot and its motion.
@@ -24,7 +24,7 @@ pub(super) fn of_motion(motion: &Motion) -> Value {
     })
 }
 
-/// All of a run.
+/// A run with everything that it kept.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
@@ -49,7 +49,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// The lattice, and the design that is delivered.
+/// The lattice and the delivered design.
 pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
@@ -97,54 +97,32 @@ fn walk(motion: &Motion) -> Option<Walk> {
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// True if the robot flew apart in the gradient's rollout of this iteration. Files then have no displacement.
-pub(super) fn horizon_diverged(record: &Record) -> bool {
-    let displacement = record.displacement_horizon;
-    record.pass.is_some() && !displacement.is_some_and(f64::is_finite)
-}
-
-/// The numbers of the history, a list each with a number an iteration.
+/// The charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
-    type Number = fn(&Record) -> Option<f64>;
-    // A curve has a gap where a rollout diverged. It continues across iterations without a rollout.
-    let is_gap = |name: &str, record: &Record| match name {
-        "displacement" => record.diverged,
-        "horizon" => horizon_diverged(record),
-        _ => false,
+    let number = |number: &Option<f64>| match number {
+        Some(x) if !x.is_finite() => json!("diverged"),
+        number => json!(number.map(brief)),
     };
-    let columns: [(&str, Number); 11] = [
-        ("displacement", |r| r.displacement),
-        ("horizon", |r| r.displacement_horizon),
-        ("solid", |r| Some(r.volume)),
-        ("actuators", |r| Some(r.actuator_volume)),
-        ("norm", |r| Some(r.measures[0])),
-        ("void_skeleton", |r| Some(r.measures[1])),
-        ("void_actuator", |r| Some(r.measures[2])),
-        ("skeleton_actuator", |r| Some(r.measures[3])),
-        ("design", |r| r.design_gradient[0]),
-        ("design_stability", |r| r.design_gradient[1]),
-        ("controller", |r| r.controller_gradient),
-    ];
-    let column = |(name, number): (&str, Number)| {
-        let number = |record: &Record| match number(record) {
-            _ if is_gap(name, record) => json!("diverged"),
-            number => json!(number.map(brief)),
-        };
-        let numbers = run.history.iter().map(number);
-        (name.to_owned(), json!(numbers.collect::<Vec<_>>()))
+    let series = |series: &Series| {
+        let numbers: Vec<Value> = series.numbers.iter().map(number).collect();
+        json!({ "name": series.name, "colour": series.colour, "numbers": numbers })
     };
-    let columns: Map<String, Value> = columns.into_iter().map(column).collect();
+    let chart = |chart: &Chart| {
+        json!({
+            "id": chart.id,
+            "title": chart.title,
+            "series": chart.series.iter().map(series).collect::<Vec<_>>(),
+            "levels": chart.levels,
+            "log": chart.log,
+        })
+    };
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);
         json!({ "name": part[0].phase.name(), "from": ends[0] - 1, "to": ends[1] })
     });
-    let volume = &run.robot.scene.volume;
-    let bounds = [volume.solid, volume.actuator].concat();
     json!({
         "first": run.history.first().map(|record| record.iteration),
-        "columns": columns,
+        "charts": charts(run).iter().map(chart).collect::<Vec<_>>(),
         "phases": phases.collect::<Vec<_>>(),
-        "bounds": bounds,
-        "median": run.summary.displacement_p50,
     })
 }

@@ -1,59 +1,40 @@
-//! A robot in motion for drawings: coloured bars in the frame of the world.
+//! A robot's rollout for drawings: coloured bars in the frame of the world.
 
 use std::collections::BTreeSet;
 
 use super::files::RobotFiles;
+use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
-/// Colour of passive edges.
-pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
-/// Colour of the payload and its path.
-pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
+/// Skeleton bars.
+pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
+/// The payload and its path.
+pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
+/// An actuator at its strongest contraction, at rest, at its strongest extension, and beyond these strains.
+const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
+const AT_REST: Colour = Colour::hex(0xb4aeba);
+const EXTENDED: Colour = Colour::hex(0xd61f1f);
+pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 
-/// The largest number of moments of a rollout in an animation.
+/// The most moments of a rollout in an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// Parts of the ground around a camera whose heights are averaged.
+/// The number of intervals of the ground around a camera whose ends' heights are averaged.
 const FLOORS: u32 = 16;
-
-/// An actuator's colours, from the strongest contraction over rest to the strongest extension.
-const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
-const AT_REST: [u8; 3] = [0xb4, 0xae, 0xba];
-const EXTENDED: [u8; 3] = [0xd6, 0x1f, 0x1f];
-/// The colour of an actuator beyond those strains.
-pub(super) const BEYOND: [u8; 3] = [0xb8, 0x00, 0xb8];
 
 /// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
     /// From one node to the other, m.
     pub(super) line: Segment,
-    pub(super) colour: [u8; 3],
+    pub(super) colour: Colour,
     pub(super) actuator: bool,
     /// More void than not.
     pub(super) faint: bool,
-}
-
-/// A window on the world: a point of it in metres, its place in the drawing, the scale.
-pub(super) struct View {
-    pub(super) corner: Vector<f64>,
-    /// From the left and from the top, pixels.
-    pub(super) origin: Vector<f64>,
-    /// Pixels per metre.
-    pub(super) scale: f64,
-}
-
-impl View {
-    /// Where a point of the world is drawn.
-    pub(super) fn place(&self, point: Vector<f64>) -> Vector<f64> {
-        let away = (point - self.corner) * self.scale;
-        // Pixels are counted downwards.
-        self.origin + away.with_up(-away.up())
-    }
 }
 
 /// A robot's rollout.
@@ -141,7 +122,7 @@ impl<'r> Motion<'r> {
             };
             Some(DrawnEdge {
                 line,
-                colour: mixed([255; 3], colour, self.presence[e]),
+                colour: PAPER.mixed(colour, self.presence[e]),
                 faint: self.presence[e] < 0.5,
                 actuator: *material == Material::Actuator,
             })
@@ -154,7 +135,7 @@ impl<'r> Motion<'r> {
     }
 
     /// The colour of an actuator's strain.
-    pub(super) fn colour(&self, strain: f64) -> [u8; 3] {
+    pub(super) fn colour(&self, strain: f64) -> Colour {
         strained(strain / self.limit)
     }
 
@@ -234,22 +215,13 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// The colour of a strain that is such a share of the limit.
-pub(super) fn strained(share: f64) -> [u8; 3] {
+/// The colour of a strain, as a multiple of the limit.
+pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;
     }
     let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
-    mixed(AT_REST, end, share.abs())
-}
-
-/// A colour on the way from one to another.
-fn mixed(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
-    let mix = |k: usize| {
-        let (from, to) = (f64::from(from[k]), f64::from(to[k]));
-        (from + share * (to - from)).round() as u8
-    };
-    [0, 1, 2].map(mix)
+    AT_REST.mixed(end, share.abs())
 }
 
 fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
@@ -262,11 +234,6 @@ fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
     nodes.into_iter().collect()
-}
-
-/// A colour in the notation of SVG and HTML.
-pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub(super) fn with_numbers<'r, S>(
     let p90 = metres("p90", "displacement: 90 % quantile over perturbed starts");
     let says = "displacement of the last iterate: median over perturbed starts";
     let last = metres("last p50", says);
-    let says = "displacement with the clock alone, without feedback: median over perturbed starts";
+    let says = "displacement in open loop, without feedback: median over perturbed starts";
     let clock = metres("clock alone", says);
     let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
     let behind = metres("behind", says);
@@ -27,17 +27,19 @@ pub(super) fn with_numbers<'r, S>(
     let actuators = share("V_act", "share of actuators");
     let seed = Column::new("seed", "seed of the random generator");
     let seconds = Column::new("time", "duration of the optimisation").unit("s");
+    let seconds = seconds.decimals(1, "-");
+    let says = "loss: median over the same perturbed starts";
+    let loss = Column::new("loss p50", says).decimals(4, "–");
     let count = |name, says| Column::new(name, says).decimals(0, "–");
     let pieces = count("pieces", "connected pieces of bars");
     let nodes = count("nodes", "nodes with a bar");
     let ends = count("free ends", "ends of bars without another bar");
     let crossings = count("crossings", "pairs of bars that cross");
     // An undecided design has no bars yet: its cells say so and do not look missing.
-    let decided = move |run, number: fn(&Summary) -> Option<f64>| {
-        let summary: &Summary = of(run);
-        match summary.is_undecided() {
-            true => Cell::from("undecided"),
-            false => number(summary).into(),
+    let decided = |number: fn(&Summary) -> Option<f64>| {
+        move |run| match of(run) {
+            summary if summary.is_undecided() => Cell::from("undecided"),
+            summary => number(summary).into(),
         }
     };
     let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
@@ -45,9 +47,9 @@ pub(super) fn with_numbers<'r, S>(
         let mut runs = table.subjects().iter();
         runs.any(|run| number(of(run)).is_some())
     };
-    let has_loss = has(|summary| summary.loss_p50);
-    let has_behind = has(|summary| summary.displacement_behind_p50);
-    let table = table
+    let has_loss = has(|s| s.loss_p50);
+    let has_behind = has(|s| s.displacement_behind_p50);
+    let mut table = table
         .add(p50, |run| of(run).displacement_p50)
         .add(verdict, |run| of(run).verdict())
         .add(p10, |run| of(run).displacement_p10)
@@ -57,34 +59,20 @@ pub(super) fn with_numbers<'r, S>(
         .add(single, |run| of(run).displacement_along)
         .add(solid, |run| of(run).volume)
         .add(actuators, |run| of(run).actuator_volume)
-        .add(pieces, move |run| {
-            decided(run, |s| s.structure.map(|s| s.pieces as f64))
-        })
-        .add(nodes, move |run| {
-            decided(run, |s| s.structure.map(|s| s.nodes as f64))
-        })
-        .add(ends, move |run| {
-            decided(run, |s| s.structure.map(|s| s.free_ends as f64))
-        })
-        .add(crossings, move |run| {
-            decided(run, |s| s.structure.map(|s| s.crossings as f64))
-        })
-        .add(strain, move |run| {
-            decided(run, |s| s.loads.as_ref().map(|l| l.strain.peak))
-        })
+        .add(pieces, decided(|s| Some(s.structure?.pieces as f64)))
+        .add(nodes, decided(|s| Some(s.structure?.nodes as f64)))
+        .add(ends, decided(|s| Some(s.structure?.free_ends as f64)))
+        .add(crossings, decided(|s| Some(s.structure?.crossings as f64)))
+        .add(strain, decided(|s| Some(s.loads.as_ref()?.strain.peak)))
         .add(seed, |run| Cell::Count(of(run).seed))
-        .add(seconds.decimals(1, "-"), |run| of(run).seconds);
-    let table = if has_behind {
-        table.add(behind, |run| of(run).displacement_behind_p50)
-    } else {
-        table
-    };
-    if !has_loss {
-        return table;
+        .add(seconds, |run| of(run).seconds);
+    if has_behind {
+        table = table.add(behind, |run| of(run).displacement_behind_p50);
     }
-    let says = "loss: median over the same perturbed starts";
-    let loss = Column::new("loss p50", says).decimals(4, "–");
-    table.add(loss, |run| of(run).loss_p50)
+    if has_loss {
+        table = table.add(loss, |run| of(run).loss_p50);
+    }
+    table
 }
 
 /// The names of the options by which a run departs from the paper, for people.

@@ -1,7 +1,7 @@
 //! Sheets: the tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
 
 use super::chart::LogChart;
-use super::html;
+use super::page;
 use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
@@ -156,7 +156,7 @@ impl Sheet {
              class=\"muted\">Blue rows: the scene as it stands. Red rows failed. Hover over a \
              column's heading for what it is.</p>\n"
         );
-        html::page(&self.title, &body)
+        page::html(&self.title, &body)
     }
 
     /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every

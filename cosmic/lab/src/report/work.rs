@@ -1,7 +1,6 @@
 //! The report of a run, or of a design alone.
 
-use super::animation::{self, FILM, GIF, Pace};
-use super::canvas::Shot;
+use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use super::{convergence, evolution, layout, page, robot};
