@@ -23,14 +23,14 @@ const { values: given, positionals } = parseArgs({
   },
 });
 
-/** Designs in this process, without pictures, and prints what came of it. */
+/** Designs a robot in this process, without pictures, and prints the result. */
 function inWebAssembly(scene, seed) {
   const engine = new Engine(new WebAssembly.Module(readFileSync(here("dist/cosmic.wasm"))));
   engine.ask({ do: "begin", scene: { scene, settings: [] }, seed });
-  while (!engine.ask({ do: "iterate", shown: false }).ok.done);
-  const { spread } = engine.ask({ do: "deliver" }).ok;
+  while (!engine.ask({ do: "iterate", shown: false }).done);
+  const { spread } = engine.ask({ do: "deliver" });
   const { user, system } = process.cpuUsage();
-  const design = engine.ask({ do: "design" }).ok;
+  const design = engine.ask({ do: "design" });
   console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: spread.p50, design }));
 }
 

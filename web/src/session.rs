@@ -56,11 +56,7 @@ impl Session {
         let record = work.codesign.iterate(&mut work.progress);
         let check = work.codesign.step_check(&work.progress);
         check.accept(&work.codesign.scene().physics)?;
-        let robot = if shown {
-            work.present()
-        } else {
-            Value::Null
-        };
+        let robot = if shown { work.present() } else { Value::Null };
         let done = work.codesign.is_done(&work.progress);
         Ok(json!({ "record": record, "robot": robot, "done": done }))
     }

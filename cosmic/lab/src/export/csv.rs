@@ -1,4 +1,4 @@
-//! The tables of bars and of nodes, in SI units, to nine decimals: nanometres, micrograms, nanonewtons.
+//! The tables of bars and nodes, in SI units to nine decimals: nanometres, micrograms, nanonewtons.
 
 use super::layers::joints;
 use super::member::{MM, Member, place};
@@ -22,7 +22,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    // Forces are the only columns that need every law of the scene.
+    // Only the forces need every law of the scene.
     let loads = match run.robot.lacks() {
         [] => Some(loads(run)?),
         _ => None,

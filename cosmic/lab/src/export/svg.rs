@@ -1,15 +1,15 @@
-//! The flat pattern as SVG, to scale: a unit of the drawing is a millimetre.
+//! The flat pattern as SVG, to scale: a unit is a millimetre.
 
 use super::pattern::{LABEL, Layer, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::Write;
 
-/// Colours by which a laser cutter's program tells what is cut: skeleton, actuators, labels.
+/// Colours by which the program of a laser cutter tells skeleton, actuators and labels apart.
 const SKELETON: &str = "#000000";
 const ACTUATOR: &str = "#0000ff";
 const LABELS: &str = "#00a000";
 
-/// The drawing. Nanometres are its last digit.
+/// The pattern as the text of an SVG file. The last digit is a nanometre.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let [width, height] = pattern.size.array();
     let mut svg = format!(
@@ -57,7 +57,7 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
     *svg += "</g>\n";
 }
 
-/// The place of a point in the drawing, whose second coordinate points down.
+/// The place of a point in the drawing, whose second axis points down.
 fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
     point.with_up(pattern.size.up() - point.up())
 }

@@ -94,7 +94,6 @@ impl Shot<'_> {
             corner: Vector::new([x, motion.floor(x)]),
             origin: Vector::new([0.5 * width, 0.78 * ROWS]),
             scale: ROWS / (SIDES * motion.robot.lattice.side()),
-            thickness: 2.4,
         };
         let mut picture = Picture::default();
         let across = Range::new(x, x).widened(0.5 * width / view.scale);

@@ -68,8 +68,8 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
             title: "Displacement along the ground, m",
             note: " (dashed: median of the delivered robot)",
             series: vec![
-                series("gradient's horizon", 1, &horizon),
                 series("full rollout", 0, &full),
+                series("gradient's horizon", 1, &horizon),
             ],
             levels: run.summary.displacement_p50.into_iter().collect(),
             log: false,

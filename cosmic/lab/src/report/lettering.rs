@@ -1,7 +1,7 @@
 //! Letters drawn with strokes: the rasteriser has no text, and a font crate would cost more time to compile than
 //! these 25 characters, which are all that the labels of animations use.
 
-use super::picture::{Anchor, Font, Place};
+use super::picture::{Font, Place};
 use cosmic::geometry::Vector;
 
 /// The height of a digit in the units of the glyphs, and as a fraction of the font's size.
@@ -56,11 +56,7 @@ pub(super) fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
         }
         left += glyph.map_or(BLANK, |_| width + GAP);
     }
-    let before = match font.anchor {
-        Anchor::Start => 0.0,
-        Anchor::Middle => 0.5 * (left - GAP),
-        Anchor::End => left - GAP,
-    };
+    let before = font.anchor * (left - GAP);
     let placed = |(left, points): (f64, Vec<[f64; 2]>)| {
         let point = |[x, y]: [f64; 2]| place + Vector::new([left + x - before, -y]) * scale;
         points.into_iter().map(point).collect()
@@ -77,7 +73,7 @@ fn point(pair: &str) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::{GLYPHS, letters};
-    use crate::report::picture::{Anchor, Font};
+    use crate::report::picture::Font;
     use cosmic::geometry::{Bounds, Vector};
 
     #[test]
@@ -86,10 +82,7 @@ mod tests {
         for letter in label.chars().filter(|letter| *letter != ' ') {
             assert!(GLYPHS.iter().any(|(of, _)| *of == letter), "{letter}");
         }
-        for (anchor, [left, right]) in [
-            (Anchor::Start, [100.0, 120.0]),
-            (Anchor::End, [80.0, 100.0]),
-        ] {
+        for (anchor, [left, right]) in [(0.0, [100.0, 120.0]), (1.0, [80.0, 100.0])] {
             let strokes = letters("10", Vector::new([100.0, 50.0]), Font::PLAIN.at(anchor));
             let [one, zero] = &strokes[..] else {
                 panic!("{strokes:?}");

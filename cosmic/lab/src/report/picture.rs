@@ -74,19 +74,12 @@ impl Pen {
     }
 }
 
-/// The point of a text that is at its place.
-#[derive(Clone, Copy)]
-pub(super) enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
 /// The style of a text.
 #[derive(Clone, Copy)]
 pub(super) struct Font {
     pub(super) colour: Colour,
-    pub(super) anchor: Anchor,
+    /// The part of the text to the left of its place: 0, 0.5 or 1.
+    pub(super) anchor: f64,
     pub(super) bold: bool,
     /// Pixels.
     pub(super) size: f64,
@@ -95,7 +88,7 @@ pub(super) struct Font {
 impl Font {
     pub(super) const PLAIN: Self = Self {
         colour: INK,
-        anchor: Anchor::Start,
+        anchor: 0.0,
         bold: false,
         size: 12.0,
     };
@@ -103,45 +96,31 @@ impl Font {
         bold: true,
         ..Self::PLAIN
     };
-    pub(super) const END: Self = Self::PLAIN.at(Anchor::End);
-    pub(super) const MIDDLE: Self = Self::PLAIN.at(Anchor::Middle);
     pub(super) const MUTED: Self = Self {
         colour: MUTED,
         ..Self::PLAIN
     };
-    pub(super) const CAPTION: Self = Self::MUTED.at(Anchor::Middle);
+    pub(super) const END: Self = Self::PLAIN.at(1.0);
+    pub(super) const MIDDLE: Self = Self::PLAIN.at(0.5);
+    pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
 
-    pub(super) const fn at(self, anchor: Anchor) -> Self {
+    pub(super) const fn at(self, anchor: f64) -> Self {
         Self { anchor, ..self }
     }
 }
 
-/// A part of a picture. Later shapes cover earlier ones.
+/// A part of a picture.
 pub(super) enum Shape {
-    Line {
-        points: Vec<Place>,
-        pen: Pen,
-    },
-    Disc {
-        middle: Place,
-        radius: f64,
-        fill: Colour,
-        edge: Pen,
-    },
-    Rectangle {
-        corner: Place,
-        size: Place,
-        fill: Colour,
-    },
-    /// The place is on the baseline.
-    Text {
-        place: Place,
-        text: String,
-        font: Font,
-    },
+    Line(Vec<Place>, Pen),
+    /// The middle, the radius, the fill and the edge.
+    Disc(Place, f64, Colour, Pen),
+    /// The upper left corner, the size and the fill.
+    Rectangle(Place, Place, Colour),
+    /// A text with its baseline at a place.
+    Text(Place, String, Font),
 }
 
-/// A picture under construction.
+/// A picture under construction. Later shapes cover earlier ones.
 #[derive(Default)]
 pub(super) struct Picture {
     pub(super) shapes: Vec<Shape>,
@@ -151,16 +130,12 @@ impl Picture {
     /// Draws a line through points. In SVG, one point alone is a dot.
     pub(super) fn line<P: Into<Place>>(&mut self, points: impl IntoIterator<Item = P>, pen: Pen) {
         let points = points.into_iter().map(Into::into).collect();
-        self.shapes.push(Shape::Line { points, pen });
+        self.shapes.push(Shape::Line(points, pen));
     }
 
     pub(super) fn disc(&mut self, middle: impl Into<Place>, radius: f64, fill: Colour, edge: Pen) {
-        self.shapes.push(Shape::Disc {
-            middle: middle.into(),
-            radius,
-            fill,
-            edge,
-        });
+        let disc = Shape::Disc(middle.into(), radius, fill, edge);
+        self.shapes.push(disc);
     }
 
     /// Draws a disc without an edge.
@@ -168,24 +143,13 @@ impl Picture {
         self.disc(middle, radius, fill, Pen::new(fill, 0.0));
     }
 
-    pub(super) fn rectangle(
-        &mut self,
-        corner: impl Into<Place>,
-        size: impl Into<Place>,
-        fill: Colour,
-    ) {
-        self.shapes.push(Shape::Rectangle {
-            corner: corner.into(),
-            size: size.into(),
-            fill,
-        });
+    pub(super) fn rectangle<P: Into<Place>>(&mut self, corner: P, size: P, fill: Colour) {
+        let rectangle = Shape::Rectangle(corner.into(), size.into(), fill);
+        self.shapes.push(rectangle);
     }
 
     pub(super) fn text(&mut self, place: impl Into<Place>, text: impl Into<String>, font: Font) {
-        self.shapes.push(Shape::Text {
-            place: place.into(),
-            text: text.into(),
-            font,
-        });
+        let text = Shape::Text(place.into(), text.into(), font);
+        self.shapes.push(text);
     }
 }

@@ -42,32 +42,35 @@ impl Picture {
 impl Canvas {
     fn paint(&mut self, shape: &Shape) {
         match shape {
-            Shape::Line { points, pen } => self.line(points, pen),
-            Shape::Disc {
-                middle,
-                radius,
-                fill,
-                edge,
-            } => {
+            Shape::Line(points, pen) => self.line(points, pen),
+            Shape::Disc(middle, radius, fill, edge) => {
                 let [x, y] = middle.map(|x| x as f32).array();
-                if let Some(circle) = PathBuilder::from_circle(x, y, *radius as f32) {
-                    self.fill(&circle, *fill);
-                    self.stroke(&circle, edge);
-                }
+                let circle = PathBuilder::from_circle(x, y, *radius as f32);
+                self.area(circle, *fill, edge);
             }
-            Shape::Rectangle { corner, size, fill } => {
+            Shape::Rectangle(corner, size, fill) => {
                 let ([x, y], [width, height]) = (corner.array(), size.array());
-                let sides = [x, y, width, height].map(|x| x as f32);
-                if let Some(sides) = Rect::from_xywh(sides[0], sides[1], sides[2], sides[3]) {
-                    self.fill(&PathBuilder::from_rect(sides), *fill);
-                }
+                let [x, y, width, height] = [x, y, width, height].map(|x| x as f32);
+                let sides = Rect::from_xywh(x, y, width, height);
+                let sides = sides.map(PathBuilder::from_rect);
+                self.area(sides, *fill, &Pen::new(*fill, 0.0));
             }
-            Shape::Text { place, text, font } => {
+            Shape::Text(place, text, font) => {
                 let width = if font.bold { 0.16 } else { 0.1 } * font.size;
                 for stroke in letters(text, *place, *font) {
                     self.line(&stroke, &Pen::new(font.colour, width));
                 }
             }
+        }
+    }
+
+    /// Fills an area and draws its edge, unless it is empty or too far away.
+    fn area(&mut self, path: Option<Path>, fill: Colour, edge: &Pen) {
+        if let Some(path) = path {
+            let (rule, scale) = (FillRule::Winding, self.scale);
+            self.pixels
+                .fill_path(&path, &paint(fill), rule, scale, None);
+            self.stroke(&path, edge);
         }
     }
 
@@ -108,11 +111,6 @@ impl Canvas {
         };
         let (paint, scale) = (paint(pen.colour), self.scale);
         self.pixels.stroke_path(path, &paint, &stroke, scale, None);
-    }
-
-    fn fill(&mut self, path: &Path, fill: Colour) {
-        let (paint, rule) = (paint(fill), FillRule::Winding);
-        self.pixels.fill_path(path, &paint, rule, self.scale, None);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use cosmic::geometry::{Range, Vector};
 
-use super::picture::{Anchor, Colour, Font, INK, Pen, Picture, Place, RULE};
+use super::picture::{Colour, Font, INK, Pen, Picture, Place, RULE};
 
 /// The axes of a chart: its place in the picture, and the numbers that it shows.
 pub(super) struct Axes {
@@ -125,7 +125,7 @@ impl Axes {
         for value in self.y.marks(4) {
             let y = self.down(value);
             picture.line([[left, y], [right, y]], Pen::new(RULE, 1.0));
-            let font = Font::MUTED.at(Anchor::End);
+            let font = Font::MUTED.at(1.0);
             picture.text([left - 8.0, y + 4.0], number(value), font);
         }
         picture.line([[left, bottom], [right, bottom]], Pen::new(INK, 1.0));

@@ -26,11 +26,6 @@ pub(super) fn draw(motion: &Motion) -> String {
     picture.to_svg([WIDTH, bottom + 44.0], title)
 }
 
-/// The thickness of bars, pixels. Bars become thinner as the scale falls, but stay visible.
-fn thickness(scale: f64) -> f64 {
-    (scale / 100.0).clamp(1.2, 3.2)
-}
-
 /// Draws the whole rollout in one view of the world. Returns its lower edge.
 fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let moments = moments(motion);
@@ -49,7 +44,6 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
         corner: Vector::new([across.low, up.low]),
         origin: Vector::new([0.5 * (WIDTH - scale * across.size()), bottom]),
         scale,
-        thickness: thickness(scale),
     };
     view.draw_ground(picture, across);
     view.draw_path(picture, &motion.path());
@@ -116,7 +110,6 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
             corner: Vector::new([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
             origin: Vector::new([left, bottom - rise]),
             scale,
-            thickness: thickness(scale),
         };
         draw_panel(picture, &view, moments[0]..=index);
         let place = [left + 0.5 * PANEL, bottom + 28.0];

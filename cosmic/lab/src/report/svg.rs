@@ -1,6 +1,6 @@
 //! Pictures as SVG.
 
-use super::picture::{Anchor, Colour, Pen, Picture, Place, Shape};
+use super::picture::{Colour, Pen, Picture, Place, Shape};
 use crate::table::escape;
 
 impl Picture {
@@ -21,54 +21,39 @@ impl Picture {
 
 fn element(shape: &Shape) -> String {
     match shape {
-        Shape::Line { points, pen } => {
-            let points: String = points.iter().map(|point| place(*point) + " ").collect();
+        Shape::Line(points, pen) => {
+            let point = |point: &Place| format!("{:.1},{:.1}", point[0], point[1]);
+            let points: Vec<String> = points.iter().map(point).collect();
             format!(
                 "<polyline points=\"{}\"{}/>\n",
-                points.trim_end(),
+                points.join(" "),
                 stroke(pen)
             )
         }
-        Shape::Disc {
-            middle,
-            radius,
-            fill,
-            edge,
-        } => {
-            let ([x, y], fill) = (middle.array(), paint("fill", *fill));
-            let edge = stroke(edge);
-            format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"{fill}{edge}/>\n")
+        Shape::Disc(middle, radius, fill, edge) => {
+            let [x, y] = middle.array();
+            let style = paint("fill", *fill) + &stroke(edge);
+            format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"{style}/>\n")
         }
-        Shape::Rectangle { corner, size, fill } => {
+        Shape::Rectangle(corner, size, fill) => {
             let ([x, y], [width, height]) = (corner.array(), size.array());
+            let size = format!("width=\"{width:.1}\" height=\"{height:.1}\"");
             let fill = paint("fill", *fill);
-            format!(
-                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"{fill}/>\n"
-            )
+            format!("<rect x=\"{x:.1}\" y=\"{y:.1}\" {size}{fill}/>\n")
         }
-        Shape::Text { place, text, font } => {
-            let ([x, y], fill) = (place.array(), paint("fill", font.colour));
-            let anchor = match font.anchor {
-                Anchor::Start => "",
-                Anchor::Middle => " text-anchor=\"middle\"",
-                Anchor::End => " text-anchor=\"end\"",
-            };
-            let weight = if font.bold {
-                " font-weight=\"600\""
-            } else {
-                ""
-            };
-            let (size, text) = (font.size, escape(text));
-            format!(
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{fill}{anchor}{weight}>{text}</text>\n"
-            )
+        Shape::Text(place, text, font) => {
+            let ([x, y], text, size) = (place.array(), escape(text), font.size);
+            let mut style = paint("fill", font.colour);
+            if font.anchor > 0.0 {
+                let anchor = if font.anchor < 1.0 { "middle" } else { "end" };
+                style += &format!(" text-anchor=\"{anchor}\"");
+            }
+            if font.bold {
+                style += " font-weight=\"600\"";
+            }
+            format!("<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{style}>{text}</text>\n")
         }
     }
-}
-
-fn place(point: Place) -> String {
-    let [x, y] = point.array();
-    format!("{x:.1},{y:.1}")
 }
 
 fn stroke(pen: &Pen) -> String {

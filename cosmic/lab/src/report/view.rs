@@ -1,7 +1,7 @@
 //! A robot on its ground as shapes: what still pictures and animations share.
 
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
-use super::picture::{Anchor, Colour, Font, PAPER, Pen, Picture, Place};
+use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Range, Vector};
 
 /// The band below the ground's line, and the marks along it.
@@ -18,8 +18,6 @@ pub(super) struct View<'m> {
     pub(super) origin: Place,
     /// Pixels per metre.
     pub(super) scale: f64,
-    /// The width of a skeleton bar, pixels.
-    pub(super) thickness: f64,
 }
 
 impl View<'_> {
@@ -79,15 +77,17 @@ impl View<'_> {
         bars: &[DrawnEdge],
         payload: Vector<f64>,
     ) {
+        // Bars become thinner as the scale falls, but stay visible.
+        let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
         for bar in bars {
-            let width = self.thickness * if bar.actuator { 1.35 } else { 1.0 };
+            let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
             self.line(
                 picture,
                 &[bar.line.from, bar.line.to],
                 Pen::new(bar.colour, width),
             );
         }
-        draw_payload(picture, self.place(payload), 1.8 * self.thickness + 1.0);
+        draw_payload(picture, self.place(payload), 1.8 * thickness + 1.0);
     }
 }
 
@@ -98,9 +98,7 @@ pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radiu
 /// The font of labels in animations.
 pub(super) fn label(size: f64) -> Font {
     Font {
-        colour: SKELETON,
-        anchor: Anchor::Start,
-        bold: false,
         size,
+        ..Font::PLAIN
     }
 }
