@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 /// The longest time between two frames of a rollout, s: several frames for a step of the gait. The page interpolates
 /// between frames.
 const INTERVAL: f64 = 0.04;
-/// Positions are rounded to this fraction of the lattice's spacing.
+/// Positions are rounded to `1 / PARTS` of the lattice's spacing.
 const PARTS: f64 = 1000.0;
 
 /// The steps that are drawn, at equal intervals from the start on.

@@ -19,7 +19,7 @@ pub struct Comparison {
 /// One run.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of its folder, or the whole path if another run has that name.
+    /// The name of its folder, or the whole path if another run's folder has the same name.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -27,7 +27,7 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
-/// Reads the summary of a run. If the folder has a scene file, it must match the scene that the run began with.
+/// Reads the summary of a run. A scene file in its folder must be the scene that the run began with.
 fn read(folder: &Path) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
@@ -57,7 +57,7 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// A row a run, ordered as the runs were given.
+    /// A row for each run, in the order of the runs.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)
@@ -68,8 +68,7 @@ impl Comparison {
         self.columns().done().to_text()
     }
 
-    /// A page on which the robots walk side by side, with the table. Runs without a trajectory are in the table
-    /// alone.
+    /// A page with the table, on which the robots walk side by side. Runs without a trajectory are only in the table.
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.

@@ -11,10 +11,10 @@ use cosmic::record::history::Walk;
 
 /// Seconds between two frames of the delivered robot.
 const FRAME: f64 = 0.04;
-/// Its positions are rounded to this fraction of the lattice's spacing.
+/// Positions of the delivered robot are rounded to `1 / PARTS` of the lattice's spacing.
 const PARTS: f64 = 1000.0;
 
-/// A robot and its motion.
+/// The data of a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
     let walks = [walk(motion)];
     json!({
@@ -24,7 +24,7 @@ pub(super) fn of_motion(motion: &Motion) -> Value {
     })
 }
 
-/// A run with everything that it kept.
+/// The data of a run.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
@@ -64,7 +64,7 @@ pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// Shares of void, skeleton and actuator of every edge, in thousandths.
+/// The shares of void, skeleton and actuator of every edge, in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -72,7 +72,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The ground as far as walks get.
+/// The ground as far as the walks reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
@@ -90,7 +90,7 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// The delivered robot: 25 frames a second, fewer for a long rollout.
+/// The walk of the delivered robot, with 25 frames a second, or fewer for a long rollout.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);

@@ -1,4 +1,4 @@
-//! Runs side by side on one ground: what the scripts of a comparison draw from.
+//! The data of a page with runs side by side on one ground.
 
 use std::path::Path;
 
@@ -14,15 +14,15 @@ use cosmic::record::history::Walk;
 use cosmic::record::run::DESIGN;
 use cosmic::record::trajectory_file::TRAJECTORY;
 
-/// Seconds from one frame to the next, and parts of the lattice's spacing that positions are rounded to.
+/// Seconds between two frames. Positions are rounded to `1 / PARTS` of the lattice's spacing.
 const FRAME: f64 = 0.08;
 const PARTS: f64 = 200.0;
 
-/// A run under its name: its robot and its walk in the frame of its ground, with the payload's start as origin.
-/// `None` for a run whose trajectory is gone.
+/// A run: its robot and its walk in the frame of its ground, with the payload's start as origin. `None` for a run
+/// without a trajectory.
 ///
 /// # Errors
-/// The errors of reading its files.
+/// The errors of reading the files of the run.
 pub(super) fn lane(name: &str, folder: &Path) -> Result<Option<Value>> {
     if !folder.join(TRAJECTORY).exists() {
         return Ok(None);
@@ -31,7 +31,7 @@ pub(super) fn lane(name: &str, folder: &Path) -> Result<Option<Value>> {
     let trajectory = read_trajectory(folder, &robot)?;
     let motion = Motion::new(&robot, &trajectory);
     let ground = motion.ground();
-    // Along the ground alone: heights stay those above its line.
+    // Only along the ground: heights are still above its line.
     let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
     let (seconds, indices) = motion.every(FRAME);
     let along = |k: usize| -> State<f64> {
