@@ -1,6 +1,6 @@
-// The library in WebAssembly beside the native program: processor time, displacement, bits.
+// Compares the library in WebAssembly with the native program: processor time, displacement, bits.
 //   node web/bench.mjs [--seeds 8] [--scalars 2] [--program COSMIC] [--write]
-// Bits are compared for as many seeds as --scalars says.
+// Bits are compared for the first --scalars seeds.
 // With --write the table goes into docs/web.md. `web/build.sh` and `cargo build --release` come first.
 import { execFileSync, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
