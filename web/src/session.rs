@@ -183,7 +183,7 @@ impl Work {
         json!({
             "materials": robot.projected.materials(),
             "mixtures": mixtures.collect::<Vec<_>>(),
-            "walk": seen.as_ref().ok().and_then(|seen| view::walk(&self.codesign, seen)),
+            "walk": seen.as_ref().ok().map(|seen| view::walk(&self.codesign, seen)),
             "along": seen.as_ref().ok().map(along),
             "diverged": seen.err(),
         })

@@ -2,7 +2,7 @@
 
 use cosmic::codesign::CoDesign;
 use cosmic::geometry::{Ground, Range, Vector, flat};
-use cosmic::record::history::Walk;
+use cosmic::lattice::State;
 use cosmic::simulator::Trajectory;
 use serde_json::{Value, json};
 
@@ -60,9 +60,23 @@ fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     points.map(|point| ground.point_to_world(point)).collect()
 }
 
-/// The frames of a rollout, in which the [`drawn_steps`] come first.
-pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Option<Walk> {
-    let seconds = every(codesign) as f64 * codesign.scene().physics.dt;
+/// The [`drawn_steps`] of a rollout, in the form of a walk in `designs.jsonl`: counts of `unit` (m), first of the
+/// positions, then of their changes from one frame to the next.
+pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
+    let unit = codesign.task().lattice.spacing / PARTS;
+    let mut before = vec![0; flat(&seen.states[0].x).len()];
+    let mut moved = |state: &State<f64>| -> Vec<i64> {
+        let counts = flat(&state.x)
+            .into_iter()
+            .map(|x| (x / unit).round() as i64);
+        let pairs = counts.zip(&mut before);
+        let change = |(count, before): (i64, &mut i64)| count - std::mem::replace(before, count);
+        pairs.map(change).collect()
+    };
     let drawn = seen.states.iter().take(drawn_steps(codesign).len());
-    Walk::of(drawn, seconds, codesign.task().lattice.spacing / PARTS)
+    json!({
+        "every": every(codesign) as f64 * codesign.scene().physics.dt,
+        "unit": unit,
+        "counts": drawn.map(&mut moved).collect::<Vec<_>>(),
+    })
 }

@@ -31,7 +31,7 @@ pub(super) fn bars(
     let of = |m: &Member, library: &[f64; 3]| m.material.of(library);
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
-    let strip = |m: &Member| sizes.width * m.span() + 0.25 * PI * sizes.width.powi(2);
+    let strip = |m: &Member| sizes.width * m.axis.length() + 0.25 * PI * sizes.width.powi(2);
     let volume = |m: &Member| (strip(m) - 0.5 * PI * sizes.hole.powi(2)) * sizes.thickness;
     let mass = |m: &Member| of(m, &materials.density) * m.length;
     let table = Table::of("", "", &numbered)

@@ -107,11 +107,11 @@ pub(super) fn draw(pattern: &Pattern) -> String {
             for part in &layer.parts {
                 let on = name(number, part.is_actuator);
                 dxf.outline(&on, part);
-                for end in part.ends() {
+                for end in [part.axis.from, part.axis.to] {
                     dxf.circle(&on, end, pattern.sizes.hole);
                 }
                 let height = pattern.label_height();
-                dxf.text(part.middle(), height, part.angle, &part.label());
+                dxf.text(part.axis.middle(), height, part.angle, &part.label());
             }
         }
     });

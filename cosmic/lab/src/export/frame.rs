@@ -125,7 +125,7 @@ impl Frame {
     fn trimmed(&self, member: &Member) -> Segment {
         let at = |node: usize| self.joints.iter().find(|joint| joint.node == node);
         let trim = |node: usize| at(node).map_or(0.0, |joint| joint.trim);
-        let ([i, j], direction) = (member.nodes, member.direction());
+        let ([i, j], direction) = (member.nodes, member.axis.direction());
         Segment::new(
             member.axis.from + direction * trim(i),
             member.axis.to - direction * trim(j),
@@ -146,7 +146,7 @@ impl Frame {
 
     fn strut(&self, member: &Member, level: usize) -> Prism {
         let axis = self.trimmed(member);
-        let to_left = member.direction().turned_left();
+        let to_left = member.axis.direction().turned_left();
         let z = level as f64 * self.pitch;
         let corner = |k: usize| {
             let (up, left) = (TAU * k as f64 / SIDES as f64).sin_cos();
@@ -167,7 +167,7 @@ impl Frame {
             let strut = self.trimmed(member).length() / MM;
             let kind = member.material as usize;
             volumes[kind] += section * strut;
-            volumes[0] += section * (member.span() / MM - strut);
+            volumes[0] += section * (member.axis.length() / MM - strut);
             counts[kind] += 1;
         }
         let first = &self.members[0];
@@ -210,5 +210,5 @@ fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
 /// The length of the shortest bar at a node, mm.
 fn shortest_at(members: &[Member], node: usize) -> f64 {
     let own = members.iter().filter(|m| m.nodes.contains(&node));
-    own.map(Member::span).fold(f64::MAX, f64::min)
+    own.map(|m| m.axis.length()).fold(f64::MAX, f64::min)
 }

@@ -34,19 +34,9 @@ impl Member {
         }
     }
 
-    /// The distance of the ends, mm.
-    pub(super) fn span(&self) -> f64 {
-        self.axis.length()
-    }
-
-    /// The unit vector from the first end to the second.
-    pub(super) fn direction(&self) -> Vector<f64> {
-        self.axis.direction()
-    }
-
     /// The unit vector away from one of its nodes.
     pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
-        let direction = self.direction();
+        let direction = self.axis.direction();
         if node == self.nodes[0] {
             direction
         } else {
@@ -101,7 +91,7 @@ pub(super) fn sample(edge: usize, nodes: [usize; 2], [from, to]: [[f64; 2]; 2]) 
         material: Material::Skeleton,
         length: 0.0,
     };
-    member.length = member.span() / MM;
+    member.length = member.axis.length() / MM;
     member
 }
 

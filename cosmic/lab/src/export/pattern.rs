@@ -39,16 +39,6 @@ impl Part {
         let [i, j] = self.nodes;
         format!("{i} [{}] {j}", self.edge)
     }
-
-    /// The place of its label.
-    pub(super) fn middle(&self) -> Vector<f64> {
-        self.axis.middle()
-    }
-
-    /// The middles of its holes.
-    pub(super) fn ends(&self) -> impl Iterator<Item = Vector<f64>> {
-        [self.axis.from, self.axis.to].into_iter()
-    }
 }
 
 /// A layer on the sheet.
@@ -123,7 +113,7 @@ impl Pattern {
 /// A bar, moved to its place on the sheet.
 fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     let (a, b) = (member.axis.from + shift, member.axis.to + shift);
-    let direction = member.direction();
+    let direction = member.axis.direction();
     let left = direction.turned_left() * (0.5 * width);
     Part {
         edge: member.edge,
@@ -145,13 +135,13 @@ fn check(members: &[Member], sizes: &Sizes) -> Result<()> {
     }
     // There is as much material between the holes as beside them.
     let least = hole + 0.5 * (width - hole);
-    match members.iter().find(|member| member.span() < least) {
+    match members.iter().find(|member| member.axis.length() < least) {
         None => Ok(()),
         Some(member) => Err(misfit(format!(
             "the bar of edge {} is {:.3} mm long, and its holes take {least} mm of it: choose a smaller \
              width and hole",
             member.edge,
-            member.span()
+            member.axis.length()
         ))),
     }
 }

@@ -44,7 +44,7 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
         "<text x=\"{x:.6}\" y=\"{y:.6}\" font-size=\"{LABEL}\">layer {number}</text>"
     );
     for part in &layer.parts {
-        let [x, y] = down(pattern, part.middle()).array();
+        let [x, y] = down(pattern, part.axis.middle()).array();
         let _ = writeln!(
             svg,
             "<text transform=\"translate({x:.6} {y:.6}) rotate({:.6})\" font-size=\"{:.6}\" \
@@ -77,7 +77,8 @@ fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
         arc(&c),
         arc(&a)
     );
-    for [x, y] in part.ends().map(|end| down(pattern, end).array()) {
+    for end in [part.axis.from, part.axis.to] {
+        let [x, y] = down(pattern, end).array();
         let _ = write!(svg, "<circle cx=\"{x:.6}\" cy=\"{y:.6}\" r=\"{hole:.6}\"/>");
     }
     *svg += "</g>\n";

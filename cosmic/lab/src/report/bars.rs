@@ -86,38 +86,29 @@ mod tests {
     use super::{Bar, bars};
 
     #[test]
-    fn a_long_name_has_room() {
-        // The names end 12 pixels to the left of the line at zero.
-        let left = |letters: usize| {
+    fn a_chart_has_room_for_names_and_a_shape_for_each_finite_number() {
+        let chart = |name: String| {
             let bar = Bar {
-                name: "x".repeat(letters),
-                ..Bar::default()
-            };
-            let svg = bars("title", "m", &[bar]);
-            let (before, _) = svg.split_once("\">xxxx").unwrap();
-            let (_, x) = before.rsplit_once("<text x=\"").unwrap();
-            x.split_once('"').unwrap().0.parse::<f64>().unwrap()
-        };
-        assert_eq!(left(4), left(30));
-        // Letters of 12 pixels are half as wide as high.
-        assert!(left(60) > 60.0 * 6.0 && left(200) > 200.0 * 6.0);
-    }
-
-    #[test]
-    fn a_drawing_has_a_bar_a_point_and_a_mark_for_each_number() {
-        let all = [
-            Bar {
-                name: "a < b".to_owned(),
+                name,
                 value: Some(-1.0),
                 points: vec![-2.0, 0.5, f64::NEG_INFINITY],
                 mark: Some(2.0),
-            },
-            Bar::default(),
-        ];
-        let svg = bars("title", "m", &all);
-        let count = |what: &str| svg.matches(what).count();
-        assert_eq!((count("<circle"), count("#d9541e")), (2, 1));
-        assert!(count("#9fc0e4") == 1 && count("a &lt; b") == 1);
-        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+            };
+            bars("title", "m", &[bar, Bar::default()])
+        };
+        let svg = chart("a < b".to_owned());
+        let shapes = ["<circle", "#d9541e", "#9fc0e4", "a &lt; b", "NaN", "inf"];
+        let counts = shapes.map(|shape| svg.matches(shape).count());
+        assert_eq!(counts, [2, 1, 1, 1, 0, 0]);
+        // The right end of a name.
+        let end = |letters: usize| {
+            let svg = chart("x".repeat(letters));
+            let (before, _) = svg.split_once(">xxxx").unwrap();
+            let (_, x) = before.rsplit_once("<text x=\"").unwrap();
+            x.split_once('"').unwrap().0.parse::<f64>().unwrap()
+        };
+        assert_eq!(end(4), end(30));
+        // Letters of 12 pixels are half as wide as high.
+        assert!(end(60) > 60.0 * 6.0 && end(200) > 200.0 * 6.0);
     }
 }

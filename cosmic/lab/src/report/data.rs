@@ -7,7 +7,7 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::Motion;
 use cosmic::geometry::{Range, Vector};
-use cosmic::record::history::Walk;
+use cosmic::record::history::{DesignRow, Walk};
 
 /// Seconds between two frames of the delivered robot.
 const FRAME: f64 = 0.04;
@@ -16,30 +16,21 @@ const PARTS: f64 = 1000.0;
 
 /// The data of a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
-    let walks = [walk(motion)];
-    json!({
-        "robot": of_robot(motion.robot, &motion.states()[0].x),
-        "world": world(motion, &walks),
-        "walk": walks[0],
-    })
+    of_walks(motion, motion.robot, &[walk(motion)])
 }
 
 /// The data of a run.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
-    let design = |k: usize| {
-        let row = &run.designs[k];
-        json!({ "iteration": row.iteration, "mixtures": mixtures(&run.robot, &row.z), "walk": row.walk })
+    let design = |row: &DesignRow| {
+        let mixtures = mixtures(&run.robot, &row.z);
+        json!({ "iteration": row.iteration, "mixtures": mixtures, "walk": row.walk })
     };
-    let mut data = json!({
-        "robot": of_robot(&run.robot, &motion.states()[0].x),
-        "world": world(motion, &walks),
-        "walk": walks[0],
-        "iteration": run.summary.delivered_iteration,
-        "designs": (0..run.designs.len()).map(design).collect::<Vec<_>>(),
-        "history": history(run),
-    });
+    let mut data = of_walks(motion, &run.robot, &walks);
+    data["iteration"] = run.summary.delivered_iteration.into();
+    data["designs"] = run.designs.iter().map(design).collect();
+    data["history"] = history(run);
     if let Some(gait) = gait {
         let (_, states) = motion.every(FRAME);
         data["gait"] = gait.last_periods(motion);
@@ -47,6 +38,15 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
         data["energies"] = gait.energies(motion);
     }
     data
+}
+
+/// The data of a robot whose own walk is the first of some walks.
+fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
+    json!({
+        "robot": of_robot(robot, &motion.states()[0].x),
+        "world": world(motion, walks),
+        "walk": walks[0],
+    })
 }
 
 /// The lattice and the delivered design.
