@@ -274,21 +274,44 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
 }
 
 #[test]
-fn files_of_another_run_do_not_fit() {
+fn files_of_another_run_or_version_are_refused() {
     let bench = finished();
-    let scene = bench.read("run/scene.toml");
-    let wider = scene.replace("columns = 3", "columns = 4");
-    let says = ["scene.toml", "not the scene that the run began with"];
-    refused(&bench, "scene.toml", wider, &says);
-    let trajectory = bench.read("run/trajectory.json");
-    let descending = trajectory.replace("\"steps\":[0,16,", "\"steps\":[16,0,");
-    refused(
-        &bench,
-        "trajectory.json",
-        descending,
-        &["`steps` must ascend"],
-    );
-
+    let read = |name: &str| bench.read(&format!("run/{name}"));
+    let last_of_another_version = |name: &str| {
+        let text = read(name);
+        let (before, after) = text.rsplit_once("\"version\":1").unwrap();
+        format!("{before}\"version\":7{after}").into_bytes()
+    };
+    let wider = read("scene.toml").replace("columns = 3", "columns = 4");
+    let steps = ["\"steps\":[0,16,", "\"steps\":[16,0,"];
+    let descending = read("trajectory.json").replace(steps[0], steps[1]);
+    let history = read("history.jsonl");
+    let (_, without_the_first) = history.split_once('\n').unwrap();
+    let no_text = [history.as_bytes(), b"\xff\n"].concat();
+    let began = "not the scene that the run began with";
+    for (name, content, says) in [
+        ("scene.toml", wider.into_bytes(), began),
+        ("trajectory.json", descending.into(), "`steps` must ascend"),
+        (
+            "history.jsonl",
+            last_of_another_version("history.jsonl"),
+            "history.jsonl:12:1",
+        ),
+        (
+            "designs.jsonl",
+            last_of_another_version("designs.jsonl"),
+            "version 7, not",
+        ),
+        ("history.jsonl", Vec::new(), "iterations 1 to 12"),
+        (
+            "history.jsonl",
+            without_the_first.into(),
+            "iterations 1 to 12",
+        ),
+        ("history.jsonl", no_text, "history.jsonl:13:"),
+    ] {
+        refused(&bench, name, content, &[name, says]);
+    }
     // A summary of another design or of another rollout.
     for (key, other) in [
         ("/V", "design.json"),
@@ -303,30 +326,6 @@ fn files_of_another_run_do_not_fit() {
         refused(&bench, "summary.json", wrong.to_string(), &says);
     }
     bench.cosmic("report run --quiet").ok();
-}
-
-#[test]
-fn a_history_of_another_version_or_without_all_its_rows_is_refused() {
-    let bench = finished();
-    let last_of_another_version = |name: &str| {
-        let text = bench.read(&format!("run/{name}"));
-        let (before, after) = text.rsplit_once("\"version\":1").unwrap();
-        format!("{before}\"version\":7{after}")
-    };
-    for (name, says) in [
-        ("history.jsonl", "history.jsonl:12:1"),
-        ("designs.jsonl", "version 7, not"),
-    ] {
-        refused(&bench, name, last_of_another_version(name), &[name, says]);
-    }
-    let history = bench.read("run/history.jsonl");
-    let (_, without_the_first) = history.split_once('\n').unwrap();
-    for short in ["", without_the_first] {
-        let says = ["history.jsonl", "iterations 1 to 12"];
-        refused(&bench, "history.jsonl", short, &says);
-    }
-    let no_text = [history.as_bytes(), b"\xff\n"].concat();
-    refused(&bench, "history.jsonl", no_text, &["history.jsonl:13:"]);
 }
 
 /// A robot that ends a hundred million lattices away, and a rollout of hours.

@@ -14,7 +14,6 @@ use cosmic::policy::{Layer, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
 use cosmic::scene::{Integrator, PolicyName};
 use serde::Serialize;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// The format of the controller's JSON.
@@ -333,7 +332,8 @@ impl<'c> Robot<'c> {
         let start = self.case.start.to_ground(&self.ground);
         let list = |points: &[Vector<f64>]| {
             let own: Vec<Vector<f64>> = self.nodes.iter().map(|&node| points[node]).collect();
-            words(flat(&own).into_iter())
+            let numbers: Vec<String> = flat(&own).iter().map(f64::to_string).collect();
+            numbers.join(" ")
         };
         let (x, v) = (list(&start.x), list(&start.v));
         format!("    <key name=\"start\" qpos=\"{x}\" qvel=\"{v}\"/>\n")
@@ -414,10 +414,4 @@ fn reordered(
 fn spatial(vector: Vector<f64>) -> String {
     let [x, z] = vector.array();
     format!("{x} 0 {z}")
-}
-
-/// The values, separated by spaces.
-fn words(values: impl Iterator<Item = impl Display>) -> String {
-    let words: Vec<String> = values.map(|value| value.to_string()).collect();
-    words.join(" ")
 }

@@ -7,7 +7,7 @@ use super::gait::Gait;
 use super::motion::Motion;
 use super::numbers::with_numbers;
 use super::{data, loads};
-use crate::table::{Cell, Column, Table, decimals, escape};
+use crate::table::{Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
@@ -180,30 +180,28 @@ fn figures(summary: &Summary) -> String {
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
-    let row = |(column, cell): (&Column, &Cell)| {
-        let number = column.shown_with_unit(cell);
-        vec![Cell::from(&column.says[..]), number.into()]
-    };
-    let mut rows: Vec<_> = cells.map(row).collect();
+    let mut rows: Vec<[String; 2]> = cells
+        .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
+        .collect();
     let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
     let says = "displacement of one unperturbed rollout, x and y of the world";
-    rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
+    rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
         let says = "deepest cut of a bar into the ground between its nodes";
-        vec![says.into(), (decimals(depth, 4) + " m").into()]
+        [says.to_owned(), decimals(depth, 4) + " m"]
     }));
+    let numbers = pairs(&rows);
     let departures = summary.departures.iter();
-    let departures = departures.map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()]);
-    let departures = if summary.departures.is_empty() {
-        "<p>None.</p>\n".to_owned()
-    } else {
-        pairs(departures.collect())
+    let departures = departures.map(|d| [format!("`{}`", d.option), d.says.clone()]);
+    let departures = match summary.departures.is_empty() {
+        true => "<p>None.</p>\n".to_owned(),
+        false => pairs(&departures.collect::<Vec<_>>()),
     };
-    let numbers = pairs(rows);
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
 }
 
 /// A table of two columns without headings.
-fn pairs(rows: Vec<Vec<Cell>>) -> String {
-    Table::new(vec![Column::new("", ""), Column::new("", "")], rows).to_html()
+fn pairs(rows: &[[String; 2]]) -> String {
+    let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
+    table.done().to_html()
 }

@@ -1,6 +1,6 @@
 //! Tables that are built column by column.
 
-use super::{Cell, Column, Standing, Table};
+use super::{Cell, Column, Row, Standing, Table};
 
 /// A table under construction, with a row for each subject.
 pub struct TableOf<'a, S> {
@@ -11,8 +11,12 @@ pub struct TableOf<'a, S> {
 impl Table {
     /// A table with a plain row for each subject and without columns, which [`TableOf::column`] adds.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
-        let mut table = Table::new(Vec::new(), subjects.iter().map(|_| Vec::new()));
-        (table.name, table.title) = (name.to_owned(), title.to_owned());
+        let table = Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            columns: Vec::new(),
+            rows: vec![Row::default(); subjects.len()],
+        };
         TableOf { subjects, table }
     }
 }

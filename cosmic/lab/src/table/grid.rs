@@ -29,19 +29,12 @@ impl Standing {
 }
 
 /// A row of a [`Table`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// A cell for each column.
     pub cells: Vec<Cell>,
     /// The emphasis.
     pub standing: Standing,
-}
-
-impl From<Vec<Cell>> for Row {
-    fn from(cells: Vec<Cell>) -> Self {
-        let standing = Standing::Plain;
-        Self { cells, standing }
-    }
 }
 
 /// Rows under named columns.
@@ -58,15 +51,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of ordinary rows, without a name or a heading.
-    pub fn new(columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        Self {
-            columns,
-            rows: rows.into_iter().map(Row::from).collect(),
-            ..Self::default()
-        }
-    }
-
     /// The table with the standings as an additional last column.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
@@ -227,12 +211,11 @@ mod tests {
 
     #[test]
     fn markdown_has_a_rule_and_the_decimals_of_its_columns() {
-        let columns = vec![
-            Column::new("a", ""),
-            Column::new("b", "").unit("m").decimals(2, "–"),
-        ];
-        let rows = [Some(-1.0), None].map(|x| vec!["x".into(), x.into()]);
-        let table = Table::new(columns, rows);
+        let number = Column::new("b", "").unit("m").decimals(2, "–");
+        let table = Table::of("", "", &[Some(-1.0), None])
+            .column("a", "", |_| "x")
+            .add(number, |x| *x)
+            .done();
         let markdown = "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n";
         assert_eq!(table.to_markdown(), markdown);
         assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");
