@@ -1,10 +1,13 @@
 //! The history of an optimisation as charts over the iterations.
 
 use super::files::RunFiles;
+use super::gait::brief;
 use super::picture::{Colour, Font, MUTED, Pen, Picture};
 use super::plot::{Axes, Axis, Line, range};
+use crate::table::Cell;
 use cosmic::codesign::{Phase, Record};
 use cosmic::geometry::{Range, Vector};
+use serde::Serialize;
 
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
@@ -13,35 +16,42 @@ const TOP: f64 = 66.0;
 const HEIGHT: f64 = 130.0;
 const PITCH: f64 = 182.0;
 
-/// A chart over the iterations.
+/// A chart over the iterations, in a picture and as the data of a page.
+#[derive(Serialize)]
 pub(super) struct Chart {
     /// The id of its canvas in a page.
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
+    id: &'static str,
+    title: &'static str,
     /// The meaning of the dashed levels.
+    #[serde(skip)]
     note: &'static str,
-    pub(super) series: Vec<Series>,
+    series: Vec<Series>,
     /// Numbers with dashed lines.
-    pub(super) levels: Vec<f64>,
+    levels: Vec<f64>,
     /// True for a logarithmic axis.
-    pub(super) log: bool,
+    log: bool,
 }
 
 /// A line of a chart.
-pub(super) struct Series {
-    pub(super) name: &'static str,
+#[derive(Serialize)]
+struct Series {
+    name: &'static str,
     /// The index of its colour.
-    pub(super) colour: usize,
-    /// A number for each iteration. The line continues across `None` and has a gap at a number that is not finite.
-    pub(super) numbers: Vec<Option<f64>>,
+    colour: usize,
+    /// A cell for each iteration. The line continues across a missing number and has a gap at a text.
+    numbers: Vec<Cell>,
 }
 
 /// The charts of a run, the first on top.
 pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
+    let cell = |number: Option<f64>| match number {
+        Some(x) if !x.is_finite() => Cell::from("diverged"),
+        number => number.map(brief).into(),
+    };
     let series = |name, colour, number: &dyn Fn(&Record) -> Option<f64>| Series {
         name,
         colour,
-        numbers: run.history.iter().map(number).collect(),
+        numbers: run.history.iter().map(|r| cell(number(r))).collect(),
     };
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
@@ -145,9 +155,14 @@ pub(super) fn draw(run: &RunFiles) -> String {
 impl Chart {
     /// The lines over the iterations after `before`.
     fn lines(&self, before: usize) -> Vec<Line> {
+        let number = |cell: &Cell| match cell {
+            Cell::Missing => None,
+            Cell::Number(y) => Some(*y),
+            _ => Some(f64::NAN),
+        };
         let line = |series: &Series| {
             let numbers = series.numbers.iter().enumerate();
-            let points = numbers.filter_map(|(k, y)| Some([(before + k + 1) as f64, (*y)?]));
+            let points = numbers.filter_map(|(k, y)| Some([(before + k + 1) as f64, number(y)?]));
             Line::new(series.name.to_owned(), series.colour, "", points)
         };
         self.series.iter().map(line).collect()

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::convergence::{Chart, Series, charts};
+use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::Motion;
@@ -99,30 +99,13 @@ fn walk(motion: &Motion) -> Option<Walk> {
 
 /// The charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
-    let number = |number: &Option<f64>| match number {
-        Some(x) if !x.is_finite() => json!("diverged"),
-        number => json!(number.map(brief)),
-    };
-    let series = |series: &Series| {
-        let numbers: Vec<Value> = series.numbers.iter().map(number).collect();
-        json!({ "name": series.name, "colour": series.colour, "numbers": numbers })
-    };
-    let chart = |chart: &Chart| {
-        json!({
-            "id": chart.id,
-            "title": chart.title,
-            "series": chart.series.iter().map(series).collect::<Vec<_>>(),
-            "levels": chart.levels,
-            "log": chart.log,
-        })
-    };
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);
         json!({ "name": part[0].phase.name(), "from": ends[0] - 1, "to": ends[1] })
     });
     json!({
         "first": run.history.first().map(|record| record.iteration),
-        "charts": charts(run).iter().map(chart).collect::<Vec<_>>(),
+        "charts": charts(run),
         "phases": phases.collect::<Vec<_>>(),
     })
 }

@@ -16,7 +16,7 @@ struct Canvas {
     pixels: Pixmap,
     /// From the picture's units to pixels.
     scale: Transform,
-    /// Lines are cut at these bounds, because the rasteriser cannot draw lines that end far away.
+    /// Lines and discs are cut at these bounds, because the rasteriser cannot draw shapes that are far away.
     bounds: Bounds,
 }
 
@@ -44,9 +44,12 @@ impl Canvas {
         match shape {
             Shape::Line(points, pen) => self.line(points, pen),
             Shape::Disc(middle, radius, fill, edge) => {
+                let is_near = Segment::new(*middle, *middle)
+                    .within(&self.bounds)
+                    .is_some();
                 let [x, y] = middle.map(|x| x as f32).array();
                 let circle = PathBuilder::from_circle(x, y, *radius as f32);
-                self.area(circle, *fill, edge);
+                self.area(circle.filter(|_| is_near), *fill, edge);
             }
             Shape::Rectangle(corner, size, fill) => {
                 let ([x, y], [width, height]) = (corner.array(), size.array());
@@ -64,7 +67,7 @@ impl Canvas {
         }
     }
 
-    /// Fills an area and draws its edge, unless it is empty or too far away.
+    /// Fills an area and draws its edge, if there is one.
     fn area(&mut self, path: Option<Path>, fill: Colour, edge: &Pen) {
         if let Some(path) = path {
             let (rule, scale) = (FillRule::Winding, self.scale);
