@@ -1,7 +1,7 @@
 // Plays walks on the stage. One robot turns into the next without a jump.
 /* global everyFrame: of drawing.js */
 
-/** A void bar that is longer than so many rest lengths leads to a node that was left behind. */
+/** A void bar that is longer than this many rest lengths leads to a node that was left behind. */
 const LEFT_BEHIND = 2;
 /** Seconds in which most of the difference between two robots disappears. */
 const BLEND = 0.12;

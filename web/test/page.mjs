@@ -92,7 +92,7 @@ async function playing(page) {
   check(await text(page, "play") === "Play walk", "the walk pauses");
   const clock = await text(page, "clock");
   await wait(300);
-  check(clock === await text(page, "clock"), "and stands still");
+  check(clock === await text(page, "clock"), "and its clock stops");
   await page.evaluate(() => document.activeElement.blur());
   await page.keyboard.press("Space");
   check(await text(page, "play") === "Pause walk", "the space bar plays");

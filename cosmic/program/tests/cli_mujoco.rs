@@ -124,7 +124,7 @@ fn flight_is_the_same_in_mujoco() {
                 "physics.damping=0",
             ],
         ),
-        // Mixtures, of which every edge pulls and is actuated.
+        // Mixtures: every edge pulls and is actuated.
         ("stability", &[]),
         // Nodes without a bar fly and are observed.
         ("baseline_short", &["design.one_piece=false"]),

@@ -34,8 +34,8 @@ const RADIUS: f64 = 0.002;
 /// The settings of MuJoCo that a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
-    /// Coefficient of friction. `None` takes the scene's, but at most [`MOST_FRICTION`], which also stands for ground
-    /// on which nothing slips.
+    /// Coefficient of friction. `None` takes the scene's, but at most [`MOST_FRICTION`], which is also used for ground on
+    /// which nothing slips.
     pub friction: Option<f64>,
     /// Mechanical steps for each step of the controller; at least the scene's own number.
     pub substeps: usize,

@@ -1,4 +1,4 @@
-//! Solids as binary STL, in millimetres: convex prisms, each a closed surface of its own.
+//! Solids as binary STL, in millimetres: convex prisms, each with a closed surface.
 
 use cosmic::geometry::Vector;
 

@@ -137,7 +137,7 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
 /// Encodes shots with ffmpeg as a film, MP4, at the pace [`FILM`].
 ///
 /// # Errors
-/// [`Error::Read`] if there is no ffmpeg on the path, or with its message if it fails.
+/// [`Error::Read`] if ffmpeg is not on the path, or with ffmpeg's message if it fails.
 pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
     let failed = |error| Error::reading("ffmpeg's film")(error);
     let folder = tempfile::tempdir().map_err(failed)?;

@@ -21,8 +21,8 @@ struct Canvas {
 }
 
 impl Picture {
-    /// Paints the part of the picture from its upper left corner to `size`, so many times as large. Returns `None`
-    /// if there is no memory.
+    /// Paints the part of the picture from its upper left corner to `size`, enlarged by `scale`. Returns `None` if there
+    /// is no memory.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();
         let [width, height] = (size * scale).map(|x| x.round() as u32).array();

@@ -183,7 +183,7 @@ impl Sheet {
     }
 }
 
-/// Wide tables scroll; rows stand out.
+/// Scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";

@@ -284,7 +284,7 @@ class Walker {
 
   // `robot`: `edges` [[i, j], …], their lengths at `rest` (m), `start` positions [x0, y0, …] (m) and `payloads`;
   // `world` of a `Stage`, with `sin`; `mixtures`: shares of void, skeleton and actuator of every edge, in thousandths;
-  // `walk`: `counts` of `unit` (m) that nodes move between two frames, `every` so many seconds; or null.
+  // `walk`, or null: `counts` of `unit` (m) by which the nodes move between two frames, which are `every` seconds apart.
   constructor(robot, world, mixtures, walk) {
     Object.assign(this, { robot, world, walk });
     this.mixtures = mixtures.map(shares => shares.map(share => share / 1000));
