@@ -2,23 +2,14 @@
 
 use crate::common::python::python;
 use crate::common::{Bench, scene};
+use crate::program::Told;
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn told(command: &mut Command) -> Output {
-    let output = command.output();
-    output.unwrap_or_else(|error| panic!("{command:?}: {error}"))
-}
-
-fn text(output: &Output) -> String {
-    let both = [&output.stdout[..], &output.stderr[..]].concat();
-    String::from_utf8_lossy(&both).into_owned()
-}
+use std::process::Command;
 
 /// The values that the export of a run must have, from the run's own files.
 fn expected(bench: &Bench, sizes: Value) -> Value {
@@ -83,26 +74,26 @@ fn read_back(bench: &Bench, options: &str, sizes: Value) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/workshop/read_back.py");
     let mut command = Command::new(python);
     command.arg(script).args(["made", "expected.json"]);
-    let read = told(command.current_dir(bench.path("")));
-    assert!(read.status.success(), "{}", text(&read));
-    println!("{}", text(&read));
+    let read = command.current_dir(bench.path("")).output();
+    println!("{}", Told::of(read.unwrap()).ok().out);
 }
 
 fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A finished run on another lattice than 3x3 nodes.
-fn finished(lattice: &str) -> Bench {
+/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more options.
+fn finished(lattice: &str, truss: &str, more: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene);
-    bench.run("run", "--quiet");
+    bench.write("truss.json", truss);
+    bench.run("run", &format!("--quiet {more}"));
     bench
 }
 
 #[test]
 fn a_robot_of_squares_is_read_back_by_other_programs() {
-    let bench = finished("columns = 6\nrows = 5\n");
+    let bench = finished("columns = 6\nrows = 5\n", "", "");
     read_back(&bench, "", defaults());
     // Strips so wide that parallel diagonals, 70.7 mm apart, need two layers.
     let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
@@ -112,7 +103,7 @@ fn a_robot_of_squares_is_read_back_by_other_programs() {
 
 #[test]
 fn a_robot_of_triangles_is_read_back_by_other_programs() {
-    let bench = finished("columns = 5\nrows = 4\nkind = \"triangular\"\n");
+    let bench = finished("columns = 5\nrows = 4\nkind = \"triangular\"\n", "", "");
     read_back(&bench, "", defaults());
 }
 
@@ -124,10 +115,7 @@ const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
 
 #[test]
 fn a_truss_with_a_bar_across_a_node_is_read_back_by_other_programs() {
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene);
-    bench.write("truss.json", TRUSS);
-    bench.run("run", "--quiet");
+    let bench = finished("file = \"truss.json\"\n", TRUSS, "");
     read_back(&bench, "", defaults());
 }
 
@@ -200,11 +188,8 @@ fn numbers_are_plain(bench: &Bench) {
 /// Node 2 of the file is the payload, so it becomes node 0 of the robot.
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene);
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
-    bench.write("truss.json", &truss);
-    bench.run("run", "--quiet");
+    let bench = finished("file = \"truss.json\"\n", &truss, "");
     bench.cosmic("export run --csv").ok();
     let given: Value = serde_json::from_str(&truss).unwrap();
     let nodes = bench.read("run/export/nodes.csv");
@@ -317,10 +302,8 @@ fn a_robot_that_cannot_be_stacked_from_plates_is_refused_but_has_tables() {
         "nodes": [[0, 0], [0.1, 0], [0.2, 0], [0.3, 0], [0.15, 0.1]],
         "edges": [[0, 2], [1, 3], [0, 1], [1, 2], [2, 3], [0, 4], [1, 4], [2, 4], [3, 4]],
         "keep": [0, 1, 2, 3, 4]}"#;
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene.replace("[volume]\n", "[volume]\nsolid = [0.6, 0.9]\n"));
-    bench.write("truss.json", truss);
-    bench.run("run", "--quiet");
+    let solid = "--set volume.solid=[0.6,0.9]";
+    let bench = finished("file = \"truss.json\"\n", truss, solid);
     for kind in ["--svg", "--dxf"] {
         let told = bench.cosmic(&format!("export run {kind}"));
         told.fails(2, &["lies across node", "whose pin would go through it"]);
