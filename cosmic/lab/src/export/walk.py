@@ -1,6 +1,5 @@
 """Walks the robot of this folder in MuJoCo (pip install mujoco numpy), with --view in its viewer."""
-import argparse, importlib, json, mujoco, pathlib, time
-import numpy as np
+import argparse, importlib, json, mujoco, pathlib, time, numpy as np
 
 
 def load(folder):
