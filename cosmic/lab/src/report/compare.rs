@@ -1,11 +1,14 @@
 //! Runs side by side.
 
+use super::files::{RobotFiles, read_trajectory};
+use super::motion::Motion;
 use super::numbers::{departures, with_numbers};
-use super::{page, race};
+use super::{data, page};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::run::{SCENE, read_scene_to_show};
+use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
+use cosmic::record::trajectory_file::TRAJECTORY;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -25,6 +28,18 @@ struct ComparedRun {
     summary: Summary,
     #[serde(skip)]
     folder: PathBuf,
+}
+
+impl ComparedRun {
+    /// The data of the run's lane.
+    fn lane(&self) -> Result<Value> {
+        let robot = RobotFiles::read(&self.folder.join(DESIGN))?;
+        let trajectory = read_trajectory(&self.folder, &robot)?;
+        let is_unreliable = self.summary.is_unreliable();
+        let mark = if is_unreliable { " (unreliable)" } else { "" };
+        let name = format!("{}{mark}", self.name);
+        Ok(data::of_lane(&name, &Motion::new(&robot, &trajectory)))
+    }
 }
 
 /// Reads the summary of a run. A scene file in its folder must be the scene that the run began with.
@@ -77,15 +92,11 @@ impl Comparison {
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        let lane = |run: &ComparedRun| {
-            let mark = if run.summary.is_unreliable() {
-                " (unreliable)"
-            } else {
-                ""
-            };
-            race::lane(&format!("{}{mark}", run.name), &run.folder).transpose()
-        };
-        let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
+        let with_lane = self
+            .runs
+            .iter()
+            .filter(|run| run.folder.join(TRAJECTORY).exists());
+        let lanes: Vec<Value> = with_lane.map(ComparedRun::lane).collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()
         } else {

@@ -7,12 +7,15 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::Motion;
 use cosmic::geometry::{Range, Vector};
+use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Walk};
 
-/// Seconds between two frames of the delivered robot.
+/// Seconds between two frames of the delivered robot, and of one of several runs.
 const FRAME: f64 = 0.04;
-/// Positions of the delivered robot are rounded to `1 / PARTS` of the lattice's spacing.
+const LANE_FRAME: f64 = 0.08;
+/// Their positions are rounded to these parts of the lattice's spacing.
 const PARTS: f64 = 1000.0;
+const LANE_PARTS: f64 = 200.0;
 
 /// The data of a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
@@ -49,8 +52,36 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
     })
 }
 
+/// The data of one of several runs on one ground: the robot and its walk in the frame of its ground, with the payload's
+/// start as origin.
+pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
+    let (robot, ground) = (motion.robot, motion.ground());
+    // Only along the ground: heights are still above its line.
+    let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
+    let (seconds, indices) = motion.every(LANE_FRAME);
+    let along = |k: usize| -> State<f64> {
+        let mut state = motion.states()[k].to_ground(&ground);
+        state.x.iter_mut().for_each(|x| *x -= origin);
+        state
+    };
+    let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
+    let side = robot.lattice.side();
+    let across = Range::of(states.iter().map(|state| state.x[0].forward())).widened(100.0 * side);
+    let corners = motion.profile.between(across.map(|x| x + origin.forward()));
+    let corners: Vec<_> = corners.into_iter().map(|corner| corner - origin).collect();
+    let unit = robot.lattice.spacing / LANE_PARTS;
+    json!({
+        "name": name,
+        "robot": of_robot(robot, &states[0].x),
+        "world": {
+            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit, "origin": 0.0,
+        },
+        "walk": Walk::of(states.iter(), seconds, unit),
+    })
+}
+
 /// The lattice and the delivered design.
-pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
+fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({

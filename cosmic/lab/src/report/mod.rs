@@ -22,7 +22,6 @@ mod page;
 mod picture;
 mod pixels;
 mod plot;
-mod race;
 mod robot;
 pub mod sheet;
 mod svg;

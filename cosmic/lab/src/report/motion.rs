@@ -320,19 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn times_find_their_states() {
+    fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
         let results = results();
         let motion = Motion::new(&results.robot, &results.trajectory);
         let last = motion.states().len() - 1;
         assert_eq!(motion.duration(), 64.0 * 0.002);
         assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
         assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
-    }
-
-    #[test]
-    fn the_bounds_are_those_of_the_payload_s_body() {
-        let results = results();
-        let motion = Motion::new(&results.robot, &results.trajectory);
         // The short layout: legs two cells high under one body as wide as the lattice.
         let state = &motion.states()[0];
         let bounds = Bounds::of(motion.places(state));
