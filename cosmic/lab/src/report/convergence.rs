@@ -42,17 +42,26 @@ struct Series {
     numbers: Vec<Cell>,
 }
 
-/// The charts of a run, the first on top.
-pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
-    let cell = |number: Option<f64>| match number {
+/// A line with the numbers of a run's iterations.
+fn series(
+    run: &RunFiles,
+    name: &'static str,
+    colour: usize,
+    number: impl Fn(&Record) -> Option<f64>,
+) -> Series {
+    let cell = |record: &Record| match number(record) {
         Some(x) if !x.is_finite() => Cell::from("diverged"),
         number => number.map(brief).into(),
     };
-    let series = |name, colour, number: &dyn Fn(&Record) -> Option<f64>| Series {
+    Series {
         name,
         colour,
-        numbers: run.history.iter().map(|r| cell(number(r))).collect(),
-    };
+        numbers: run.history.iter().map(cell).collect(),
+    }
+}
+
+/// The displacement after each iteration, and the displacement of the gradient's rollout.
+fn displacements(run: &RunFiles) -> Vec<Series> {
     let full = |r: &Record| match r.diverged {
         true => Some(f64::NAN),
         false => r.displacement,
@@ -62,6 +71,14 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
         Some(_) => Some(r.displacement_horizon.unwrap_or(f64::NAN)),
         None => r.displacement_horizon,
     };
+    vec![
+        series(run, "full rollout", 0, full),
+        series(run, "gradient's horizon", 1, horizon),
+    ]
+}
+
+/// The charts of a run, the first on top.
+pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
     let bounds = &run.robot.scene.volume;
     let mut bounds = [bounds.solid, bounds.actuator].concat();
     bounds.dedup();
@@ -71,16 +88,13 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
         "void\u{2013}actuator",
         "skeleton\u{2013}actuator",
     ];
-    let measures = [0, 1, 2, 3].map(|k| series(pairs[k], k, &|r| Some(r.measures[k])));
+    let measures = [0, 1, 2, 3].map(|k| series(run, pairs[k], k, |r| Some(r.measures[k])));
     [
         Chart {
             id: "displacement",
             title: "Displacement along the ground, m",
             note: " (dashed: median of the delivered robot)",
-            series: vec![
-                series("full rollout", 0, &full),
-                series("gradient's horizon", 1, &horizon),
-            ],
+            series: displacements(run),
             levels: run.summary.displacement_p50.into_iter().collect(),
             log: false,
         },
@@ -89,8 +103,8 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
             title: "Share of edges",
             note: " (dashed: bounds before they widen)",
             series: vec![
-                series("solid", 0, &|r| Some(r.volume)),
-                series("actuators", 1, &|r| Some(r.actuator_volume)),
+                series(run, "solid", 0, |r| Some(r.volume)),
+                series(run, "actuators", 1, |r| Some(r.actuator_volume)),
             ],
             levels: bounds,
             log: false,
@@ -108,9 +122,9 @@ pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
             title: "Norm of the gradient before any bound",
             note: "",
             series: vec![
-                series("design", 0, &|r| r.design_gradient[0]),
-                series("design, stability", 2, &|r| r.design_gradient[1]),
-                series("controller", 1, &|r| r.controller_gradient),
+                series(run, "design", 0, |r| r.design_gradient[0]),
+                series(run, "design, stability", 2, |r| r.design_gradient[1]),
+                series(run, "controller", 1, |r| r.controller_gradient),
             ],
             levels: Vec::new(),
             log: true,
