@@ -22,7 +22,7 @@ pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
-mod registry;
+pub mod registry;
 pub mod reading;
 pub mod lattice;
 pub mod settings;
@@ -43,6 +43,7 @@ pub mod codesign;
 pub mod record;
 
 pub use error::{Error, Result};
+pub use registry::Registry;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -8,9 +8,8 @@ use crate::error::Result;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
-use crate::policy::{Network, Weights, observation};
+use crate::policy::Weights;
 use crate::projection::{self, Holds, Projection};
-use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -150,22 +149,11 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    /// The activations at the start. Those of the paper's network are its definition, which costs less than a
-    /// step of a rollout.
+    /// The activations at the start.
     fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
-        let settings = &self.observation;
-        let network = Network::of(&self.controller);
-        match network.filter(|_| settings.policy == PolicyName::default()) {
-            Some(network) => {
-                let (start, presence) = (&self.start, &body.presence);
-                network.activation(&observation(settings, 0.0, start, presence, &task.ground()))
-            }
-            None => {
-                let moments = &[(&self.start, 0.0)];
-                let activations = task.simulator.activations(body, &self.controller, moments);
-                activations.concat()
-            }
-        }
+        let moments = &[(&self.start, 0.0)];
+        let activations = task.simulator.activations(body, &self.controller, moments);
+        activations.concat()
     }
 
     fn gradient(&self, task: &Task) -> Gradient {

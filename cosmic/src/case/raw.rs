@@ -8,14 +8,14 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::design::Material;
-use crate::error::{self, fits};
+use crate::error::{self, Error, fits};
 use crate::geometry::Profile;
 use crate::lattice::{EdgeRules, Lattice, Payload};
-use crate::laws::{ContactLaw, ForceLaws};
+use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    GroundSettings, Integrator, LatticeKind, LatticeSettings, PolicyName, Scene, VoidEdges,
+    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges,
 };
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
@@ -83,7 +83,7 @@ macro_rules! keys {
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
-                    scene.$section.$setting = self.$key.value(file, key)?;
+                    self.$key.set(&mut scene.$section.$setting, file, key)?;
                 )+
                 $(self.$part.set(scene, file)?;)?
                 Ok(())
@@ -147,21 +147,21 @@ keys! {
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     substeps: usize = physics.substeps,
-    contact: ContactLaw = physics.contact,
+    contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]
     stiffening: f64 = physics.stiffening,
     #[serde(default, skip_serializing_if = "is_default")]
     bending_radius: f64 = physics.bending_radius,
-    #[serde(default, skip_serializing_if = "is_default")]
-    forces: ForceLaws = physics.forces,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    forces: Vec<LawFile> = physics.forces,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     void_edges: VoidEdges = physics.void_edges,
     // A case without this key has no bound on speeds; the scene's default does not apply.
     #[serde(default, skip_serializing_if = "is_default")]
     speed_bound: Option<f64> = physics.speed_bound,
-    #[serde(default, skip_serializing_if = "is_default")]
-    policy: PolicyName = controller.policy,
+    #[serde(default = "mlp", skip_serializing_if = "is_mlp")]
+    policy: String = controller.policy,
     omega: f64 = controller.omega,
     n_cpg: usize = controller.clocks,
     goal: Vec<f64> = controller.goal,
@@ -193,25 +193,52 @@ keys! {
 
 /// The form of a setting in a case file.
 trait Form<T> {
-    fn value(&self, file: &str, key: &str) -> error::Result<T>;
+    /// Gives the setting the value of the file. Errors name the file and the key.
+    fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 
 impl<T: Clone> Form<T> for T {
-    fn value(&self, _: &str, _: &str) -> error::Result<T> {
-        Ok(self.clone())
+    fn set(&self, setting: &mut T, _: &str, _: &str) -> error::Result<()> {
+        setting.clone_from(self);
+        Ok(())
     }
 }
 
 impl Form<GroundSettings> for Profile {
-    fn value(&self, _: &str, _: &str) -> error::Result<GroundSettings> {
-        Ok(self.clone().into())
+    fn set(&self, setting: &mut GroundSettings, _: &str, _: &str) -> error::Result<()> {
+        *setting = self.clone().into();
+        Ok(())
     }
 }
 
 impl<const N: usize> Form<[f64; N]> for Vec<f64> {
-    fn value(&self, file: &str, key: &str) -> error::Result<[f64; N]> {
-        array(file, key, self)
+    fn set(&self, setting: &mut [f64; N], file: &str, key: &str) -> error::Result<()> {
+        *setting = array(file, key, self)?;
+        Ok(())
     }
+}
+
+impl Form<ContactLaw> for LawFile {
+    fn set(&self, setting: &mut ContactLaw, file: &str, key: &str) -> error::Result<()> {
+        setting.read_file(self).map_err(refused(file, key))
+    }
+}
+
+impl Form<ForceLaws> for Vec<LawFile> {
+    fn set(&self, setting: &mut ForceLaws, file: &str, key: &str) -> error::Result<()> {
+        setting.read_files(self).map_err(refused(file, key))
+    }
+}
+
+impl Form<Chosen> for String {
+    fn set(&self, setting: &mut Chosen, file: &str, key: &str) -> error::Result<()> {
+        setting.choose(self).map_err(refused(file, key))
+    }
+}
+
+/// The error for the value of a key.
+fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
+    move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
 /// `N` numbers.
@@ -232,6 +259,14 @@ fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D
 
 fn one<T: From<u8>>() -> T {
     T::from(1)
+}
+
+fn mlp() -> String {
+    Chosen::POLICIES[0].to_owned()
+}
+
+fn is_mlp(policy: &String) -> bool {
+    *policy == mlp()
 }
 
 fn is_one(option: &usize) -> bool {

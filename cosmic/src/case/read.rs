@@ -14,9 +14,10 @@ use crate::objective::AugmentedLagrangian;
 use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
+use crate::registry::Registry;
 use crate::scene::{
     ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, PhysicsSettings,
-    ProjectionSettings, Scene, TrussFile, UnstableStep, allowed_instead,
+    ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
@@ -63,7 +64,7 @@ impl Case {
     /// Where the file cannot be read, or as [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
-        // Bytes that are no text are no JSON either, and the parser says where.
+        // The parser reports the place of bytes that are not text.
         let text = String::from_utf8_lossy(&bytes);
         Self::parse(&path.display().to_string(), &text)
     }
@@ -71,12 +72,19 @@ impl Case {
     /// Reads a case from text; `file` names it in messages.
     ///
     /// # Errors
-    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or
-    /// of the wrong type, sizes that do not fit one another, or numbers without a meaning, such as
-    /// a negative mass.
+    /// [`Error::Malformed`], with the place, if a key is unknown, missing or of the wrong type, if sizes do not fit one
+    /// another, or if a number has no meaning, such as a negative mass.
     pub fn parse(file: &str, text: &str) -> Result<Self> {
+        Self::parse_with(&Registry::default(), file, text)
+    }
+
+    /// As [`parse`](Case::parse), for a case that may name laws and policies of a registry.
+    ///
+    /// # Errors
+    /// The errors of [`parse`](Case::parse).
+    pub fn parse_with(registry: &Registry, file: &str, text: &str) -> Result<Self> {
         let raw: RawCase = from_json(file, 0, text.as_bytes())?;
-        let case = Shapes { file }.case(&raw);
+        let case = Shapes { file }.case(&raw, registry);
         case.map_err(|error| placed(file, text, error))
     }
 
@@ -109,7 +117,7 @@ struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
-    fn case(&self, raw: &RawCase) -> Result<Case> {
+    fn case(&self, raw: &RawCase, registry: &Registry) -> Result<Case> {
         self.format(raw)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
@@ -121,7 +129,7 @@ impl Shapes<'_> {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
         let z = self.rows("z", &raw.z)?;
-        let mut scene = Scene::paper();
+        let mut scene = registry.blank();
         raw.scene.set(&mut scene, self.file)?;
         raw.controller
             .set_hidden(&mut scene.controller, self.file)?;

@@ -450,12 +450,10 @@ mod tests {
     #[should_panic(expected = "the lattice \"bad\": `edges[0]`")]
     fn a_program_cannot_add_what_is_no_truss() {
         let edges = vec![[0, 0]];
-        crate::lattice::add(
-            "bad",
-            Truss {
-                edges,
-                ..Truss::default()
-            },
-        );
+        let bad = Truss {
+            edges,
+            ..Truss::default()
+        };
+        let _ = crate::Registry::default().with_lattice("bad", bad);
     }
 }

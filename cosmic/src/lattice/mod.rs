@@ -7,7 +7,6 @@ mod truss;
 mod body;
 
 pub use body::Body;
-pub(crate) use own::named;
-pub use own::{EdgeRules, Payload, Truss, add};
+pub use own::{EdgeRules, Payload, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice, SOFTENING};

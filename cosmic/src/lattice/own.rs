@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::error::{Error, Result};
 use crate::geometry::Vector;
 use crate::reading::{from_json, placed, read_at_most};
-use crate::registry::{OFF, Registry};
+use crate::registry::Registry;
 
 /// The format at the head of a truss file.
 const FORMAT: &str = "cosmic-truss";
@@ -234,22 +234,24 @@ impl Truss {
     }
 }
 
-/// The trusses that scenes may name in place of a file.
-static KNOWN: Registry<Arc<Truss>> = Registry::new();
+/// The noun for a lattice in registries.
+const LATTICE: &str = "lattice";
 
-/// Makes a truss known to all scenes that this process reads from now on, which choose it by
-/// `lattice.file = "its_name"`.
-///
-/// # Panics
-/// If the name is taken, or with what [`Truss::checked`] says of the truss.
-pub fn add(name: &'static str, truss: Truss) {
-    let truss = truss.checked();
-    let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
-    assert!(name != OFF, "a lattice cannot be called {name:?}");
-    KNOWN.add("lattice", name, Arc::new(truss));
-}
+impl Registry {
+    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy, which every program
+    /// reads.
+    ///
+    /// # Panics
+    /// If the name is taken, or with the error of [`Truss::checked`].
+    #[must_use]
+    pub fn with_lattice(self, name: &'static str, truss: Truss) -> Self {
+        let truss = truss.checked();
+        let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
+        self.with(LATTICE, &[], name, Arc::new(truss))
+    }
 
-/// The truss that was added under a name.
-pub(crate) fn named(name: &str) -> Option<Arc<Truss>> {
-    KNOWN.get(name)
+    /// The lattice of a name.
+    pub(crate) fn lattice(&self, name: &str) -> Option<Arc<Truss>> {
+        self.get::<Arc<Truss>>(LATTICE, name).cloned()
+    }
 }

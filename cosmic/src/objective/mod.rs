@@ -7,7 +7,7 @@ mod augmented;
 mod tasks;
 mod any;
 
-pub use any::{AnyLoss, LossOf, add, of_scene};
+pub use any::{AnyLoss, LossOf, of_scene};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use loss::Loss;

@@ -9,27 +9,26 @@ use super::policy::{Policy, Sizes};
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
 use crate::registry::Registry;
-use crate::scene::{ControllerSettings, PolicyName};
+use crate::scene::{Chosen, ControllerSettings};
 
-/// The policies that were added to those of this crate.
-static ADDED: Registry<Arc<dyn Policy>> = Registry::new();
-
-/// Makes a policy known to all scenes that this process reads from now on, which choose it by
-/// `controller.policy = "its_name"`.
-///
-/// # Panics
-/// If the name is taken.
-pub fn add(name: &'static str, policy: impl Policy + 'static) {
-    PolicyName::add(name);
-    ADDED.add("policy", name, Arc::new(policy));
+impl Registry {
+    /// Adds a policy, which scenes choose by `controller.policy = "its_name"`.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
+        let policy: Arc<dyn Policy> = Arc::new(policy);
+        self.with(Chosen::POLICY, &Chosen::POLICIES, name, policy)
+    }
 }
 
 /// The policy that a scene chooses.
 pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
-    match settings.policy.name() {
-        PolicyName::MLP => Arc::new(Mlp),
-        PolicyName::CLOCK => Arc::new(Clock),
-        name => (ADDED.get(name)).expect("a name is read only once its policy is known"),
+    match settings.policy.item::<Arc<dyn Policy>>() {
+        Some(policy) => Arc::clone(policy),
+        None if settings.policy.is_default() => Arc::new(Mlp),
+        None => Arc::new(Clock),
     }
 }
 

@@ -16,7 +16,7 @@ mod saved;
 mod choice;
 
 pub use block::{Block, Controller, Role, Shape};
-pub use choice::{add, blocks_of, of_settings};
+pub use choice::{blocks_of, of_settings};
 pub use clock::Clock;
 pub use fold::{Fold, Mean};
 pub use mlp::{Layer, Mlp, NETWORK, Network};

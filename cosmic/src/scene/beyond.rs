@@ -2,15 +2,9 @@
 //! and a search over starts that drops the weak ones early.
 
 use super::Scene;
-use serde::Serialize;
-use toml::Spanned;
-use toml::de::DeValue;
-
-use crate::registry::{OFF, Registry};
+use super::chosen::Chosen;
 use crate::settings;
-use crate::settings::{
-    DEVIATION, Filled, Limits, SHARE, SettingValue, json, unknown, within, word,
-};
+use crate::settings::{DEVIATION, SHARE, within};
 
 settings! {
     /// The task of the robot. Displacement is reported for every task.
@@ -20,7 +14,7 @@ settings! {
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
         /// A loss in place of the task's, by a name that the program was given.
-        own_loss: OwnLoss = OwnLoss::default(), since 1, source "the paper has none";
+        own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
         /// For "reach": where the payload should be in the states that the loss covers, along the ground from
         /// its origin. The robot passes the target and keeps moving: no task makes a robot stop yet.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
@@ -99,59 +93,5 @@ settings! {
         keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
         /// Iterations up to a rung over which a start's displacement is judged, by their median.
         window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
-    }
-}
-
-/// The name of a loss that this process was [given](crate::objective::add), or none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct OwnLoss(Option<&'static str>);
-
-/// The names of all losses given.
-static LOSSES: Registry<()> = Registry::new();
-
-impl OwnLoss {
-    /// Makes a name known to the scenes that are read from now on.
-    ///
-    /// # Panics
-    /// If it is known already, or means that there is none.
-    pub(crate) fn add(name: &'static str) {
-        assert!(name != OFF, "a loss cannot be called {name:?}");
-        LOSSES.add("loss", name, ());
-    }
-
-    /// The name; `None` for the task's own loss.
-    pub fn name(self) -> Option<&'static str> {
-        self.0
-    }
-
-    fn known() -> impl Iterator<Item = &'static str> {
-        LOSSES.all().into_iter().map(|(name, ())| name)
-    }
-}
-
-impl SettingValue for OwnLoss {
-    fn allowed(&self, _: &Limits) -> String {
-        let names = [OFF].into_iter().chain(Self::known());
-        let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
-        let names = names.join(" or ");
-        format!("{names}; another loss needs the program that brings it")
-    }
-
-    fn toml(&self) -> String {
-        format!("{:?}", self.0.unwrap_or(OFF))
-    }
-
-    fn json(&self) -> serde_json::Value {
-        json(self)
-    }
-
-    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
-        let word = word(value)?;
-        let name = Self::known().find(|name| *name == word);
-        if name.is_none() && word != OFF {
-            return Err(unknown(value, word, "names an unknown loss:"));
-        }
-        self.0 = name;
-        Ok(())
     }
 }

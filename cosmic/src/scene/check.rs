@@ -7,6 +7,33 @@ use super::terrain::MOST_STEPS;
 use super::{
     GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
 };
+use crate::error::{Error, Result};
+
+impl Scene {
+    /// Checks the values of all settings. A scene that was read always passes; a scene whose fields were set may not.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with all settings that are out of range, or else with all settings that contradict one another.
+    pub fn check(&self) -> Result<()> {
+        let mut faults = Vec::new();
+        self.clone().of_sections(|section, settings| {
+            for field in settings.fields() {
+                if !field.value.fits(&field.limits) {
+                    let (key, value, allowed) = (field.key, field.value.toml(), field.allowed());
+                    let says = format!("`{section}.{key}` is out of range: {value}");
+                    faults.push(format!("{says}; allowed: {allowed}"));
+                }
+            }
+        });
+        if faults.is_empty() {
+            faults.extend(conflicts(self).into_iter().map(|conflict| conflict.says));
+        }
+        match faults.is_empty() {
+            true => Ok(()),
+            false => Err(Error::Usage(format!("the scene: {}", faults.join("; ")))),
+        }
+    }
+}
 
 /// Settings at odds.
 pub(super) struct Conflict {

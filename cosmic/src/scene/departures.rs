@@ -1,6 +1,5 @@
 //! The options by which a scene departs from the paper on purpose.
 
-use super::policy_name::PolicyName;
 use super::{
     BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
     ProfileKind, Scene, SelectionKind, StartKind, TaskKind, VoidEdges,
@@ -27,7 +26,7 @@ struct KnownDeparture {
 /// In the order in which summaries have them.
 const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
-        in_force: |s| s.loss.kind == LossKind::Mean && s.objective.own_loss.name().is_none(),
+        in_force: |s| s.loss.kind == LossKind::Mean && s.has_task(),
         option: "loss.kind",
         says: "the loss is the payload's mean position over the horizon's end, not its last",
     },
@@ -107,7 +106,7 @@ const KNOWN: &[KnownDeparture] = &[
         says: "the start follows another layout than the tall one of the paper's baseline",
     },
     KnownDeparture {
-        in_force: |s| s.controller.policy != PolicyName::default(),
+        in_force: |s| !s.controller.policy.is_default(),
         option: "controller.policy",
         says: "another policy than the paper's network drives the robot",
     },
@@ -152,12 +151,12 @@ const KNOWN: &[KnownDeparture] = &[
         says: "void edges of a one-hot layout do not pull",
     },
     KnownDeparture {
-        in_force: |s| s.objective.task != TaskKind::Far && s.objective.own_loss.name().is_none(),
+        in_force: |s| s.objective.task != TaskKind::Far && s.has_task(),
         option: "objective.task",
         says: "the robot is designed for another task than to get far",
     },
     KnownDeparture {
-        in_force: |s| s.objective.own_loss.name().is_some(),
+        in_force: |s| !s.has_task(),
         option: "objective.own_loss",
         says: "robots are designed for a loss that the program adds",
     },

@@ -1,10 +1,25 @@
 //! Every key of a scene: found by name, and listed for the documentation.
 
 use super::Scene;
+use crate::registry::Registry;
 use crate::settings::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
+    /// The scene after the items of a registry were made available to its settings.
+    pub(super) fn knowing(mut self, registry: &Registry) -> Self {
+        self.of_sections(|_, settings| {
+            let fields = settings.fields().into_iter();
+            fields.for_each(|field| field.value.know(registry));
+        });
+        self
+    }
+
+    /// The laws, losses, policies and lattices that the settings of the scene may name beside the built-in ones.
+    pub fn registry(&self) -> &Registry {
+        self.physics.contact.registry()
+    }
+
     /// Every setting with its value, in the order in which they are written.
     pub fn settings(&self) -> Vec<Setting> {
         let of_section = |name: &str, section: &mut dyn Settings| -> Vec<Setting> {

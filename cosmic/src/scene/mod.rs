@@ -11,7 +11,7 @@
 mod pass;
 mod truss_file;
 mod terrain;
-mod policy_name;
+mod chosen;
 mod robot;
 mod design;
 mod optimisation;
@@ -33,8 +33,9 @@ mod write;
 mod builtin;
 
 pub use base::Base;
-pub use beyond::{ObjectiveSettings, OwnLoss, RobustSettings, SearchSettings, TaskKind};
-pub use builtin::{BUILTIN, Builtin, add, all, fault, named};
+pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
+pub use builtin::{BUILTIN, Builtin};
+pub use chosen::Chosen;
 pub use departures::Departure;
 pub use doubts::Finding;
 
@@ -51,7 +52,6 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
-pub use policy_name::PolicyName;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,

@@ -50,8 +50,12 @@ impl SettingValue for Vec<Pass> {
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
-        let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
+        let read = cycle(word(value)?).filter(|passes| passes.fits(limits));
         *self = read.ok_or_else(|| misfit(value, "cannot be"))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(self.len() as f64)
     }
 }

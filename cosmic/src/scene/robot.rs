@@ -3,7 +3,7 @@
 use super::Scene;
 use std::sync::Arc;
 
-use super::policy_name::PolicyName;
+use super::chosen::Chosen;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::geometry::Ground;
@@ -245,7 +245,7 @@ settings! {
     struct ControllerSettings {
         /// What drives the robot: a network that observes it, the same network in open loop (driven by the clock
         /// alone), or a policy that the program was given.
-        policy: PolicyName = PolicyName::default(), since 2, source "paper: mlp";
+        policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.

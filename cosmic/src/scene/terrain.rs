@@ -173,4 +173,9 @@ impl SettingValue for Profile {
         *self = Profile::new(points).map_err(|says| misfit(value, &says))?;
         Ok(())
     }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        let mut numbers = self.points().iter().flat_map(|point| point.array());
+        numbers.all(|x| limits.contain(x))
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::check::conflicts;
 use super::*;
+use crate::Registry;
 use crate::settings::{Limits, Settings, above, within};
 use proptest::prelude::*;
 
@@ -9,13 +10,6 @@ use proptest::prelude::*;
 fn paths() -> Vec<String> {
     let settings = Scene::paper().settings().into_iter();
     settings.map(|setting| setting.key).collect()
-}
-
-#[test]
-fn no_law_can_have_the_name_of_a_section() {
-    let sections = keys::sections(&mut Scene::paper());
-    let names: Vec<_> = sections.iter().map(|section| section.name).collect();
-    assert_eq!(names, crate::laws::SECTIONS);
 }
 
 /// A newer key must have a valid value for older runs and an existing version.
@@ -50,9 +44,14 @@ fn the_scene_of_a_run_of_version_1_is_read() {
         .filter(|line| !is_new(line))
         .fold(String::new(), |text, line| text + line + "\n");
     let old = old.replacen("version = 2", "version = 1", 1);
-    assert_eq!(Scene::parse_of_run("old", &old).unwrap(), Scene::paper());
+    assert_eq!(
+        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
+        Scene::paper()
+    );
     let cut = old.replacen("version = 1", "version = 2", 1);
-    let refused = Scene::parse_of_run("cut", &cut).unwrap_err().to_string();
+    let refused = Scene::parse_of_run("cut", &cut, &Registry::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         refused.contains("`controller.policy` is missing"),
         "{refused}"

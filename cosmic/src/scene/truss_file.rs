@@ -9,16 +9,17 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::error::{Error, Result};
-use crate::lattice::{self, Truss};
-use crate::registry::OFF;
+use crate::lattice::Truss;
+use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
-/// The path of a truss file, or the name of a truss that this process was
-/// [given](crate::lattice::add), with its nodes and edges; or none.
+/// The path of a truss file, or the name of a truss in the [registry](Registry::with_lattice), with its nodes and
+/// edges; or none.
 #[derive(Clone, Debug)]
 pub struct TrussFile {
     path: String,
     truss: Option<Arc<Truss>>,
+    registry: Registry,
 }
 
 impl Default for TrussFile {
@@ -26,6 +27,7 @@ impl Default for TrussFile {
         Self {
             path: OFF.to_owned(),
             truss: None,
+            registry: Registry::default(),
         }
     }
 }
@@ -55,6 +57,7 @@ impl TrussFile {
         Self {
             path: path.to_owned(),
             truss: Some(truss),
+            ..Self::default()
         }
     }
 
@@ -89,7 +92,7 @@ impl TrussFile {
         if !self.is_to_be_read() {
             return Ok(());
         }
-        if let Some(truss) = lattice::named(&self.path) {
+        if let Some(truss) = self.registry.lattice(&self.path) {
             self.truss = Some(truss);
             return Ok(());
         }
@@ -128,10 +131,11 @@ impl SettingValue for TrussFile {
         if path.is_empty() {
             return Err(misfit(value, "cannot be"));
         }
-        *self = Self {
-            path: path.to_owned(),
-            truss: None,
-        };
+        (self.path, self.truss) = (path.to_owned(), None);
         Ok(())
+    }
+
+    fn know(&mut self, registry: &Registry) {
+        self.registry = registry.clone();
     }
 }

@@ -39,7 +39,7 @@ impl Scene {
 
     /// Whether the loss is the task's loss.
     pub(super) fn has_task(&self) -> bool {
-        self.objective.own_loss.name().is_none()
+        self.objective.own_loss.is_default()
     }
 
     /// Whether the loss depends on more states than the last one.

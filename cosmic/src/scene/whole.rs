@@ -2,13 +2,16 @@
 
 use super::Scene;
 use super::base::Base;
+use super::builtin::BUILTIN;
 use super::diagnostic::Fault;
 use super::read::{Kind, Reader, abridged, suggest};
 use super::version::{FORMAT, VERSION};
-use crate::laws::TOP_KEYS;
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// The keys of a scene file above its first section.
+pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", BASE];
 
 /// The key of a scene file that names its base.
 const BASE: &str = "base";
@@ -34,7 +37,7 @@ impl Reader<'_, '_> {
         }
         let base = self.base(document)?;
         let version = self.version(document)?;
-        self.scene = match (version, base) {
+        let scene = match (version, base) {
             (None, base) => base.unwrap_or_default().scene(),
             (Some(_), Some(base)) => Scene {
                 base,
@@ -42,6 +45,7 @@ impl Reader<'_, '_> {
             },
             (Some(_), None) => Scene::paper(),
         };
+        self.scene = scene.knowing(self.scene.registry());
         Ok(version)
     }
 
@@ -58,7 +62,8 @@ impl Reader<'_, '_> {
             Some(_) => "names an unknown built-in scene:",
             None => "must be the name of a scene, not",
         };
-        let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
+        let known = BUILTIN.iter().map(|builtin| builtin.name);
+        let known = suggest(name.unwrap_or_default(), known);
         Err(self.wrong(BASE, value, says, known))
     }
 

@@ -1,7 +1,7 @@
 //! The types that a setting can have: what may stand in a file, how it is read and written.
 
 use super::limits::Limits;
-use crate::registry::OFF;
+use crate::registry::{OFF, Registry};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::fmt::Debug;
@@ -22,6 +22,12 @@ pub trait SettingValue: Debug {
     fn json(&self) -> serde_json::Value;
     /// Takes the value of a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
+    /// True if the value is within the limits.
+    fn fits(&self, _limits: &Limits) -> bool {
+        true
+    }
+    /// Makes the additions of a program available to a setting that chooses an item by its name.
+    fn know(&mut self, _registry: &Registry) {}
 }
 
 /// Why a value does not fit. A message reads "`physics.dt` is a text: "fast"", where `says` is the
@@ -97,9 +103,13 @@ impl SettingValue for f64 {
                 .map(|n| n as f64),
             _ => return Err(wrong_kind(value)),
         };
-        let x = x.filter(|x| limits.contain(*x));
+        let x = x.filter(|x: &f64| x.fits(limits));
         *self = x.ok_or_else(|| out_of_range(value))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(*self)
     }
 }
 
@@ -117,9 +127,13 @@ impl SettingValue for usize {
             return Err(wrong_kind(value));
         };
         let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
-        let n = n.filter(|n| limits.contain(*n as f64));
+        let n = n.filter(|n| n.fits(limits));
         *self = n.ok_or_else(|| out_of_range(value))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(*self as f64)
     }
 }
 
@@ -155,6 +169,10 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
         let mut pairs = self.iter_mut().zip(entries.iter());
         pairs.try_for_each(|(x, entry)| x.read(entry, limits))
     }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        self.iter().all(|x| x.fits(limits))
+    }
 }
 
 /// A bound, which may be off.
@@ -177,6 +195,10 @@ impl SettingValue for Option<f64> {
             return Ok(());
         }
         self.insert(0.0).read(value, limits)
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        self.is_none_or(|x| x.fits(limits))
     }
 }
 
@@ -225,8 +247,7 @@ pub fn member<'de, T: Named, D: Deserializer<'de>>(
 
 impl<T: Named> SettingValue for T {
     fn allowed(&self, _: &Limits) -> String {
-        let names = T::ALL.iter().map(|(name, _)| format!("{name:?}"));
-        names.collect::<Vec<_>>().join(" or ")
+        quoted(T::ALL.iter().map(|(name, _)| *name), " or ")
     }
 
     fn toml(&self) -> String {
@@ -245,7 +266,13 @@ impl<T: Named> SettingValue for T {
     }
 }
 
-/// The word that a text is.
+/// Names in quotes, with a word between them.
+pub(crate) fn quoted<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
+    let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+    quoted.join(between)
+}
+
+/// The string value.
 ///
 /// # Errors
 /// [`Misfit`] for a value that is not a string.
