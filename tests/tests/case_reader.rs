@@ -128,7 +128,7 @@ const WRONG: [(&str, &str, &str); 17] = [
     (
         "/edges/2",
         "[1, 0]",
-        "`edges[2]`: expected an edge that no earlier one is, found [1, 0]",
+        "`edges[2]`: expected an edge that is not listed before, found [1, 0]",
     ),
     (
         "/format",

@@ -1,4 +1,4 @@
-//! Running a case.
+//! Runs a case.
 
 use autodiff::Real;
 
@@ -26,7 +26,7 @@ impl Case {
         .with_one_piece(self.rules.one_piece)
     }
 
-    /// Everything that the case's rollout depends on.
+    /// The inputs of the rollout.
     pub fn inputs(&self) -> Inputs<f64> {
         Inputs {
             z: self.design.vectors().into_owned(),
@@ -35,8 +35,8 @@ impl Case {
         }
     }
 
-    /// The design with the mixtures that a projection makes of other design vectors; the case's layout,
-    /// if it has one.
+    /// The design with the mixtures that a projection makes from other design vectors; the layout of the case, if it has
+    /// one.
     pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
@@ -47,12 +47,12 @@ impl Case {
         }
     }
 
-    /// The design that is rolled out, with the mixtures of the case's own projection.
+    /// The design of the rollout, with the mixtures of the projection of the case.
     pub fn own_design(&self) -> Design<Mixture<f64>> {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that is rolled out.
+    /// The body of the rollout.
     pub fn body(&self) -> Body<f64> {
         let design = self.own_design();
         Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(
@@ -74,7 +74,7 @@ impl Case {
         simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
-    /// The time step against the vibrations of the robot at rest in its first positions.
+    /// Checks the time step against the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
         self.task()
             .step_check(&self.own_design(), &self.start.x, 1.0)
@@ -87,11 +87,11 @@ impl Case {
         task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
-    /// Runs the case: its results, with the states of the given steps, and with the exact
-    /// gradients where they are asked for.
+    /// Runs the case. Returns the results with the states of the given steps, and with the exact gradients if they are
+    /// asked for.
     ///
     /// # Errors
-    /// Where a step is to be recorded that the rollout does not reach.
+    /// If a step to record is beyond the end of the rollout.
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
@@ -140,7 +140,7 @@ impl Case {
         })
     }
 
-    /// The rollout of a design with the states of the given steps and of the last.
+    /// The rollout of a design, with the states of the given steps and of the last step.
     fn rollout(&self, task: &Task, design: &Design<Mixture<f64>>, recorded: &[usize]) -> Guarded {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
@@ -169,8 +169,7 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if asked
-    /// for.
+    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if it is asked for.
     fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
         if gradient {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);

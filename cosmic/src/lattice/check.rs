@@ -1,15 +1,15 @@
-//! What makes no truss.
+//! Validation of trusses.
 
 use std::collections::HashSet;
 
 use super::own::{Payload, Truss};
 use crate::geometry::Bounds;
 
-/// How far from the ground's origin a node may be, m: as far as a generated lattice.
+/// The largest distance of a node from the origin of the ground, m, as for a generated lattice.
 const FARTHEST: f64 = 1e3;
-/// The shortest edge, m: as short as a generated one.
+/// The shortest edge, m, as for a generated lattice.
 const SHORTEST: f64 = 1e-3;
-/// The largest mass of a payload, kg: that of a scene.
+/// The largest mass of a payload, kg, as in a scene.
 const HEAVIEST: f64 = 1e3;
 
 impl Truss {
@@ -31,10 +31,9 @@ impl Truss {
         Ok(self)
     }
 
-    /// Numbers the nodes anew: the first payload is node 0, with which it changes numbers. The simulator
-    /// keeps a place for every node and every difference of node numbers along an edge. Where there are
-    /// fewer differences if the nodes are in order along the longer side, they are put in that order.
-    /// Numbered so, a truss keeps its numbers.
+    /// Renumbers the nodes: the first payload becomes node 0, and the former node 0 gets its number. The simulator keeps a
+    /// place for every node and every difference of node numbers along an edge. If numbering the nodes along the longer
+    /// side gives fewer differences, they are numbered in that order. Renumbering a truss twice changes nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;
@@ -119,7 +118,7 @@ impl Truss {
         }
     }
 
-    /// Checks payload and rules alone.
+    /// Checks the payload and the rules only.
     ///
     /// # Errors
     /// As [`checked`](Self::checked).

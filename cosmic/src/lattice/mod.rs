@@ -1,4 +1,4 @@
-//! Nodes and edges, the body that a design gives them, and the state that evolves.
+//! Nodes and edges, the body that a design gives them, and the state, which changes in a rollout.
 
 mod state;
 mod own;

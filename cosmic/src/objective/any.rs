@@ -1,8 +1,8 @@
-//! A loss behind a pointer, and those that scenes choose by name.
+//! A loss behind a pointer, and the losses that scenes choose by name.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. Through a pointer,
-//! a user's loss is compiled for these in the user's crate, and the simulator only in this one: it is not
-//! compiled again for every loss, nor without optimisation where the user's crate is.
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, a user's loss
+//! is compiled for them in the user's crate, and the simulator only in this crate. The simulator is not compiled again
+//! for every loss, and stays optimised when the user's crate is not.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! From a trajectory to a loss, from a mixture to its measures, and from both to the objective.
+//! The loss of a trajectory, the measures of mixtures, and the objective made of both.
 
 mod loss;
 mod displacement;

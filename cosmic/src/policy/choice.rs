@@ -32,7 +32,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     }
 }
 
-/// The blocks of the policy that a scene chooses, for a lattice of so many nodes and edges.
+/// The blocks of the policy that a scene chooses, for a lattice with these numbers of nodes and edges.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
     of_settings(settings).parameters(&Sizes {
         nodes,
@@ -42,7 +42,7 @@ pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> V
 }
 
 impl Controller<f64> {
-    /// The parameters with which a policy starts, by the [role](Role) of each block. Weights are drawn from a seed:
+    /// The initial parameters of a policy, by the [role](Role) of each block. Weights are random:
     /// X. Glorot and Y. Bengio, "Understanding the difficulty of training deep feedforward neural networks",
     /// AISTATS 2010, equation 16, which has no gain.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {

@@ -1,5 +1,5 @@
-//! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
-//! and a search over starts that drops the weak ones early.
+//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and a search over starts that
+//! drops weak starts early.
 
 use super::Scene;
 use super::chosen::Chosen;
@@ -73,8 +73,8 @@ settings! {
 }
 
 impl RobustSettings {
-    /// How many times as fast a drawn robot may vibrate as the nominal one: its edges as stiff, its
-    /// nodes as light as any. 1 where none is drawn.
+    /// The largest frequency of a drawn robot over that of the nominal robot: the drawn edges may be stiffer and the
+    /// nodes lighter. 1 if no robots are drawn.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,

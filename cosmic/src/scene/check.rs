@@ -1,4 +1,4 @@
-//! Settings that are each in range and yet do not fit one another.
+//! Checks of settings that depend on one another.
 
 use std::collections::HashSet;
 
@@ -35,9 +35,9 @@ impl Scene {
     }
 }
 
-/// Settings at odds.
+/// Two settings that contradict each other.
 pub(super) struct Conflict {
-    /// Their keys, the one to point at first; twice one key whose own entries are at odds.
+    /// Their keys. The first one is pointed at. One key twice if its own entries contradict each other.
     pub(super) keys: [&'static str; 2],
     /// What is wrong, with the numbers.
     pub(super) says: String,
@@ -66,7 +66,7 @@ impl Conflicts {
     }
 }
 
-/// Phases follow one another. Without a snap there is no attraction either.
+/// The phases must follow one another. Without a snap there is no attraction.
 fn phases(scene: &Scene, found: &mut Conflicts) {
     let schedule = &scene.schedule;
     let (snap, last) = (schedule.snap_at, schedule.iterations);
@@ -86,8 +86,7 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The steps that carry the gradient are steps of the rollout, and a mean loss averages some of
-/// them.
+/// The steps that carry the gradient must be steps of the rollout. A mean loss averages some of them.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
@@ -115,8 +114,8 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// A layout is one-hot from the start, and not tilted; everything else has to be snapped. The
-/// three-legged layouts belong to one lattice.
+/// A layout is one-hot from the start and cannot be tilted. Every other start must be snapped. The three-legged layouts
+/// belong to one lattice.
 fn starts(scene: &Scene, found: &mut Conflicts) {
     let (start, snap) = (&scene.start, scene.schedule.snap_at);
     let is_layout = start.kind == StartKind::Layout;
@@ -157,7 +156,7 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// Actuators are solid.
+/// Actuators are solid, so their share cannot exceed the share of solids.
 fn volumes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.volume.actuator[0], scene.volume.solid[1]);
     found.require(
@@ -167,7 +166,7 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// A file has no kind, and what it keeps and forbids leaves room for the volume bounds.
+/// A truss has no kind. The edges that it keeps and forbids must leave room for the volume bounds.
 fn trusses(scene: &Scene, found: &mut Conflicts) {
     let Some(truss) = scene.lattice.file.truss() else {
         return;
@@ -201,7 +200,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The first entry of a pair is the lower one.
+/// The first entry of a pair must not exceed the second.
 fn spans(scene: &Scene, found: &mut Conflicts) {
     let iterations = |span: [usize; 2]| span.map(|iteration| iteration as f64);
     let (volume, schedule) = (&scene.volume, &scene.schedule);
@@ -218,9 +217,8 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     }
 }
 
-/// Asymptotes have room, rungs ascend, and the second goal goes with the task far alone. A second
-/// goal is pursued by the negative of the first one's loss. For another task that would be to spend
-/// energy, to keep away from a target, or to run away from both goals.
+/// Bounds on asymptotes and rungs must ascend. Only the task "far" can have a second goal, because the loss of the
+/// second goal is the negated loss of the first: for other tasks the robot would waste energy or avoid its target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
@@ -242,7 +240,7 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// Points are there, and steps have room.
+/// A profile of points needs points. Steps must not overlap.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(

@@ -1,4 +1,4 @@
-//! The settings that choose a policy or a loss by its name.
+//! The settings that choose a policy or a loss by name.
 
 use std::any::Any;
 use std::fmt;

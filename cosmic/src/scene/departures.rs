@@ -1,4 +1,4 @@
-//! The options by which a scene departs from the paper on purpose.
+//! The options by which a scene deliberately differs from the paper.
 
 use super::{
     BinarisationMethod, GradientPrecision, Integrator, LatticeKind, Layout, LossKind, Pass,
@@ -23,7 +23,7 @@ struct KnownDeparture {
     says: &'static str,
 }
 
-/// In the order in which summaries have them.
+/// In the order in which summaries list them.
 const KNOWN: &[KnownDeparture] = &[
     KnownDeparture {
         in_force: |s| s.loss.kind == LossKind::Mean && s.has_task(),
@@ -222,8 +222,8 @@ const KNOWN: &[KnownDeparture] = &[
 ];
 
 impl Scene {
-    /// The departures in force, for a run's summary. With none, physics and algorithm are the
-    /// paper's. Sizes, widths, rates, weights, the ground's angle and the order of a cycle's passes are not
+    /// The departures in force, for the summary of a run. Without departures, physics and algorithm are those of the
+    /// paper. Sizes, widths, rates, weights, the angle of the ground and the order of the passes of a cycle are not
     /// departures. A number that switches something on is a departure.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
@@ -235,7 +235,7 @@ impl Scene {
             .collect()
     }
 
-    /// Whether the cycle has passes of a kind or needs none.
+    /// Whether the cycle has passes of this kind or needs none.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

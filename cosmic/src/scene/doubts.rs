@@ -9,16 +9,16 @@ use std::fmt;
 /// A remark about a scene's settings.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// The settings that it is about, the one to change first.
+    /// The settings that the remark is about. The first one is the one to change.
     pub settings: Vec<Setting>,
-    /// What is wrong with them.
+    /// The problem.
     pub says: String,
-    /// The change that would mend it; may be empty.
+    /// The change that would solve the problem; may be empty.
     pub remedy: String,
 }
 
 impl Finding {
-    /// A finding about settings of a scene.
+    /// A remark about settings of a scene.
     ///
     /// # Panics
     /// If the scene has no such key.

@@ -1,4 +1,4 @@
-//! Every key of a scene: found by name, and listed for the documentation.
+//! The keys of a scene: finding a key by name, and tables of keys for the documentation.
 
 use super::Scene;
 use crate::registry::Registry;
@@ -32,7 +32,7 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// The results of a function for every section; the sections that the physics hold come last.
+    /// The results of a function for every section. The sections of the ground and of laws come last.
     pub(super) fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
@@ -43,7 +43,7 @@ impl Scene {
         made
     }
 
-    /// The setting of a key such as `physics.dt`, if there is one.
+    /// The setting with a key such as `physics.dt`, if there is one.
     pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
         let is_own = self.sections().iter().all(|(name, _)| *name != section);
@@ -73,7 +73,7 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene; those that its physics hold come last.
+/// Every section of a scene. The sections of the ground and of laws come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,
@@ -81,8 +81,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if it allows this
-/// number.
+/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if this number is allowed.
 ///
 /// # Panics
 /// If no scene has the key.
@@ -92,8 +91,8 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     (!field.limits.contain(number)).then(|| field.allowed())
 }
 
-/// Every key of a scene file as tables in Markdown, one a section: default, unit, what is allowed,
-/// where the default comes from, and what the key means.
+/// Every key of a scene file in Markdown, with one table for each section: default, unit, allowed values, source of the
+/// default, and meaning.
 pub fn reference() -> String {
     let sections = Scene::paper().of_sections(|name, settings| {
         let mut text = format!("### `[{name}]`\n\n{}\n\n", settings.about());

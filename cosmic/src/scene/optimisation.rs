@@ -217,7 +217,7 @@ settings! {
     }
 }
 
-/// A cycle of passes that is known to be one.
+/// The passes of valid letters.
 fn passes(letters: &str) -> Vec<Pass> {
     super::pass::cycle(letters).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Reads a scene: TOML over its base. Checks every value and reports the place of every error.
+//! Reads a scene from TOML over its base. Checks every value and reports the place of every error.
 
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The kind of files among the sources.
+/// The kind of the sources that are files.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Settings that change another scene.
@@ -163,14 +163,14 @@ impl Lacks {
     }
 }
 
-/// Settings of the command line as sources.
+/// The settings of the command line as sources.
 pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// The error for a setting that turned out wrong after reading, shown where the last of the sources
-/// sets it; `None` where none does.
+/// The error for a setting that turned out to be wrong after reading, shown where the last source sets it; `None` if no
+/// source sets it.
 pub(super) fn pointed(
     registry: &Registry,
     sources: &[SceneText],
@@ -192,12 +192,12 @@ pub(super) fn pointed(
 /// Reads sources one after the other into a scene.
 pub(super) struct Reader<'s, 't> {
     pub(super) sources: &'s [SceneText<'t>],
-    /// The one that is being read.
+    /// The number of the source that is being read.
     pub(super) source: usize,
     pub(super) scene: Scene,
     pub(super) kind: Kind,
     pub(super) faults: Vec<Fault>,
-    /// Where `section.key` was set last.
+    /// The place where each `section.key` was set last.
     pub(super) places: HashMap<String, KeyPlace>,
     /// Collects the laws and the loss that this program does not have; `None` if they are an error.
     lacks: Option<Lacks>,
@@ -205,7 +205,7 @@ pub(super) struct Reader<'s, 't> {
     untaken: Vec<String>,
 }
 
-/// A value's bytes in one of the sources.
+/// The bytes of a value in one of the sources.
 #[derive(Clone, Default)]
 pub(super) struct KeyPlace {
     source: usize,
@@ -221,14 +221,14 @@ impl<'s, 't> Reader<'s, 't> {
         reader
     }
 
-    /// The scene after the changes in a table that is a part of the source.
+    /// The scene after the changes in a table of the source.
     pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
         let mut reader = Reader::new(scene, Kind::Changes, std::slice::from_ref(source));
         reader.table(table);
         reader.resolved()
     }
 
-    /// A reader that has not read any source yet; see [`over`](Self::over).
+    /// A reader before it reads the sources; see [`over`](Self::over).
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
@@ -265,7 +265,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.finished()
     }
 
-    /// The scene, if nothing is wrong with it.
+    /// The scene, if there is no error.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
             self.conflicts();
@@ -305,7 +305,7 @@ impl<'s, 't> Reader<'s, 't> {
             Ok(version) => version,
             Err(fault) => return self.faults.push(fault),
         };
-        // Which laws there are, and so which sections, the physics say.
+        // The section `physics` comes first: its laws decide which other sections exist.
         let sections = table.iter();
         let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
         let (first, then): (Vec<_>, Vec<_>) =
@@ -382,7 +382,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
-    /// The folder of the file that set a key last; the process's own for the command line.
+    /// The folder of the file that set a key last; the working directory for the command line.
     fn folder(&self, key: &str) -> PathBuf {
         let file = self
             .places
@@ -455,7 +455,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     Some((start..end, number))
 }
 
-/// The keys that choose laws. A law may have a section of its name.
+/// The keys that choose laws. A law with settings has a section of its name.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
 /// The strings in a value, or in the entries of an array.
@@ -468,9 +468,9 @@ fn words(value: &Spanned<DeValue>) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// The known name nearest to a misspelt one, else all of them.
+/// The known name that is most similar to a misspelt one, or else all known names.
 pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
-    /// Jaro-Winkler similarity of two names that differ by a slip or two.
+    /// The Jaro-Winkler similarity of two names that differ by one or two typing errors.
     const CLOSE: f64 = 0.8;
     let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
     let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
@@ -480,7 +480,7 @@ pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Cl
     }
 }
 
-/// The first line of what a file says, cut where it is long.
+/// The first line of a text, cut off if it is long.
 pub(super) fn abridged(written: &str) -> String {
     const LONGEST: usize = 40;
     let line = written.lines().next().unwrap_or_default();

@@ -71,7 +71,7 @@ impl LatticeSettings {
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// These settings with the nodes of a truss, if it is one, as one row.
+    /// These settings with the nodes of a truss, if there is one, as one row.
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
         let mut settings = self.clone();
@@ -81,7 +81,7 @@ impl LatticeSettings {
         settings
     }
 
-    /// The lattice in a word, such as `6x6`.
+    /// A short name of the lattice, such as `6x6`.
     pub fn name(&self) -> String {
         let size = format!("{}x{}", self.columns, self.rows);
         match (self.file.truss(), self.kind) {
@@ -189,7 +189,7 @@ impl From<&PhysicsSettings> for Ground {
 }
 
 impl PhysicsSettings {
-    /// Sections of their own: the ground, and the chosen laws that have settings, by their names.
+    /// The sections beside `[physics]`: the ground, and the chosen laws that have settings, by their names.
     pub(super) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
         let ground: (_, &mut dyn Settings) = ("ground", &mut self.ground);
         let contact = (self.contact.name(), self.contact.settings());
@@ -280,7 +280,7 @@ settings! {
     }
 }
 
-/// What a controller observes of a state.
+/// The parts of a state that a controller observes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Senses {
     /// The positions of the nodes.
@@ -290,7 +290,7 @@ pub struct Senses {
 }
 
 impl ControllerSettings {
-    /// Whether positions and velocities make any difference to an observation.
+    /// Whether an observation depends on positions and on velocities.
     pub fn senses(&self) -> Senses {
         let follows_goal = self.goal_relative && self.goal_scale != 0.0;
         Senses {
@@ -299,7 +299,7 @@ impl ControllerSettings {
         }
     }
 
-    /// These settings with the goal mirrored: behind the origin where it was ahead.
+    /// These settings with the goal mirrored: behind the origin instead of ahead of it.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;
         Self {

@@ -1,4 +1,4 @@
-//! Settings of the ground: what lies on its line.
+//! Settings of the ground: the profile above its line.
 
 use super::Scene;
 use toml::Spanned;
@@ -75,20 +75,23 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
-/// The most steps: each has two corners.
+/// The most steps. Each has two corners.
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
-    /// The profile that these settings mean.
+    /// The profile of these settings.
     ///
     /// # Panics
-    /// If the settings contradict one another, as those of no scene do.
+    /// If the settings contradict one another. The reader of scenes refuses such settings.
     pub fn resolved(&self) -> Profile {
         let profile = self.checked();
         profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
     }
 
-    /// The profile, or a sentence if the settings make none.
+    /// The profile.
+    ///
+    /// # Errors
+    /// A sentence if the settings contradict one another.
     pub(super) fn checked(&self) -> Result<Profile, String> {
         let points = match self.profile {
             ProfileKind::Flat => Vec::new(),
@@ -111,7 +114,7 @@ impl GroundSettings {
         (0..self.count).flat_map(step).collect()
     }
 
-    /// Heights at equal distances between two ends on the ground line.
+    /// Heights at equal distances. The two ends are on the ground line.
     fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));

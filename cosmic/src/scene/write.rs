@@ -1,4 +1,4 @@
-//! Writes a scene as complete TOML: one key per line, each with its meaning and the allowed values.
+//! Writes a scene as complete TOML: one key per line, with its meaning and the allowed values above it.
 
 use super::Scene;
 use super::version::{FORMAT, VERSION};

@@ -1,4 +1,4 @@
-//! A setting: its value in place, and its declaration.
+//! A setting: its value and its declaration.
 
 use std::any::Any;
 
@@ -10,15 +10,15 @@ use super::limits::Limits;
 use super::value::SettingValue;
 use crate::registry::OFF;
 
-/// A setting in place, with all that its declaration says of it.
+/// A setting: its value and everything from its declaration.
 pub struct Field<'a> {
     /// The key within its section.
     pub key: &'static str,
     /// The meaning of the key, in sentences.
     pub doc: &'static str,
-    /// The unit; empty for a pure number, a name or a truth value.
+    /// The unit; empty for a pure number, a name or a boolean.
     pub unit: &'static str,
-    /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
+    /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
     /// The first version of a run's scene that has the key.
     pub since: u32,
@@ -59,9 +59,9 @@ pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> boo
 
 /// A section of a scene file; [`settings!`](crate::settings!) declares it.
 pub trait Settings {
-    /// The subject of the section, in a sentence.
+    /// A description of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// Its settings, in the order in which they are written; by default there are none.
+    /// The settings, in the order in which they are written; none by default.
     fn fields(&mut self) -> Vec<Field<'_>> {
         Vec::new()
     }
@@ -71,7 +71,7 @@ pub trait Settings {
 pub struct Values(Vec<(&'static str, Value)>);
 
 impl Values {
-    /// Those of a section.
+    /// The keys and values of a section.
     pub fn of(section: &mut dyn Settings) -> Self {
         let fields = section.fields().into_iter();
         Self(

@@ -1,5 +1,4 @@
-//! Settings: keys of a scene file, each declared once with its type, default, range, unit, source and
-//! meaning.
+//! Settings: the keys of a scene file. Each is declared once with its type, default, range, unit, source and meaning.
 
 mod limits;
 mod value;

@@ -1,4 +1,4 @@
-//! The types that a setting can have: what may stand in a file, how it is read and written.
+//! The types of settings: their allowed values, and how they are read and written.
 
 use super::limits::Limits;
 use crate::registry::{OFF, Registry};
@@ -11,16 +11,16 @@ use toml::de::DeValue;
 
 /// The type of a setting.
 pub trait SettingValue: Debug {
-    /// The values that a file may hold, as a phrase.
+    /// The values that a file may have, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
-    /// The value as TOML. Rust writes numbers, truth values and arrays of them as TOML does, with the
-    /// fewest digits that read back to the same bits.
+    /// The value as TOML. Rust writes numbers, booleans and arrays of them as TOML does, with the fewest digits that
+    /// read back to the same bits.
     fn toml(&self) -> String {
         format!("{self:?}")
     }
     /// The value as JSON.
     fn json(&self) -> serde_json::Value;
-    /// Takes the value of a file.
+    /// Takes the value in a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
     /// True if the value is within the limits.
     fn fits(&self, _limits: &Limits) -> bool {
@@ -30,8 +30,8 @@ pub trait SettingValue: Debug {
     fn know(&mut self, _registry: &Registry) {}
 }
 
-/// Why a value does not fit. A message reads "`physics.dt` is a text: "fast"", where `says` is the
-/// part between key and value.
+/// The reason why a value is refused. A message reads "`physics.dt` is a text: "fast"", where `says` is the part
+/// between key and value.
 pub struct Misfit {
     /// The bytes of the value in its source.
     pub span: Range<usize>,
@@ -45,7 +45,7 @@ pub struct Misfit {
 /// The result of reading a value.
 pub type Filled<T> = Result<T, Misfit>;
 
-/// A value that does not fit, and why.
+/// The error for a refused value.
 pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
@@ -54,7 +54,7 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     }
 }
 
-/// A name that this program does not know.
+/// The error for an unknown name.
 pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
     Misfit {
         unknown: vec![name.to_owned()],
@@ -66,12 +66,12 @@ fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, "is out of range:")
 }
 
-/// A value of another kind than the setting's.
+/// The error for a value of the wrong type.
 pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, &format!("is {}:", kind(value)))
 }
 
-/// What a TOML value is, with its article.
+/// The type of a TOML value, with its article.
 pub fn kind(value: &Spanned<DeValue>) -> &'static str {
     match value.get_ref() {
         DeValue::String(_) => "a text",
@@ -93,7 +93,7 @@ impl SettingValue for f64 {
         json(self)
     }
 
-    /// Written with or without a point. A number that overflows is infinite, and out of range.
+    /// The number may have a point or not. A number that overflows becomes infinite and is out of range.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let x = match value.get_ref() {
             DeValue::Float(x) => x.as_str().parse().ok(),
@@ -175,7 +175,7 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
     }
 }
 
-/// A bound, which may be off.
+/// A bound that can be off.
 impl SettingValue for Option<f64> {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a number {limits}, or {OFF:?}")
@@ -218,7 +218,7 @@ impl SettingValue for bool {
     }
 }
 
-/// An enumeration whose members have names in scene files.
+/// An enum whose members have names in scene files.
 pub trait Named: Copy + Debug + PartialEq + 'static {
     /// Every member with its name.
     const ALL: &'static [(&'static str, Self)];
@@ -230,7 +230,7 @@ pub trait Named: Copy + Debug + PartialEq + 'static {
     }
 }
 
-/// Reads a member of an enumeration by its name, for [`settings!`](crate::settings!).
+/// Reads a member of an enum by its name, for [`settings!`](crate::settings!).
 ///
 /// # Errors
 /// The errors of the deserializer, and an error for a string that is not one of the names.
@@ -280,7 +280,7 @@ pub fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
     value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }
 
-/// A value as JSON. Settings are numbers, names and lists of them, which all have a form there.
+/// A value as JSON. Every setting has a JSON form, because settings are numbers, names and lists of them.
 pub fn json(value: &(impl serde::Serialize + ?Sized)) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }
