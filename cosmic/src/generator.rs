@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lattice_turns_with_the_ground() {
+    fn the_lattice_is_rotated_with_the_ground() {
         let flat = Lattice::sample(4, 3, 0.0);
         let turned = Lattice::sample(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {

@@ -3,7 +3,8 @@
 //!
 //! The order of the modules is the architecture: each uses only those above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct for each of the others.
+//! - [`scene`] has every number of an experiment, in one small struct for each of the others; [`registry`] has the laws,
+//!   losses, policies, lattices and scenes that a program adds.
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`policy`].

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_are_shared_out() {
+    fn threads_are_divided_among_jobs() {
         for (threads, jobs, [at_work, each]) in [
             (8, 3, [3, 2]),
             (2, 5, [2, 1]),
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn after_an_error_no_job_is_begun() {
+    fn no_job_begins_after_an_error() {
         let begun = AtomicUsize::new(0);
         let crew = Crew::of_one(NonZeroUsize::new(2));
         let error = in_parallel(100, crew, |job, _| {
@@ -144,7 +144,7 @@ mod tests {
 
     /// The error is the first one, not an error of the jobs that stopped because of it.
     #[test]
-    fn jobs_are_told_of_an_error() {
+    fn jobs_can_see_an_error_of_others() {
         let crew = Crew::of_one(NonZeroUsize::new(2));
         let error = in_parallel(2, crew, |job, failed| {
             if job == 1 {

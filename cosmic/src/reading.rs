@@ -47,9 +47,7 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// The error for a file that is too long.
 pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     let path = path.display();
-    Error::Usage(format!(
-        "{path}: the file has more than {most} bytes"
-    ))
+    Error::Usage(format!("{path}: the file has more than {most} bytes"))
 }
 
 /// Reads a value from JSON. Messages name the file; line numbers begin after `lines`.
@@ -238,7 +236,7 @@ mod tests {
     use super::{Error, from_json, placed, with_decimal_point};
 
     #[test]
-    fn what_is_wrong_in_json_is_named_with_its_keys() {
+    fn errors_in_json_name_the_keys() {
         #[derive(Debug, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Rows {
@@ -305,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_message_names_is_pointed_at() {
+    fn errors_point_at_the_keys_that_they_name() {
         let text = "{\"a\": 1,\n \"b\": {\"z\": [[0, 1],\n  [2]]}}";
         let placed = |message: &str| placed("a.json", text, Error::Usage(message.to_owned()));
         let told = |message: &str| placed(message).to_string();
@@ -325,7 +323,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_does_not_end_is_refused() {
+    fn endless_files_are_refused() {
         let endless = super::read_whole("/dev/zero".as_ref()).unwrap_err();
         assert_eq!(endless.exit_code(), 2);
     }

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_null_and_named_once() {
+    fn numbers_that_are_not_finite_are_null_and_named_once() {
         let mut results = results();
         let state = results.trajectory.get_mut(&2).unwrap();
         state.x[0] = Vector::new([f64::NAN, f64::INFINITY]);

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_truss_is_named_and_pointed_at() {
+    fn invalid_trusses_are_refused_with_their_place() {
         for (from, to, says) in [
             (
                 "[1, 2], ",
@@ -344,7 +344,7 @@ mod tests {
 
     /// Crossing, overlapping and dangling edges, and pieces apart.
     #[test]
-    fn what_is_fine_is_read() {
+    fn unusual_trusses_are_read() {
         let fine = r#"{"format": "cosmic-truss", "version": 1,
             "nodes": [[0, 0], [1, 1], [0, 1], [1, 0], [2, 0], [5, 5], [5, 6]],
             "edges": [[0, 1], [2, 3], [0, 3], [0, 4], [5, 6]], "payload": 3}"#;
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn the_payload_stands_first_and_a_copy_is_the_same_truss() {
+    fn the_payload_is_node_0_and_copies_are_equal() {
         let kite = Truss::parse("kite", KITE).unwrap();
         assert_eq!(
             kite.payload.iter().map(|p| p.node).collect::<Vec<_>>(),
@@ -447,7 +447,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "the lattice \"bad\": `edges[0]`")]
-    fn a_program_cannot_add_what_is_no_truss() {
+    fn an_invalid_truss_cannot_be_added() {
         let edges = vec![[0, 0]];
         let bad = Truss {
             edges,

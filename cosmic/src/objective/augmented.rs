@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_penalty_that_fell_for_long_grows_again() {
+    fn a_small_penalty_can_grow_again() {
         let mut lagrangian = AugmentedLagrangian::new(1.0);
         for _ in 0..400 {
             lagrangian.update(&[0.0; 4], &[1.0; 4], 10.0);

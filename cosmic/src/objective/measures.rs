@@ -56,7 +56,7 @@ mod tests {
     use crate::design::Material::{Actuator, Skeleton, Void};
 
     #[test]
-    fn a_layout_has_volumes_and_nothing_else() {
+    fn the_measures_of_a_layout_are_its_volumes() {
         let layout = Design::Layout(vec![Void, Skeleton, Actuator, Skeleton]);
         let m = measures::<f64>(&layout.mixtures(), 1e-6);
         assert_eq!((m.volume, m.actuator_volume), (0.75, 0.25));

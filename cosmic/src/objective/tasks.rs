@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn each_task_sees_its_own() {
+    fn each_task_has_its_loss() {
         let loss = |task| objective(task).loss(&walk());
         assert_eq!(loss(TaskKind::Far), -3.0);
         assert_eq!(loss(TaskKind::Back), 3.0);
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn no_task_looks_at_more_nodes_than_it_says() {
+    fn tasks_read_only_the_nodes_that_they_name() {
         for &(name, task) in TaskKind::ALL {
             let objective = objective(task);
             let mut seen = walk();
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn energy_is_summed_up_from_start_to_end() {
+    fn energy_is_summed_from_start_to_end() {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);

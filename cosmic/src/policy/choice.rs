@@ -27,8 +27,8 @@ impl Registry {
 pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
     match settings.policy.item::<Arc<dyn Policy>>() {
         Some(policy) => Arc::clone(policy),
-        None if settings.policy.is_default() => Arc::new(Mlp),
-        None => Arc::new(Clock),
+        None if settings.policy.name() == "clock" => Arc::new(Clock),
+        None => Arc::new(Mlp),
     }
 }
 

@@ -237,41 +237,11 @@ impl<'de> Visitor<'de> for Entries {
 }
 
 /// The first entry of a block. It decides whether the block is a vector or a matrix.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a number or a row of numbers")]
 enum Entry {
     Number(f64),
     Row(Vec<f64>),
-}
-
-impl<'de> Deserialize<'de> for Entry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(FirstEntry)
-    }
-}
-
-struct FirstEntry;
-
-impl<'de> Visitor<'de> for FirstEntry {
-    type Value = Entry;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number or a row of numbers")
-    }
-    fn visit_f64<E>(self, number: f64) -> Result<Entry, E> {
-        Ok(Entry::Number(number))
-    }
-    fn visit_i64<E>(self, number: i64) -> Result<Entry, E> {
-        Ok(Entry::Number(number as f64))
-    }
-    fn visit_u64<E>(self, number: u64) -> Result<Entry, E> {
-        Ok(Entry::Number(number as f64))
-    }
-    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Entry, A::Error> {
-        let mut row = Vec::new();
-        while let Some(number) = numbers.next_element()? {
-            row.push(number);
-        }
-        Ok(Entry::Row(row))
-    }
 }
 
 /// The key of a snapshot for the number of columns of a matrix. The keys of the network are older than the names of

@@ -2,6 +2,9 @@
 
 use super::Scene;
 
+/// The keys of a scene file above its first section.
+pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
+
 /// A built-in scene that supplies the keys that are missing in a file: `earth` unless the file names another base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base(pub(super) &'static str);

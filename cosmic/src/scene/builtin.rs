@@ -1,11 +1,10 @@
 //! The built-in scenes, and finding a scene by name or file.
 
 use super::Scene;
-use super::base::Base;
+use super::base::{Base, TOP_KEYS};
 use super::diagnostic::{SceneText, not_text};
 use super::keys::sections;
 use super::read::{options, pointed, suggest};
-use super::whole::TOP_KEYS;
 use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
 use crate::reading::{read_at_most, too_long};
@@ -53,6 +52,11 @@ impl Base {
     pub fn named(name: &str) -> Option<Base> {
         let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
         builtin.map(|builtin| Base(builtin.name))
+    }
+
+    /// The names of all bases.
+    pub(super) fn names() -> [&'static str; BUILTIN.len()] {
+        BUILTIN.map(|builtin| builtin.name)
     }
 
     /// The scene of the base. It is its own base.
@@ -145,8 +149,7 @@ impl Registry {
     /// If the name is taken.
     #[must_use]
     pub fn with_scene(self, name: &'static str, text: &'static str) -> Self {
-        let built_in = BUILTIN.map(|builtin| builtin.name);
-        self.with(SCENE, &built_in, name, Builtin { name, text })
+        self.with(SCENE, &Base::names(), name, Builtin { name, text })
     }
 
     /// Every scene with a name, the default first: the added scenes, then the [`BUILTIN`] ones.

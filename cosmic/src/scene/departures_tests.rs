@@ -113,11 +113,7 @@ fn options(scene: &Scene) -> HashSet<String> {
 /// rejects the value.
 fn with(scene: &Scene, key: &str, value: &str) -> Option<Scene> {
     let mut scene = scene.clone();
-    let field = scene.field(key)?;
-    let text = format!("key = {value}");
-    let table = toml::de::DeTable::parse(&text).ok()?;
-    let value = table.get_ref().get("key")?;
-    field.value.read(value, &field.limits).ok()?;
+    scene.field(key)?.read_text(value).ok()?;
     Some(scene)
 }
 

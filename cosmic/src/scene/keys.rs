@@ -7,7 +7,7 @@ use serde::Serialize;
 
 impl Scene {
     /// The scene after the items of a registry were made available to its settings.
-    pub(super) fn knowing(mut self, registry: &Registry) -> Self {
+    pub(crate) fn knowing(mut self, registry: &Registry) -> Self {
         self.of_sections(|_, settings| {
             let fields = settings.fields().into_iter();
             fields.for_each(|field| field.value.know(registry));

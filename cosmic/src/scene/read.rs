@@ -1,13 +1,13 @@
 //! Reads a scene from TOML over its base. Checks every value and reports the place of every error.
 
+use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::whole::TOP_KEYS;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
-use crate::settings::{Misfit, SettingValue, kind};
+use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ impl Scene {
         let Some(mut truss) = truss else {
             return reader.resolved();
         };
-        truss.know(registry);
+        crate::settings::SettingValue::know(&mut truss, registry);
         reader.scene.lattice.file = truss;
         reader.finished()
     }

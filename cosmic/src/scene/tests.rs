@@ -59,7 +59,7 @@ fn the_scene_of_a_run_of_version_1_is_read() {
 }
 
 #[test]
-fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
+fn every_key_has_its_own_line_below_a_comment() {
     let text = Scene::paper().to_toml();
     let mut written = Vec::new();
     let (mut section, mut comment) = ("", "");
@@ -87,17 +87,13 @@ fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
 /// takes no such value.
 fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::paper();
-    let field = scene.field(path).unwrap();
-    let text = format!("key = {value}");
-    let document = toml::de::DeTable::parse(&text).unwrap();
-    let value = document.get_ref().get("key").unwrap();
-    field.value.read(value, &field.limits).ok()?;
+    scene.field(path).unwrap().read_text(value).ok()?;
     Some(scene)
 }
 
 /// The negated loss of another task does not make a task.
 #[test]
-fn two_goals_are_there_for_getting_far_alone() {
+fn two_goals_need_the_task_far() {
     let of = |task: &str| {
         let text = format!("[controller]\ntwo_goals = true\n[objective]\ntask = \"{task}\"\n");
         Scene::parse("two", &text).map_err(|error| error.to_string())
@@ -117,7 +113,7 @@ fn two_goals_are_there_for_getting_far_alone() {
 }
 
 #[test]
-fn limits_hold_only_finite_numbers() {
+fn limits_contain_only_finite_numbers() {
     let limits = within(f64::MIN, f64::MAX);
     assert!(limits.contain(f64::MAX) && limits.contain(f64::MIN));
     for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

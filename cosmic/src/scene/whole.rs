@@ -1,17 +1,13 @@
 //! Reads the beginning of a scene file, its base and version, and checks that no key is missing.
 
 use super::Scene;
-use super::base::Base;
-use super::builtin::BUILTIN;
+use super::base::{Base, TOP_KEYS};
 use super::diagnostic::Fault;
 use super::read::{Kind, Reader, abridged, suggest};
 use super::version::{FORMAT, VERSION};
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// The keys of a scene file above its first section.
-pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", BASE];
 
 /// The key of a scene file that names its base.
 const BASE: &str = "base";
@@ -62,8 +58,7 @@ impl Reader<'_, '_> {
             Some(_) => "names an unknown built-in scene:",
             None => "must be the name of a scene, not",
         };
-        let known = BUILTIN.iter().map(|builtin| builtin.name);
-        let known = suggest(name.unwrap_or_default(), known);
+        let known = suggest(name.unwrap_or_default(), Base::names().into_iter());
         Err(self.wrong(BASE, value, says, known))
     }
 

@@ -232,9 +232,7 @@ mod tests {
         let mut two = scene.clone();
         (two.controller.two_goals, two.controller.goal_scale) = (true, 3.0);
         check(&two);
-        let own = "[objective]\nown_loss = \"up_for_halving\"";
-        let registry = Registry::default().with_loss("up_for_halving", Up);
-        scene.objective = registry.parse("own", own).unwrap().objective;
-        check(&scene);
+        let own = scene.knowing(&Registry::default().with_loss("up", Up));
+        check(&own.set(&["objective.own_loss=up"]).unwrap());
     }
 }
