@@ -213,7 +213,6 @@ pub(crate) fn in_words(expected: &str) -> &str {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
         "a nonzero usize" => "a whole number from 1 on",
         "f64" => "a number",
-        "a string" => "a text",
         name if name.starts_with("struct ") => "an object",
         other => other,
     }

@@ -201,7 +201,7 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     ),
     (
         "physics.gravity=fast",
-        "`physics.gravity` is a text: \"fast\"",
+        "`physics.gravity` is a string: \"fast\"",
         "| --set physics.gravity=\"fast\"
   |                       ^^^^^^ allowed: a number",
     ),

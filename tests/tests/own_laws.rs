@@ -388,7 +388,7 @@ fn wrong_choices_are_pointed_at() {
             ],
         ),
         ("[physics]\nforces = [\"again\", \"again\"]", &["has twice"]),
-        ("[physics]\nforces = \"again\"", &["is a text"]),
+        ("[physics]\nforces = \"again\"", &["is a string"]),
         (
             "[tether]\nstiffness = 1.0",
             &["`tether` is not chosen", "physics.forces = [\"tether\"]"],

@@ -219,7 +219,7 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
         GATE.replace("[0.2, 0.0]", "[0.2, -0.01]"),
     );
     let kind = bench.optimize("b", "--set lattice.kind=triangular");
-    kind.fails(2, &["have no kind", "lattice.kind and lattice.file"]);
+    kind.fails(2, &["a truss has no kind", "lattice.kind and lattice.file"]);
     let doubted = bench.cosmic("scene check tiny.toml");
     let text = [&*doubted.out, &*doubted.error].concat();
     assert!(

@@ -9,18 +9,18 @@ use crate::settings::{DEVIATION, SHARE, within};
 settings! {
     /// The task of the robot. Displacement is reported for every task.
     struct ObjectiveSettings {
-        /// To get far, to be near a point, to climb, to go back, or to save energy.
+        /// The task: to get far, to be near a point, to climb, to go back, or to save energy.
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
-        /// A loss in place of the task's, by a name that the program was given.
+        /// A loss that replaces the task's loss, by the name that the program adds it with.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
-        /// For "reach": where the payload should be in the states that the loss covers, along the ground from
-        /// its origin. The robot passes the target and keeps moving: no task makes a robot stop yet.
+        /// For "reach": the desired position of the payload along the ground, from its origin, in the states that the
+        /// loss covers. The robot passes the target and keeps moving, because no task makes a robot stop yet.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
-        /// For "reach": the time in which a speed at the target counts as a distance.
+        /// For "reach": the time that converts a speed at the target into a distance.
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
@@ -32,7 +32,7 @@ settings! {
 }
 
 settings! {
-    /// What the robot is to do.
+    /// The task of the robot.
     enum TaskKind {
         /// To get far along the ground.
         Far = "far",
@@ -51,21 +51,21 @@ settings! {
 settings! {
     /// Gradients averaged over robots and surroundings drawn around the nominal ones.
     struct RobustSettings {
-        /// Draws per gradient, new ones every iteration; 0 designs for the nominal robot.
+        /// Draws per gradient, new ones in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
-        /// How far a coordinate of the start is off at most.
+        /// Largest deviation of a coordinate of the start.
         start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
-        /// Share by which the coefficient of Coulomb friction is off at most.
+        /// Largest relative deviation of the coefficient of friction.
         friction: f64 = 0.2, allowed DEVIATION, since 1,
             read "with `samples` above 0 and a contact law that slips" if |s: &Scene| s.robust.samples > 0 && s.slips(),
             source "beyond the paper";
-        /// Share by which the stiffness of an edge is off at most.
+        /// Largest relative deviation of the stiffness of an edge.
         stiffness: f64 = 0.1, allowed DEVIATION, since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
-        /// Share by which the mass of a node is off at most.
+        /// Largest relative deviation of the mass of a node.
         mass: f64 = 0.1, allowed DEVIATION, since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
@@ -84,14 +84,13 @@ impl RobustSettings {
 }
 
 settings! {
-    /// How `optimize --starts N --search halving` drops weak starts; not read otherwise.
+    /// How `optimize --starts N --search halving` drops weak starts. Other commands do not read it.
     struct SearchSettings {
-        /// Iterations after which starts are dropped, none below the one before it. At the last
-        /// iteration and beyond nothing is dropped any more.
+        /// Iterations after which starts are dropped, ascending. At the last iteration and later no start is dropped.
         rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), since 1, source "beyond the paper";
-        /// Share of the starts that goes on after each of them, rounded up.
+        /// Share of the starts that continue after each of them, rounded up.
         keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
-        /// Iterations up to a rung over which a start's displacement is judged, by their median.
+        /// Number of iterations before a rung. A start is judged by its median over them.
         window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
     }
 }

@@ -110,7 +110,7 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     found.require(
         every <= window,
         ["loss.every", "loss.window"],
-        format!("the loss takes every {every}th step, of only {window}"),
+        format!("the loss takes every {every}th step of a window of only {window} steps"),
     );
 }
 
@@ -162,7 +162,7 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
     found.require(
         least <= most,
         ["volume.actuator", "volume.solid"],
-        format!("the least share of actuators ({least}) is above the most of solids ({most})"),
+        format!("the smallest share of actuators ({least}) is above the largest share of solids ({most})"),
     );
 }
 
@@ -174,7 +174,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     found.require(
         scene.lattice.kind == LatticeKind::Rectangular,
         ["lattice.kind", "lattice.file"],
-        "the nodes and edges of a file have no kind".to_owned(),
+        "a truss has no kind: leave `kind` out".to_owned(),
     );
     let volume = &scene.volume;
     let [least, most] = volume.solid;
@@ -187,14 +187,14 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
         kept <= most + volume.widening,
         ["volume.solid", "lattice.file"],
         format!(
-            "the truss keeps a share of {kept:.3} of its edges, and at most {most} may be solid"
+            "the truss keeps a share of {kept:.3} of its edges, but at most {most} may be solid"
         ),
     );
     found.require(
         1.0 - forbidden >= least - volume.widening,
         ["volume.solid", "lattice.file"],
         format!(
-            "the truss forbids a share of {forbidden:.3} of its edges, and at least {least} have to \
+            "the truss forbids a share of {forbidden:.3} of its edges, but at least {least} must \
              be solid"
         ),
     );
@@ -224,19 +224,19 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     found.require(
         least <= most,
         ["mma.asymin", "mma.asymax"],
-        format!("the least distance of the asymptotes ({least}) is above the largest ({most})"),
+        format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
     );
     let rungs = scene.search.rungs;
     found.require(
         rungs.is_sorted(),
         ["search.rungs"; 2],
-        format!("`search.rungs`: {rungs:?} do not ascend: none may be below the one before it"),
+        format!("`search.rungs` is {rungs:?}; the numbers must ascend"),
     );
     let task = scene.objective.task;
     found.require(
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
-        format!("two goals are there for the task far, not {}", task.name()),
+        format!("two goals need the task far, not {}", task.name()),
     );
 }
 
@@ -246,7 +246,7 @@ fn terrain(scene: &Scene, found: &mut Conflicts) {
     found.require(
         ground.profile != ProfileKind::Points || !ground.points.is_flat(),
         ["ground.profile", "ground.points"],
-        "a profile of points has none: set ground.points".to_owned(),
+        "the profile `points` has no points: set ground.points".to_owned(),
     );
     if ground.profile == ProfileKind::Steps {
         steps(ground, found);
@@ -261,12 +261,12 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ground.count <= MOST_STEPS,
         ["ground.count", "ground.profile"],
-        format!("there may be {MOST_STEPS} steps, not {}", ground.count),
+        format!("there are {} steps; at most {MOST_STEPS} are allowed", ground.count),
     );
     let (ramp, spacing) = (ground.ramp, ground.spacing);
     found.require(
         ramp < spacing,
         ["ground.ramp", "ground.spacing"],
-        format!("a step rises on {ramp} m, and the next begins after {spacing} m"),
+        format!("the ramp of a step is {ramp} m long, and the next step begins after {spacing} m"),
     );
 }

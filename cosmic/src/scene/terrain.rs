@@ -10,8 +10,8 @@ use crate::settings;
 use crate::settings::{Filled, Limits, SettingValue, above, json, misfit, within, wrong_kind};
 
 settings! {
-    /// The height profile of the ground above its line. It is level below the lattice unless its points say
-    /// otherwise, and nothing moves the robot up to it.
+    /// The height profile of the ground above its line. Below the lattice it is level, unless it has points there. The
+    /// robot is not raised to its height.
     struct GroundSettings {
         /// The kind of profile on the ground line.
         profile: ProfileKind = ProfileKind::Flat, since 1,
@@ -21,7 +21,7 @@ settings! {
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
-        /// For "steps" and "rough": how far along the ground they begin.
+        /// For "steps" and "rough": their beginning along the ground.
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
@@ -34,11 +34,11 @@ settings! {
         spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps": the height of a step; below 0 they lead down.
+        /// For "steps": the height of a step; negative for steps down.
         rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
-        /// For "steps": the way on which a step rises, shorter than the distance to the next.
+        /// For "steps": the length of the ramp of a step, shorter than the distance to the next step.
         ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";

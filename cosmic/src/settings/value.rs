@@ -30,7 +30,7 @@ pub trait SettingValue: Debug {
     fn know(&mut self, _registry: &Registry) {}
 }
 
-/// The reason why a value is refused. A message reads "`physics.dt` is a text: "fast"", where `says` is the part
+/// The reason why a value is refused. A message reads "`physics.dt` is a string: "fast"", where `says` is the part
 /// between key and value.
 pub struct Misfit {
     /// The bytes of the value in its source.
@@ -74,10 +74,10 @@ pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
 /// The type of a TOML value, with its article.
 pub fn kind(value: &Spanned<DeValue>) -> &'static str {
     match value.get_ref() {
-        DeValue::String(_) => "a text",
+        DeValue::String(_) => "a string",
         DeValue::Integer(_) => "a whole number",
         DeValue::Float(_) => "a number with a point or exponent",
-        DeValue::Boolean(_) => "a truth value",
+        DeValue::Boolean(_) => "a boolean",
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "an array",
         DeValue::Table(_) => "a section",
