@@ -188,7 +188,11 @@ const WRONG: [(&str, &str, &str); 43] = [
         "cannot be \"\"",
         "letters d and c",
     ),
-    ("[adam]\ngradient_norm = ^\"of\"", "is a string", "or \"off\""),
+    (
+        "[adam]\ngradient_norm = ^\"of\"",
+        "is a string",
+        "or \"off\"",
+    ),
     ("[physics]\ndt = ^2000-01-01", "is a date", "a number"),
     (
         "^[[physics]]\ndt = 0.1",

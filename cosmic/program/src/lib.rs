@@ -31,7 +31,6 @@ use cosmic::lattice::Truss;
 use cosmic::laws::Choice;
 use cosmic::objective::Loss;
 use cosmic::policy::Policy;
-use cosmic::scene::BUILTIN;
 use output::{complain, written};
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -85,10 +84,7 @@ impl Command {
 
 /// The command line of a program, whose last scene is the default.
 fn command(registry: &Registry) -> clap::Command {
-    let default = registry
-        .scenes()
-        .next()
-        .map_or(BUILTIN[0].name, |scene| scene.name);
+    let default = registry.default_scene().name;
     let with_default = |command: clap::Command, argument| {
         command.mut_arg(argument, |argument| argument.default_value(default))
     };

@@ -10,7 +10,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
-use cosmic::scene::{BUILTIN, Scene, Setting, UnstableStep};
+use cosmic::scene::{Scene, Setting, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -135,10 +135,7 @@ impl Arguments {
                 source: file.display().to_string(),
             });
         }
-        let default = registry
-            .scenes()
-            .next()
-            .map_or(BUILTIN[0].name, |scene| scene.name);
+        let default = registry.default_scene().name;
         let source = self.scene.as_deref().unwrap_or(default);
         Ok(Origin {
             scene: self.settings.load(source, registry)?,

@@ -179,10 +179,10 @@ impl SavedScene {
                     column,
                     message,
                     ..
-                } => format!("line {line}, column {column}: {message}"),
+                } => format!("the scene, line {line}, column {column}: {message}"),
                 error => error.to_string(),
             };
-            Error::Usage(format!("`{place}`: the scene, {says}"))
+            Error::Usage(format!("`{place}`: {says}"))
         })
     }
 }
@@ -252,16 +252,18 @@ struct SnapshotFile<'a> {
 impl SnapshotFile<'_> {
     /// Reads the scene of the plan. The bytes are those of the file at `path`.
     fn read(self, path: &Path, bytes: &[u8], registry: &Registry) -> Result<Snapshot> {
-        let plan = self.plan.read(registry).map_err(|error| {
-            let file = path.display().to_string();
-            placed(&file, &String::from_utf8_lossy(bytes), error)
-        })?;
         Ok(Snapshot {
-            plan,
+            plan: in_file(path, bytes, self.plan.read(registry))?,
             seconds: self.seconds,
             progress: self.progress.map(Cow::into_owned),
         })
     }
+}
+
+/// Adds the place in a snapshot to an error about its scene.
+fn in_file<T>(path: &Path, bytes: &[u8], result: Result<T>) -> Result<T> {
+    let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
+    result.map_err(|error| placed(&file, &text, error))
 }
 
 impl Snapshot {
@@ -331,7 +333,7 @@ impl Snapshot {
     /// The scene of a folder's snapshot; `None` if there is no snapshot.
     ///
     /// # Errors
-    /// The errors of [`read_json`]; [`Error::Usage`] for a malformed scene.
+    /// As [`read`](Self::read).
     pub(super) fn scene(folder: &Path, registry: &Registry) -> Result<Option<Scene>> {
         #[derive(Deserialize)]
         struct Planned {
@@ -341,8 +343,9 @@ impl Snapshot {
         if !path.exists() {
             return Ok(None);
         }
-        let read: Planned = read_json(&path, FORMAT)?;
-        read.plan.scene.read("plan.scene", registry).map(Some)
+        let bytes = read_whole(&path)?;
+        let read: Planned = parse_json(&path, &bytes, FORMAT)?;
+        in_file(&path, &bytes, read.plan.read(registry)).map(|plan| Some(plan.scene))
     }
 
     /// Whether the run in a folder has a loss of the caller; false if there is no readable snapshot.

@@ -157,6 +157,11 @@ impl Registry {
         self.all::<Builtin>(SCENE).rev().copied().chain(BUILTIN)
     }
 
+    /// The scene for commands that are not given one.
+    pub fn default_scene(&self) -> Builtin {
+        self.scenes().next().unwrap_or(BUILTIN[0])
+    }
+
     /// The scene with this name, if there is one.
     pub fn scene(&self, name: &str) -> Option<Builtin> {
         self.scenes().find(|builtin| builtin.name == name)

@@ -261,7 +261,10 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ground.count <= MOST_STEPS,
         ["ground.count", "ground.profile"],
-        format!("there are {} steps; at most {MOST_STEPS} are allowed", ground.count),
+        format!(
+            "there are {} steps; at most {MOST_STEPS} are allowed",
+            ground.count
+        ),
     );
     let (ramp, spacing) = (ground.ramp, ground.spacing);
     found.require(
