@@ -264,8 +264,8 @@ fn mlp() -> String {
     Chosen::POLICIES[0].to_owned()
 }
 
-fn is_mlp(policy: &String) -> bool {
-    *policy == mlp()
+fn is_mlp(policy: &str) -> bool {
+    policy == mlp()
 }
 
 fn is_one(option: &usize) -> bool {
