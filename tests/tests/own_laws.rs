@@ -413,6 +413,33 @@ fn wrong_choices_are_pointed_at() {
     }
 }
 
+cosmic::settings! {
+    /// A law with the name of a section of scenes.
+    struct Section {}
+}
+
+impl Law for Section {
+    const NAME: &'static str = "ground";
+}
+
+impl Contact for Section {
+    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+        Vector::zero()
+    }
+}
+
+#[test]
+#[should_panic(expected = "a law cannot be named \"ground\"")]
+fn a_law_cannot_have_the_name_of_a_section() {
+    let _ = registry().with_law(contact::<Section>());
+}
+
+#[test]
+#[should_panic(expected = "there is a law \"glue\" already")]
+fn a_name_is_taken_once() {
+    let _ = registry().with_law(contact::<Glue>());
+}
+
 /// Stops far stiffer than the bars decide which step is stable, before an actuator has met one.
 #[test]
 fn the_stable_step_counts_stops() {
