@@ -197,10 +197,13 @@ impl Program {
         let Self(registry) = self;
         let mut command = command(&registry);
         let matches = command.try_get_matches_from_mut(arguments);
-        let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+        let cli = matches.and_then(|matches| {
+            let cli = Cli::from_arg_matches(&matches);
+            cli.map_err(|request| request.format(&mut command))
+        });
         match cli {
             Ok(cli) => exit_code(cli.command.run(&registry)),
-            Err(request) => refuse(&request.format(&mut command)),
+            Err(request) => refuse(&request),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::{Scene, TrussFile, check};
+use super::{Scene, check};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
@@ -71,7 +71,7 @@ impl Scene {
     #[cfg(feature = "files")]
     pub(crate) fn parse_of_snapshot(
         text: &str,
-        truss: Option<TrussFile>,
+        truss: Option<super::TrussFile>,
         registry: &Registry,
     ) -> Result<Scene> {
         let source = [SceneText::file("scene", text)];
