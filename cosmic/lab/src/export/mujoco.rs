@@ -12,7 +12,7 @@ use cosmic::lattice::{Body, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::{Integrator, PolicyName};
+use cosmic::scene::Integrator;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -97,7 +97,7 @@ fn check(case: &Case) -> Result<()> {
         (has_other_contact, "physics.contact=coulomb"),
         (!physics.ground.resolved().is_flat(), "ground.profile=flat"),
         (
-            case.observation.policy != PolicyName::default(),
+            !case.observation.policy.is_default(),
             "controller.policy=mlp",
         ),
     ];

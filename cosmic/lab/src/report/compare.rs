@@ -5,6 +5,7 @@ use super::motion::Motion;
 use super::numbers::{departures, with_numbers};
 use super::{data, page};
 use crate::table::{Table, TableOf};
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
@@ -32,8 +33,8 @@ struct ComparedRun {
 
 impl ComparedRun {
     /// The data of the run's lane.
-    fn lane(&self) -> Result<Value> {
-        let robot = RobotFiles::read(&self.folder.join(DESIGN))?;
+    fn lane(&self, registry: &Registry) -> Result<Value> {
+        let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
         let is_unreliable = self.summary.is_unreliable();
         let mark = if is_unreliable { " (unreliable)" } else { "" };
@@ -43,10 +44,10 @@ impl ComparedRun {
 }
 
 /// Reads the summary of a run. A scene file in its folder must be the scene that the run began with.
-fn read(folder: &Path) -> Result<Summary> {
+fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
-        read_scene_to_show(folder)?;
+        read_scene_to_show(folder, registry)?;
     }
     Ok(summary)
 }
@@ -56,7 +57,7 @@ impl Comparison {
     ///
     /// # Errors
     /// The errors of [`Summary::read`] and [`read_scene_to_show`].
-    pub fn read(folders: &[PathBuf]) -> Result<Self> {
+    pub fn read(folders: &[PathBuf], registry: &Registry) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {
             let mut others = folders.iter().zip(&names);
@@ -64,7 +65,7 @@ impl Comparison {
             let path = || folder.display().to_string();
             Ok(ComparedRun {
                 name: if has_namesake { path() } else { name.clone() },
-                summary: read(folder)?,
+                summary: read(folder, registry)?,
                 folder: folder.clone(),
             })
         };
@@ -87,7 +88,7 @@ impl Comparison {
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
-    pub fn to_html(&self) -> Result<String> {
+    pub fn to_html(&self, registry: &Registry) -> Result<String> {
         let departures = |run: &ComparedRun| departures(&run.summary);
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
@@ -96,7 +97,9 @@ impl Comparison {
             .runs
             .iter()
             .filter(|run| run.folder.join(TRAJECTORY).exists());
-        let lanes: Vec<Value> = with_lane.map(ComparedRun::lane).collect::<Result<_>>()?;
+        let lanes: Vec<Value> = with_lane
+            .map(|run| run.lane(registry))
+            .collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()
         } else {
