@@ -1,9 +1,9 @@
 //! Requests in JSON.
 
 use crate::session::Session;
+use cosmic::Registry;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::Registry;
 use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
