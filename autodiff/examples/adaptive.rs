@@ -1,5 +1,5 @@
 //! An integrator that chooses its steps, differentiated: a pendulum by its start and its damping.
-use autodiff::{Real, gradient_of, lit};
+use autodiff::{Real, gradient, lit};
 
 fn rates<R: Real>([angle, speed]: [R; 2], damping: R) -> [R; 2] {
     [speed, -angle.sin() - damping * speed]
@@ -26,8 +26,8 @@ fn angle<R: Real>(p: &[R]) -> R {
 
 fn main() {
     let p = [2.5, 0.1];
-    println!("{} {:?}", angle(&p), gradient_of(angle, &p));
-    for (i, slope) in gradient_of(angle, &p).into_iter().enumerate() {
+    println!("{} {:?}", angle(&p), gradient(angle, &p));
+    for (i, slope) in gradient(angle, &p).into_iter().enumerate() {
         let [mut above, mut below] = [p; 2];
         above[i] += 1e-4;
         below[i] -= 1e-4;

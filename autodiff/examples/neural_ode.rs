@@ -3,7 +3,7 @@
 //!
 //! `cargo run -p cosmic-autodiff --example neural_ode`
 
-use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
 /// A minute, at the rate that the network gives for a population.
 #[derive(Clone)]
@@ -46,7 +46,7 @@ fn main() {
             let off = [0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5].map(off);
             Real::dot(&off, &off)
         };
-        let gradient = gradient_of(error, &weights);
+        let gradient = gradient(error, &weights);
         for i in 0..25 {
             mean[i] += 0.1 * (gradient[i] - mean[i]);
             square[i] += 0.01 * (gradient[i] * gradient[i] - square[i]);

@@ -25,7 +25,7 @@ impl Gradient for Rosenbrock {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        Ok(gradient(self, x))
+        Ok(gradient(|x| self.eval(x), x))
     }
 }
 

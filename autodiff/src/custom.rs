@@ -28,7 +28,7 @@
 //!     }
 //! }
 //! assert_eq!(Loss.eval(&[0.7]), 3.0);
-//! assert_eq!(gradient(&Loss, &[0.7]), [3.0]);
+//! assert_eq!(gradient(|x| Loss.eval(x), &[0.7]), [3.0]);
 //! ```
 
 use crate::dual::Dual;
@@ -54,7 +54,7 @@ pub trait Rule: Clone + Send + 'static {
 ///
 /// ```
 /// use autodiff::custom::{Rule, apply};
-/// use autodiff::{Real, gradient_of};
+/// use autodiff::{Real, gradient};
 ///
 /// /// `ln(e^a + e^b)`, whose partials are weights that sum to 1.
 /// #[derive(Clone)]
@@ -68,7 +68,7 @@ pub trait Rule: Clone + Send + 'static {
 ///         vec![(x[0] - value).exp(), (x[1] - value).exp()]
 ///     }
 /// }
-/// assert_eq!(gradient_of(|x| apply(LogSumExp, x), &[900.0, -900.0]), [1.0, 0.0]);
+/// assert_eq!(gradient(|x| apply(LogSumExp, x), &[900.0, -900.0]), [1.0, 0.0]);
 /// ```
 #[track_caller]
 pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {

@@ -5,10 +5,10 @@
 //! along a direction, a gradient, a Jacobian, a Hessian.
 //!
 //! ```
-//! use autodiff::{Function, Real, gradient, gradient_of, hessian, lit};
+//! use autodiff::{Function, Real, gradient, hessian, lit};
 //!
 //! // A closure, for one derivative; floats are constants.
-//! let slope = gradient_of(|x| (x[0].powi(2) - 1.0).powi(2) + 0.5 * x[1] * x[1], &[2.0, 3.0]);
+//! let slope = gradient(|x| (x[0].powi(2) - 1.0).powi(2) + 0.5 * x[1] * x[1], &[2.0, 3.0]);
 //! assert_eq!(slope, [24.0, 3.0]);
 //!
 //! // A type, for all of them; `lit` makes a constant on either side of an operator.
@@ -20,13 +20,13 @@
 //!     }
 //! }
 //!
-//! assert_eq!(gradient(&Well, &[2.0, 3.0]), [24.0, 3.0]);
-//! assert_eq!(hessian(&Well, &[2.0, 3.0]), [[44.0, 0.0], [0.0, 1.0]]);
+//! assert_eq!(gradient(|x| Well.eval(x), &[2.0, 3.0]), [24.0, 3.0]);
+//! assert_eq!(hessian(|x| Well.eval(x), &[2.0, 3.0]), [[44.0, 0.0], [0.0, 1.0]]);
 //! ```
 //!
 //! Every driver takes the function first, then the point, then the rest; its closure form ends in
 //! `_of`. A generic function without data needs no type either: `fn well<R: Real>(x: &[R]) -> R` goes
-//! to every driver that ends in `_of`, `hessian_of(well, &[2.0, 3.0])`.
+//! to every driver that ends in `_of`, `hessian(well, &[2.0, 3.0])`.
 //!
 //! # Writing a function
 //!
@@ -131,7 +131,7 @@
 //! let miss = Miss(Rollout::new(Flight { balls: 1 }, 100));
 //! let mut v = vec![3.0, 3.0];
 //! for _ in 0..100 {
-//!     let slope = gradient(&miss, &v);
+//!     let slope = gradient(|x| miss.eval(x), &v);
 //!     v = v.iter().zip(slope).map(|(v, slope)| v - 0.4 * slope).collect();
 //! }
 //! assert!(miss.eval(&v) < 1e-12);
@@ -203,12 +203,12 @@
 //!   may be 0 instead. [`check`] finds such a wrong slope; see [zero times infinity](real#zero-times-infinity).
 //!
 //!   ```
-//!   use autodiff::{Real, gradient_of, hessian_of};
+//!   use autodiff::{Real, gradient, hessian};
 //!
-//!   assert_eq!(gradient_of(|x| x[0].softplus(), &[0.0]), [0.5]);
-//!   assert_eq!(hessian_of(|x| x[0].softplus(), &[0.0]), [[0.25]]);
-//!   assert_eq!([-1e3, 1e3].map(|x| gradient_of(|x| x[0].softplus(), &[x])[0]), [0.0, 1.0]);
-//!   assert!(gradient_of(|x| x[0].sigmoid(), &[-500.0])[0] > 0.0);
+//!   assert_eq!(gradient(|x| x[0].softplus(), &[0.0]), [0.5]);
+//!   assert_eq!(hessian(|x| x[0].softplus(), &[0.0]), [[0.25]]);
+//!   assert_eq!([-1e3, 1e3].map(|x| gradient(|x| x[0].softplus(), &[x])[0]), [0.0, 1.0]);
+//!   assert!(gradient(|x| x[0].sigmoid(), &[-500.0])[0] > 0.0);
 //!   ```
 //! - **Units.** Partials are numbers of the same type: where that of `1/x` or `rsqrt(x)` is too small or too
 //!   large for it, in `f32` beyond some 1e19, slopes become 0 or infinite though the value is neither.
@@ -236,8 +236,8 @@
 //!       }
 //!   }
 //!
-//!   assert_eq!(value_and_gradient(&Sinc, &[0.0]), (1.0, vec![0.0]));
-//!   assert_eq!(hessian(&Sinc, &[0.0]), [[-1.0 / 3.0]]);
+//!   assert_eq!(value_and_gradient(|x| Sinc.eval(x), &[0.0]), (1.0, vec![0.0]));
+//!   assert_eq!(hessian(|x| Sinc.eval(x), &[0.0]), [[-1.0 / 3.0]]);
 //!   ```
 //! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next zero. The exception
 //!   is a zero that a choice made, for example a mask from [`select`](Real::select). Keep lengths away
@@ -313,11 +313,10 @@ pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
 pub use drivers::{
-    Dense, Function, VectorFunction, gradient, gradient_forward, gradient_forward_of, gradient_of,
-    hessian, hessian_of, hessian_vector, hessian_vector_of, implicit, jacobian, jacobian_of, jvp,
-    jvp_of, sparse,
+    Dense, Function, gradient, gradient_forward, hessian, hessian_vector, implicit, jacobian,
+    jacobian_reverse, jvp, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
-    value_and_gradient, value_and_gradient_of, vjp, vjp_of,
+    value_and_gradient, vjp,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;

@@ -54,7 +54,7 @@
 
 use std::fmt::Write;
 
-use crate::drivers::value_and_gradient_of;
+use crate::drivers;
 use crate::real::Real;
 use crate::reverse::Var;
 
@@ -119,7 +119,7 @@ pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
 ) -> (R, P) {
-    let (value, gradient) = value_and_gradient_of(|x| function(&at.with(x)), &at.flatten());
+    let (value, gradient) = drivers::value_and_gradient(|x| function(&at.with(x)), &at.flatten());
     (value, at.with(&gradient))
 }
 

@@ -79,7 +79,7 @@ fn a_term_may_be_any_number_of_its_record() {
                 |i: usize| -> Vec<f64> { (0..WIDTH).map(|k| number(i * WIDTH + k)).collect() };
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
-            let (value, gradient) = value_and_gradient(&total, &at);
+            let (value, gradient) = value_and_gradient(|x| total.eval(x), &at);
             // A few hundred terms of order one, summed in another order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");

@@ -142,7 +142,7 @@ fn a_kink_beside_the_point_neither_alarms_nor_hides() {
     for distance in [1e-3, -1e-4, 1e-5, -1e-6, 1e-7, -1e-8] {
         let function = Rectifier { at: 0.5 + distance };
         let x = [0.5, 0.2];
-        let mut slopes = gradient(&function, &x);
+        let mut slopes = gradient(|x| function.eval(x), &x);
         for (factor, verdict) in [(1.0, Verdict::Smooth), (1.001, Verdict::Wrong)] {
             slopes[1] *= factor;
             for options in seeds(20) {
@@ -163,7 +163,10 @@ fn noise_in_the_value_is_allowed_for() {
     let value =
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
     for (factor, verdict) in [(1.0, Verdict::Smooth), (1.05, Verdict::Wrong)] {
-        let gradient: Vec<f64> = gradient(&Smooth, &x).iter().map(|g| g * factor).collect();
+        let gradient: Vec<f64> = gradient(|x| Smooth.eval(x), &x)
+            .iter()
+            .map(|g| g * factor)
+            .collect();
         let options = Options {
             noise: f64::from(f32::EPSILON),
             ..Options::default()

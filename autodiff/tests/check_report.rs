@@ -42,7 +42,7 @@ fn remainders_are_of_second_order_where_the_gradient_is_right() {
 #[test]
 fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     let x = point(3);
-    let right = gradient(&Smooth, &x);
+    let right = gradient(|x| Smooth.eval(x), &x);
     for wrong in [0.5, 1e-2, 1e-4] {
         let slopes: Vec<f64> = right.iter().map(|g| g * (1.0 + wrong)).collect();
         for options in seeds(20) {
@@ -123,7 +123,7 @@ fn where_all_is_rounding_there_is_no_order() {
 #[test]
 fn noise_is_no_remainder() {
     let x = point(3);
-    let right = gradient(&Smooth, &x);
+    let right = gradient(|x| Smooth.eval(x), &x);
     let single =
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
     // Noise of 1e-11.
@@ -145,7 +145,7 @@ fn noise_is_no_remainder() {
 #[test]
 fn the_worst_component_has_a_name() {
     let x = point(3);
-    let mut wrong = gradient(&Smooth, &x);
+    let mut wrong = gradient(|x| Smooth.eval(x), &x);
     wrong[1] *= 1.01;
     let mut options = Options::default();
     let report = claimed(|x| Smooth.eval(x), [&x, &wrong], &options);

@@ -164,7 +164,7 @@ fn wide(x: &[f64]) -> Vec<DoubleDouble> {
 #[test]
 fn derivatives_are_as_precise_as_the_number_inside() {
     let x = [0.7, 1.3, 2.1];
-    let exact = gradient(&Mixed, &wide(&x));
+    let exact = gradient(|x| Mixed.eval(x), &wide(&x));
     let forward = forward_gradient(&Mixed, &wide(&x));
     // Some twenty operations of 1e-31 to 1e-30 each, in two orders.
     assert!(largest_difference(&forward, &exact) < 1e-29);
@@ -180,9 +180,9 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     }
 
     // Twenty operations of f64: 20 * 1e-16 times a condition of order one.
-    assert!(largest_difference(&wide(&gradient(&Mixed, &x)), &exact) < 1e-14);
-    let rows = hessian(&Mixed, &wide(&x)).into_vec();
-    assert!(largest_difference(&wide(&hessian(&Mixed, &x).into_vec()), &rows) < 1e-13);
+    assert!(largest_difference(&wide(&gradient(|x| Mixed.eval(x), &x)), &exact) < 1e-14);
+    let rows = hessian(|x| Mixed.eval(x), &wide(&x)).into_vec();
+    assert!(largest_difference(&wide(&hessian(|x| Mixed.eval(x), &x).into_vec()), &rows) < 1e-13);
     // The two halves of a Hessian are computed apart.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(largest_difference(&transposed, &rows) < 1e-29);
@@ -195,8 +195,8 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let exact = loss.eval(&wide(&x));
     // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
     assert!(largest_difference(&[DoubleDouble::from(loss.eval(&x))], &[exact]) < 1e-13);
-    let slopes = gradient(&loss, &wide(&x));
-    assert!(largest_difference(&wide(&gradient(&loss, &x)), &slopes) < 1e-12);
+    let slopes = gradient(|x| loss.eval(x), &wide(&x));
+    assert!(largest_difference(&wide(&gradient(|x| loss.eval(x), &x)), &slopes) < 1e-12);
 
     // The same sweep against forward mode, in digits that f64 does not have.
     let dual = |(i, &x)| Dual::<DoubleDouble, 1> {

@@ -215,8 +215,8 @@ fn zero_is_what_has_the_value_zero() {
         }
     }
     let x = [0.0, -0.0, 1e-300];
-    assert_eq!(gradient(&Decides, &x), [1.0, 0.0, 0.0]);
-    assert_eq!(hessian(&Decides, &x), [[0.0; 3]; 3]);
+    assert_eq!(gradient(|x| Decides.eval(x), &x), [1.0, 0.0, 0.0]);
+    assert_eq!(hessian(|x| Decides.eval(x), &x), [[0.0; 3]; 3]);
     let moving = x.map(|x| Dual::variable(x, 0));
     assert_eq!(Decides.eval::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
@@ -243,8 +243,8 @@ fn generic_float_code_is_differentiated() {
     // second derivative is that of one quadratic step.
     let x: f64 = 8.0;
     assert!(f64::abs(Root.eval(&[x]) - 2.0) < 1e-14);
-    assert!(f64::abs(gradient(&Root, &[x])[0] - 1.0 / 12.0) < 1e-12);
-    assert!(f64::abs(hessian(&Root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
+    assert!(f64::abs(gradient(|x| Root.eval(x), &[x])[0] - 1.0 / 12.0) < 1e-12);
+    assert!(f64::abs(hessian(|x| Root.eval(x), &[x])[0][0] + 1.0 / 144.0) < 1e-8);
     let root = Root.eval(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
     assert!(f64::abs(root.to_f64()) < 1e-30);
 }

@@ -8,10 +8,7 @@ use ::nalgebra::{
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
 use autodiff::nalgebra::{Element, rotation, symmetric_eigen, vector};
-use autodiff::{
-    DoubleDouble, Dual, Function, Real, VectorFunction, gradient, gradient_of, hessian, jacobian,
-    jvp,
-};
+use autodiff::{DoubleDouble, Dual, Function, Real, gradient, hessian, jacobian, jvp};
 
 const SIZE: usize = 4;
 
@@ -57,7 +54,7 @@ fn solved<R: Real>(factors: Factors, p: &[R]) -> Option<Vec<R>> {
     Some(x.iter().map(|x| x.0).collect())
 }
 
-impl VectorFunction for Factors {
+impl Factors {
     fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
         solved(*self, p).expect("a positive definite matrix")
     }
@@ -82,23 +79,23 @@ impl Residual for Balance {
     }
 }
 
-impl VectorFunction for ByEquations {
+impl ByEquations {
     fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
         let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        let x = VectorFunction::eval(&Cholesky, &held);
+        let x = Cholesky.eval(&held);
         root(Balance, &x, p).expect("a regular matrix")
     }
 }
 
 #[test]
 fn factorisations_differentiate_like_the_equations_they_solve() {
-    let by_equations = jacobian(&ByEquations, &POINT).into_vec();
+    let by_equations = jacobian(|x| ByEquations.eval(x), &POINT).into_vec();
     for factors in [Cholesky, Lu, Qr, Eigen, Svd] {
         // A hundred operations on a matrix of condition below 10.
-        let forward = jacobian(&factors, &POINT).into_vec();
+        let forward = jacobian(|x| factors.eval(x), &POINT).into_vec();
         assert_close(&forward, &by_equations, 1e-13);
         // The first value by reverse mode.
-        let reverse = gradient_of(|p| VectorFunction::eval(&factors, p)[0], &POINT);
+        let reverse = gradient(|p| factors.eval(p)[0], &POINT);
         assert_close(&reverse, &by_equations[..3], 1e-13);
     }
 }
@@ -117,15 +114,15 @@ fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
             .to_vec()
     };
     // Both round a few dozen operations.
-    assert_close(
-        &VectorFunction::eval(&Cholesky, &POINT),
-        &plain(&POINT),
-        1e-14,
-    );
+    assert_close(&Cholesky.eval(&POINT), &plain(&POINT), 1e-14);
     for j in 0..3 {
         let slopes = differences(plain, &POINT, j, f64::EPSILON.cbrt());
         // Truncation h^2 times third derivatives of some 10, rounding eps / h.
-        assert_close(&jvp(&Cholesky, &POINT, &unit(3, j)).1, &slopes, 1e-8);
+        assert_close(
+            &jvp(|x| Cholesky.eval(x), &POINT, &unit(3, j)).1,
+            &slopes,
+            1e-8,
+        );
     }
 }
 
@@ -167,7 +164,7 @@ fn static_matrices_work_in_every_number() {
     assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
     assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
     let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
-    let slope = gradient_of(|x| determinant(x[0]), &[0.7])[0];
+    let slope = gradient(|x| determinant(x[0]), &[0.7])[0];
     assert!((dual.tangent[0] - slope).abs() < 1e-14);
 }
 
@@ -262,8 +259,8 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
         let report = check_gradient(&Turned, &x, &Options::default());
         assert_eq!(report.verdict, Verdict::Smooth, "{angle}: {report}");
         // Differences of the gradient: truncated at h^2 times fourth derivatives of some 10.
-        for (i, row) in hessian(&Turned, &x).iter().enumerate() {
-            let slopes = differences(|x| gradient(&Turned, x), &x, i, 1e-5);
+        for (i, row) in hessian(|x| Turned.eval(x), &x).iter().enumerate() {
+            let slopes = differences(|x| gradient(|x| Turned.eval(x), x), &x, i, 1e-5);
             assert_close(row, &slopes, 1e-8);
         }
     }
@@ -301,12 +298,12 @@ impl Function for Largest {
 /// Second-order perturbation: `4 + b^2 / (4 - 1) + c^2 / (4 - 2)`.
 #[test]
 fn eigenvalues_of_a_diagonal_matrix_have_their_hessian() {
-    let second = hessian(&Largest, &[0.0; 3]);
+    let second = hessian(|x| Largest.eval(x), &[0.0; 3]);
     let expected = [0.0, 0.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 1.0];
     assert_close(second.as_slice(), &expected, 1e-15);
     // Elsewhere, against central differences: of a step of 1e-5 they are off by 1e-10.
     let x = [0.3, -0.2, 0.5];
-    for (k, slope) in gradient(&Largest, &x).into_iter().enumerate() {
+    for (k, slope) in gradient(|x| Largest.eval(x), &x).into_iter().enumerate() {
         let difference = differences(|x| vec![Largest.eval(x)], &x, k, 1e-5);
         assert_close(&[slope], &difference, 1e-9);
     }

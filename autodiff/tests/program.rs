@@ -5,7 +5,7 @@ use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{
-    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
+    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
 };
 
 // Miri is slow: as few as suffice.
@@ -261,7 +261,7 @@ fn arrays_may_be_empty() {
         given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
         assert_eq!(rollout.run_batch(&slices, &given), alone);
         let gradient = |together: bool| {
-            gradient_of(
+            gradient(
                 |x: &[Var<f64>]| {
                     let bias = [Var::lit(0.4); NODES];
                     let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];

@@ -29,7 +29,7 @@ fn a_recording_serves_all_points() {
         let both = recorded.values_and_gradients(&points);
         assert_eq!(both.len(), count);
         for (x, (value, gradient)) in points.iter().zip(&both) {
-            let (expected, slope) = value_and_gradient(&Mixed, x);
+            let (expected, slope) = value_and_gradient(|x| Mixed.eval(x), x);
             // Multiply-adds round once in lanes, twice on the tape: some ten operations.
             let tolerance = 20.0 * f64::EPSILON;
             assert_close(&[*value], &[expected], tolerance);
@@ -59,7 +59,7 @@ fn recordings_nest_and_run_in_singles() {
     let recorded = Recorded::new(&Mixed, 4).expect("no values");
     let x = points(1)[0];
     let moving = x.map(|x| Dual::<f64, 1>::variable(x, 0));
-    let (_, expected) = value_and_gradient(&Mixed, &moving);
+    let (_, expected) = value_and_gradient(|x| Mixed.eval(x), &moving);
     let (_, second) = recorded.value_and_gradient(&moving);
     for (a, b) in second.iter().zip(expected) {
         assert_close(&[a.value, a.tangent[0]], &[b.value, b.tangent[0]], 1e-13);
@@ -67,7 +67,7 @@ fn recordings_nest_and_run_in_singles() {
     let singles = x.map(|x| x as f32);
     let (_, slope) = recorded.value_and_gradient(&singles);
     let slope: Vec<f64> = slope.into_iter().map(f64::from).collect();
-    assert_close(&slope, &value_and_gradient(&Mixed, &x).1, 1e-4);
+    assert_close(&slope, &value_and_gradient(|x| Mixed.eval(x), &x).1, 1e-4);
 }
 
 /// `Mixed` over points that are variables, column by column.
@@ -99,8 +99,8 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
         let column = |i: usize| points.iter().map(move |x| x[i]);
         let x: Vec<f64> = (0..4).flat_map(column).collect();
         let summed = Summed(recorded.clone());
-        let (expected, slope) = value_and_gradient(&OneByOne, &x);
-        let (value, gradient) = value_and_gradient(&summed, &x);
+        let (expected, slope) = value_and_gradient(|x| OneByOne.eval(x), &x);
+        let (value, gradient) = value_and_gradient(|x| summed.eval(x), &x);
         // The same terms in another order, fifty of them.
         assert_close(&[value, summed.eval(&x)], &[expected; 2], 1e-13);
         assert_close(&gradient, &slope, 1e-13);
@@ -113,8 +113,8 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
         let second = |f: &dyn Fn() -> Vec<Dual<f64, 1>>| -> Vec<f64> {
             f().iter().map(|bar| bar.tangent[0]).collect()
         };
-        let expected = second(&|| value_and_gradient(&OneByOne, &moving).1);
-        let got = second(&|| value_and_gradient(&summed, &moving).1);
+        let expected = second(&|| value_and_gradient(|x| OneByOne.eval(x), &moving).1);
+        let got = second(&|| value_and_gradient(|x| summed.eval(x), &moving).1);
         assert_close(&got, &expected, 1e-12);
     }
     assert_eq!(recorded.total(&[&[] as &[f64]; 4]), 0.0);

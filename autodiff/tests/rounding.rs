@@ -40,11 +40,14 @@ fn remainders_are_exact() {
         }
     }
     // 1 is 9 times 0.1 and a rest: the float is a little more than a tenth.
-    assert_eq!(gradient(&Remainder, &[1.0, 0.1]), [1.0, -9.0]);
-    assert_eq!(gradient(&Remainder, &[-7.5, 2.0]), [1.0, 3.0]);
-    assert_eq!(gradient(&Remainder, &[7.5, -2.0]), [1.0, 3.0]);
-    assert_eq!(gradient(&Remainder, &[3.0, f64::INFINITY]), [1.0, 0.0]);
-    assert_eq!(hessian(&Remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
+    assert_eq!(gradient(|x| Remainder.eval(x), &[1.0, 0.1]), [1.0, -9.0]);
+    assert_eq!(gradient(|x| Remainder.eval(x), &[-7.5, 2.0]), [1.0, 3.0]);
+    assert_eq!(gradient(|x| Remainder.eval(x), &[7.5, -2.0]), [1.0, 3.0]);
+    assert_eq!(
+        gradient(|x| Remainder.eval(x), &[3.0, f64::INFINITY]),
+        [1.0, 0.0]
+    );
+    assert_eq!(hessian(|x| Remainder.eval(x), &[7.5, 2.0]), [[0.0; 2]; 2]);
 }
 
 /// To the last bit, from zeros of both signs to the largest floats.

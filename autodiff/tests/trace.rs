@@ -31,7 +31,7 @@ impl Function for Chain {
 #[test]
 fn the_first_of_many_nans_is_named() {
     let found = origin(&Chain, &[1.0, 2.0]).expect("a NaN");
-    let by: Vec<f64> = gradient(&Chain, &[1.0, 2.0]);
+    let by: Vec<f64> = gradient(|x| Chain.eval(x), &[1.0, 2.0]);
     assert!(by[0].is_nan());
     assert_eq!((found.operation, found.number, found.step), ("ln", 4, None));
     assert_eq!(
@@ -67,11 +67,11 @@ impl Function for Guarded {
 fn what_is_left_aside_is_not_blamed() {
     let guarded = Guarded { from: 1e-9 };
     assert_eq!(origin(&guarded, &[0.0]), None);
-    assert_eq!(gradient(&guarded, &[0.0]), [2.0]);
+    assert_eq!(gradient(|x| guarded.eval(x), &[0.0]), [2.0]);
     let bare = Guarded { from: -1.0 };
     let found = origin(&bare, &[0.0]).expect("an infinite partial");
     assert_eq!(found.operation, "sqrt");
-    assert_eq!(gradient(&bare, &[0.0]), [f64::INFINITY]);
+    assert_eq!(gradient(|x| bare.eval(x), &[0.0]), [f64::INFINITY]);
 }
 
 /// One operation of each kind where it has no finite derivative or value.
@@ -122,7 +122,7 @@ fn every_operation_is_judged_by_value_and_partial() {
         let found = origin(&Kink(i), &[x]).expect(operation);
         assert_eq!((found.operation, found.number), (operation, 1));
         assert_eq!(found.place.file(), file!());
-        let (value, gradient) = value_and_gradient(&Kink(i), &[x]);
+        let (value, gradient) = value_and_gradient(|x| Kink(i).eval(x), &[x]);
         assert!(
             !value.is_finite() || !gradient[0].is_finite(),
             "{operation}"
@@ -351,6 +351,6 @@ fn what_is_zero_is_so_for_variables_too() {
             x[0].sqrt()
         }
     }
-    assert_eq!(gradient(&Asks, &[0.0]), [f64::INFINITY]);
+    assert_eq!(gradient(|x| Asks.eval(x), &[0.0]), [f64::INFINITY]);
     assert_eq!(origin(&Asks, &[0.0]).expect("a slope").operation, "sqrt");
 }

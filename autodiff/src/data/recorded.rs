@@ -106,7 +106,7 @@ impl Recorded {
     ///
     /// ```
     /// use autodiff::data::Recorded;
-    /// use autodiff::{Function, Real, gradient_of};
+    /// use autodiff::{Function, Real, gradient};
     ///
     /// struct Exponential;
     /// impl Function for Exponential {
@@ -116,7 +116,7 @@ impl Recorded {
     /// }
     ///
     /// let exponential = Recorded::new(&Exponential, 1)?;
-    /// let softmax = gradient_of(|x| exponential.total(&[x]).ln(), &[0.0, 0.0, 2f64.ln()]);
+    /// let softmax = gradient(|x| exponential.total(&[x]).ln(), &[0.0, 0.0, 2f64.ln()]);
     /// assert_eq!(softmax, [0.25, 0.25, 0.5]);
     /// # Ok::<(), autodiff::data::NeedsValues>(())
     /// ```

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::drivers::value_and_gradient_of;
+use crate::drivers::value_and_gradient;
 use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Wanted};
 use crate::reverse::Var;
@@ -30,7 +30,7 @@ pub trait Summand: Send + Sync + 'static {
 ///
 /// ```
 /// use autodiff::data::{Sum, Summand};
-/// use autodiff::{Real, gradient_of};
+/// use autodiff::{Real, gradient};
 ///
 /// /// The squared distance of a line from a point.
 /// struct Misfit;
@@ -43,7 +43,7 @@ pub trait Summand: Send + Sync + 'static {
 ///
 /// let points = Sum::new(Misfit, &[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]);
 /// assert_eq!(points.run(&[1.0, 1.0]), 2.0);
-/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
+/// assert_eq!(gradient(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
 /// ```
 #[derive(Debug)]
 pub struct Sum<S>(Arc<Terms<S>>);
@@ -158,7 +158,7 @@ impl<S: Summand> Sum<S> {
         } = &*self.0;
         for i in 0..*count {
             let datum: Vec<Var<R>> = columns.iter().map(|c| Var::lit(c[i])).collect();
-            let (term, bars) = value_and_gradient_of(|shared| summand.eval(shared, &datum), shared);
+            let (term, bars) = value_and_gradient(|shared| summand.eval(shared, &datum), shared);
             total += term;
             for (sum, bar) in gradient.iter_mut().zip(bars) {
                 *sum += bar;

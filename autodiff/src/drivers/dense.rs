@@ -9,9 +9,9 @@ use std::ops::Index;
 /// `Array2::from_shape_vec((m.rows(), m.columns()), m.into_vec())` in ndarray.
 ///
 /// ```
-/// use autodiff::{Dense, jacobian_of};
+/// use autodiff::{Dense, jacobian};
 ///
-/// let m: Dense<f64> = jacobian_of(|x| vec![x[0] * x[1], x[0] - x[1]], &[2.0, 3.0]);
+/// let m: Dense<f64> = jacobian(|x| vec![x[0] * x[1], x[0] - x[1]], &[2.0, 3.0]);
 /// assert_eq!((m.rows(), m.columns()), (2, 2));
 /// assert_eq!(m, [[3.0, 2.0], [1.0, -1.0]]);
 /// assert_eq!((m[0][1], &m[1]), (2.0, &[1.0, -1.0][..]));

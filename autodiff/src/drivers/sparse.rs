@@ -7,13 +7,12 @@
 //! Mathematics 13, 1974). A tridiagonal one of any size takes three.
 
 use super::dense::Dense;
-use super::gradient::{Function, gradient};
-use super::jacobian::VectorFunction;
+use super::gradient::gradient;
 use super::seed::CHUNK;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
-use crate::reverse::with_tape;
+use crate::reverse::{Var, with_tape};
 
 /// Which entries of a Jacobian may differ from zero, and a colouring of its columns.
 ///
@@ -74,27 +73,21 @@ impl Pattern {
         Self::new(first, &rows)
     }
 
-    /// The pattern of a function's Jacobian, from one recording of it at `x`: an entry wherever operations
-    /// lead from the argument to the value, even if the derivative is zero there.
+    /// Returns the pattern of a function's Jacobian, from one recording at `x`. There is an entry wherever
+    /// operations lead from the argument to the value, even if the derivative is zero there.
     ///
-    /// It serves all points at which the function takes the branches that it takes at `x`.
+    /// The pattern holds for all points at which the function takes the branches that it takes at `x`.
     ///
     /// ```
+    /// use autodiff::Real;
     /// use autodiff::sparse::Pattern;
-    /// use autodiff::{Real, VectorFunction};
     ///
-    /// struct Sums;
-    /// impl VectorFunction for Sums {
-    ///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-    ///         vec![x[0] * x[2], x[1].sin()]
-    ///     }
-    /// }
-    /// let pattern = Pattern::traced(&Sums, &[0.0; 3]);
+    /// let pattern = Pattern::traced(|x| vec![x[0] * x[2], x[1].sin()], &[0.0; 3]);
     /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1]]));
     /// ```
-    pub fn traced(function: &impl VectorFunction, x: &[f64]) -> Self {
+    pub fn traced(function: impl FnOnce(&[Var<f64>]) -> Vec<Var<f64>>, x: &[f64]) -> Self {
         let rows = with_tape(|tape| {
-            let y = tape.record(x, |x| function.eval(x));
+            let y = tape.record(x, function);
             tape.dependence(&y)
         });
         Self::new(x.len(), &rows)
@@ -102,8 +95,11 @@ impl Pattern {
 
     /// The pattern of a function's Hessian, from one recording of its gradient at `x`; see
     /// [`traced`](Self::traced).
-    pub fn traced_hessian(function: &impl Function, x: &[f64]) -> Self {
-        Self::traced(&Gradient(function), x)
+    pub fn traced_hessian(
+        function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
+        x: &[f64],
+    ) -> Self {
+        Self::traced(|x| gradient(function, x), x)
     }
 
     /// How many rows.
@@ -200,7 +196,7 @@ impl Pattern {
     /// The entries, from the values at [`seeded`](Self::seeded) arguments in every pass.
     pub(crate) fn decompressed<R: Real>(
         &self,
-        passes: impl Iterator<Item = Vec<Dual<R, CHUNK>>>,
+        passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
     ) -> Vec<R> {
         let mut entries = vec![R::zero(); self.entries()];
         for (pass, y) in passes.enumerate() {
@@ -276,15 +272,6 @@ fn test_direction(j: usize) -> f64 {
     1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
 }
 
-/// The gradient of a function, as a function.
-struct Gradient<'a, F>(&'a F);
-
-impl<F: Function> VectorFunction for Gradient<'_, F> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        gradient(self.0, x)
-    }
-}
-
 /// Greedy colouring from the first column to the last: each takes the smallest colour that no earlier
 /// column with a common row has. For banded and block patterns that is optimal.
 fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
@@ -312,22 +299,19 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// per colour.
 ///
 /// ```
+/// use autodiff::Real;
 /// use autodiff::sparse::{Pattern, sparse_jacobian};
-/// use autodiff::{Real, VectorFunction};
 ///
-/// /// Each value by its neighbours: a chain.
-/// struct Chain;
-/// impl VectorFunction for Chain {
-///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-///         let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
-///         (0..x.len()).map(|i| at(i).powi(2) - at(i.wrapping_sub(1)) * at(i + 1)).collect()
-///     }
+/// /// A chain: each value depends on its neighbours.
+/// fn chain<R: Real>(x: &[R]) -> Vec<R> {
+///     let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
+///     (0..x.len()).map(|i| at(i).powi(2) - at(i.wrapping_sub(1)) * at(i + 1)).collect()
 /// }
 ///
 /// let pattern = Pattern::banded(1000, 1, 1);
 /// assert_eq!(pattern.colors(), 3);
 /// let x: Vec<f64> = (0..1000).map(f64::from).collect();
-/// let entries = sparse_jacobian(&Chain, &x, &pattern);
+/// let entries = sparse_jacobian(chain, &x, &pattern);
 /// assert_eq!(entries.len(), 2998);
 /// assert_eq!(entries[2..5], [-2.0, 2.0, 0.0]); // row 1: by x[0], x[1], x[2]
 /// ```
@@ -339,37 +323,38 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// tape an entry counts as a dependence even where its terms cancel to zero, because their derivatives
 /// need not cancel.
 pub fn sparse_jacobian<R: Real>(
-    function: &impl VectorFunction,
+    function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
     let passes = (0..pattern.directions()).step_by(CHUNK);
-    pattern.decompressed(passes.map(|first| function.eval(&pattern.seeded(x, first))))
+    pattern.decompressed(&mut passes.map(|first| function(&pattern.seeded(x, first))))
 }
 
 /// The entries of a sparse Hessian in the order of its pattern, row by row: as [`sparse_jacobian`] of the
 /// gradient, forward over reverse.
 ///
 /// ```
+/// use autodiff::Real;
 /// use autodiff::sparse::{Pattern, sparse_hessian};
-/// use autodiff::{Function, Real};
 ///
 /// /// The energy of a chain of springs.
-/// struct Chain;
-/// impl Function for Chain {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         x.windows(2).map(|x| (x[1] - x[0] - R::one()).powi(2)).sum()
-///     }
+/// fn chain<R: Real>(x: &[R]) -> R {
+///     x.windows(2).map(|x| (x[1] - x[0] - R::one()).powi(2)).sum()
 /// }
 ///
 /// let x: Vec<f64> = (0..1000).map(f64::from).collect();
-/// let pattern = Pattern::traced_hessian(&Chain, &x);
+/// let pattern = Pattern::traced_hessian(chain, &x);
 /// assert_eq!(pattern, Pattern::banded(1000, 1, 1));
-/// assert_eq!(sparse_hessian(&Chain, &x, &pattern)[2..5], [-2.0, 4.0, -2.0]);
+/// assert_eq!(sparse_hessian(chain, &x, &pattern)[2..5], [-2.0, 4.0, -2.0]);
 /// ```
 ///
 /// # Panics
 /// As [`sparse_jacobian`].
-pub fn sparse_hessian<R: Real>(function: &impl Function, x: &[R], pattern: &Pattern) -> Vec<R> {
-    sparse_jacobian(&Gradient(function), x, pattern)
+pub fn sparse_hessian<R: Real>(
+    function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
+    x: &[R],
+    pattern: &Pattern,
+) -> Vec<R> {
+    sparse_jacobian(|x| gradient(&function, x), x, pattern)
 }

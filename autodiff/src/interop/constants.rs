@@ -55,7 +55,7 @@ impl<R: Real> FloatConst for Element<R> {
 mod tests {
     use num_traits::{Float, FloatConst};
 
-    use crate::{DoubleDouble, Element, Real, gradient_of};
+    use crate::{DoubleDouble, Element, Real, gradient};
 
     /// Of constants that functions of one another give.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
@@ -103,7 +103,7 @@ mod tests {
         fn spread<T: Float + std::iter::Sum + for<'a> std::iter::Product<&'a T>>(x: &[T]) -> T {
             x.iter().copied().sum::<T>() * x.iter().product::<T>()
         }
-        let slope = gradient_of(
+        let slope = gradient(
             |x| spread(&x.iter().map(|&x| Element(x)).collect::<Vec<_>>()).0,
             &[2.0, 3.0],
         );

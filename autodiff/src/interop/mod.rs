@@ -20,7 +20,7 @@
 //!         logistic(Element(x[0])).0
 //!     }
 //! }
-//! assert_eq!(hessian(&Logistic, &[0.0]), [[0.0]]); // its point of inflection
+//! assert_eq!(hessian(|x| Logistic.eval(x), &[0.0]), [[0.0]]); // its point of inflection
 //! ```
 //!
 //! # What to know

@@ -4,7 +4,7 @@ mod draw;
 mod step;
 
 use crate::steps::{STEPS, Step, assert_same};
-use autodiff::{Given, Memory, Real, Rollout, Var, gradient_of};
+use autodiff::{Given, Memory, Real, Rollout, Var, gradient};
 use step::Drawn;
 
 /// So many programs, fewer where Miri interprets them.
@@ -116,7 +116,7 @@ impl Rollouts {
         let len = state + own.unwrap_or(0);
         let x: Vec<f64> = (0..self.starts * len).map(number).collect();
         let mut values = Vec::new();
-        let gradient = gradient_of(
+        let gradient = gradient(
             |x: &[Var<f64>]| {
                 let starts = (0..self.starts).map(|k| x[k * len..][..len].split_at(state));
                 let seen = self.seen(&starts.collect::<Vec<_>>());

@@ -267,7 +267,7 @@ fn summed<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>,
 
 fn gradient<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
     let (sum, x) = summed(kernel, memory);
-    value_and_gradient(&sum, &x).1
+    value_and_gradient(|x| sum.eval(x), &x).1
 }
 
 #[test]

@@ -80,11 +80,12 @@ pub(crate) fn assert_same(model: impl Step) {
     };
     let (program, plain) = (of(true), of(false));
     assert_close(&[program.eval(&x)], &[plain.eval(&x)]);
-    let [ours, plains] = [&program, &plain].map(|steps| (steps.eval(&along), gradient(steps, &x)));
+    let [ours, plains] =
+        [&program, &plain].map(|steps| (steps.eval(&along), gradient(|x| steps.eval(x), &x)));
     assert_close(&ours.0.tangent, &plains.0.tangent);
     assert_close(&ours.1, &plains.1);
-    let second = |steps| -> Vec<f64> {
-        let gradient = gradient(steps, &along);
+    let second = |steps: &Steps<_>| -> Vec<f64> {
+        let gradient = gradient(|x| steps.eval(x), &along);
         gradient.iter().map(|g| g.tangent[0]).collect()
     };
     assert_close(&second(&program), &second(&plain));

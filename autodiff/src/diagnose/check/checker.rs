@@ -150,7 +150,7 @@ impl<'a> Claim<'a> {
 /// # Panics
 /// As [`check_directions`].
 pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
-    let gradient = drivers::gradient(function, x);
+    let gradient = drivers::gradient(|x| function.eval(x), x);
     let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
     let claim = Claim {
         x,
@@ -182,11 +182,16 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// that of `x`, there are names but not one per component, or the steps are not positive, finite and a
 /// decade apart.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
+    checked(&value, claim, options)
+}
+
+/// [`check_directions`], compiled once and not once per closure.
+fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
     let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {
-        value: &value,
+        value,
         claim,
         options,
         // An infinite gradient sets no scale.
@@ -230,15 +235,15 @@ fn refuse_misuse(claim: &Claim, options: &Options) {
     );
 }
 
-struct Checker<'a, F> {
-    value: &'a F,
+struct Checker<'a> {
+    value: &'a dyn Fn(&[f64]) -> f64,
     claim: &'a Claim<'a>,
     options: &'a Options,
     /// Root mean square of the gradient: the slope to be expected along a random direction.
     typical: f64,
 }
 
-impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
+impl Checker<'_> {
     fn check(&self, direction: &[f64]) -> Direction {
         let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
         // A component that does not move adds nothing, even if it is infinite.

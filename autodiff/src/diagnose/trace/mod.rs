@@ -5,7 +5,7 @@
 //! operands and its line. An infinity that a [`select`](crate::Real::select) leaves aside is not
 //! blamed. Other modes pay nothing for this.
 //!
-//! Where the function itself takes a derivative, by [`gradient_of`](crate::gradient_of) say, the line
+//! Where the function itself takes a derivative, by [`gradient`](crate::gradient) say, the line
 //! found is in this crate: trace the inner function alone.
 
 mod origin;

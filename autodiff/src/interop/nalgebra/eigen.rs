@@ -49,10 +49,10 @@ pub struct EigenPair<R> {
 /// ```
 /// use ::nalgebra::DMatrix;
 /// use autodiff::nalgebra::symmetric_eigen;
-/// use autodiff::{Element, hessian_of};
+/// use autodiff::{Element, hessian};
 ///
 /// // The larger eigenvalue of [[1, x], [x, 3]]: 3 + x^2 / 2 and more.
-/// let second = hessian_of(
+/// let second = hessian(
 ///     |x| {
 ///         let [one, three] = [1.0, 3.0].map(Element::lit);
 ///         let matrix = DMatrix::from_row_slice(2, 2, &[one, Element(x[0]), Element(x[0]), three]);

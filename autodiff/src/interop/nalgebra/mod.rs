@@ -21,7 +21,7 @@
 //! }
 //!
 //! // Springs in a row: load^2 / 2 (1/a + 1/b).
-//! let by = gradient(&Compliance, &[2.0, 4.0, 3.0]);
+//! let by = gradient(|x| Compliance.eval(x), &[2.0, 4.0, 3.0]);
 //! let expected = [-9.0 / 8.0, -9.0 / 32.0, 2.25];
 //! assert!(by.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14));
 //! ```

@@ -16,14 +16,14 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
 /// ```
 /// use ::nalgebra::Vector3;
 /// use autodiff::nalgebra::{Element, rotation};
-/// use autodiff::{Real, Var, gradient_of};
+/// use autodiff::{Real, Var, gradient};
 ///
 /// /// The height of a point that is turned.
 /// fn height(x: &[Var<f64>]) -> Var<f64> {
 ///     let point = Vector3::new(1.0, 2.0, 3.0).map(Element::<Var<f64>>::lit);
 ///     (rotation(&Vector3::new(x[0], x[1], x[2]).map(Element)) * point)[2].0
 /// }
-/// assert_eq!(gradient_of(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
+/// assert_eq!(gradient(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
 /// ```
 pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
