@@ -1,4 +1,4 @@
-//! Lotka-Volterra fitted to observations, its gradient by tape, by rollout and by dual numbers.
+//! Fits Lotka-Volterra to observations, with the gradient by tape, by rollout and by dual numbers.
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, lit, vjp};
 use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]

@@ -1,9 +1,9 @@
-//! A chain of springs: its stiffness by Cholesky, inverse and eigenvalues, differentiated.
+//! Differentiates Cholesky, inverse and eigenvalues of the stiffness of a chain of springs.
 use autodiff::nalgebra::{Element, symmetric_eigen};
 use autodiff::{Real, gradient};
 use nalgebra::DMatrix;
 
-/// The stiffness of masses in a row; the first spring holds the first mass to a wall.
+/// The stiffness of masses in a row. The first spring joins the first mass to a wall.
 fn stiffness<R: Real>(springs: &[R]) -> DMatrix<Element<R>> {
     DMatrix::from_fn(springs.len(), springs.len(), |i, j| match i.abs_diff(j) {
         0 => Element(springs[i] + springs.get(i + 1).copied().unwrap_or(R::zero())),

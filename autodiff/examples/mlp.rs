@@ -1,8 +1,8 @@
-//! A network of 12 neurons learns, by Adam, which points of the plane lie on a ring.
+//! Trains a network of 12 neurons by Adam to recognise points on a ring.
 use autodiff::data::{Sum, Summand};
 use autodiff::{Real, gradient};
 
-/// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; one more bias stands last.
+/// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; the last number is one more bias.
 #[inline(always)]
 fn log_odds<R: Real>(net: &[R], [x, y]: [R; 2]) -> R {
     let mut sum = net[48];

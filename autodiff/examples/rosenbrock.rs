@@ -1,4 +1,4 @@
-//! The Rosenbrock function of 20 variables, minimised by argmin's L-BFGS.
+//! Minimises the Rosenbrock function of 20 variables by argmin's L-BFGS.
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::{linesearch::MoreThuenteLineSearch, quasinewton::LBFGS};
 use autodiff::{Function, Real, gradient, lit};

@@ -393,7 +393,7 @@ fn any_point_and_any_span_of_steps_have_a_verdict() {
 }
 
 #[test]
-#[should_panic(expected = "a check takes a direction at least")]
+#[should_panic(expected = "it must be 1 or more")]
 fn a_check_along_nothing_is_refused() {
     let options = Options {
         directions: 0,

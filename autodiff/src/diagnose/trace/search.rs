@@ -7,11 +7,11 @@ use super::traced::Traced;
 use crate::real::{Mask, Real};
 use crate::restored::Restored;
 
-/// The first operation whose value or partial is infinite or NaN and reaches a result of
-/// `function` at `x`, or the first argument that is so itself.
+/// Returns the first operation whose value or partial is infinite or NaN and reaches a result of `function`
+/// at `x`. If an argument itself is infinite or NaN, returns the first such argument.
 ///
-/// A partial is blamed even if it is multiplied by zero later: whether the gradient survives that
-/// depends on the mode, see the table in [`real`](crate::real).
+/// A partial is reported even if it is multiplied by zero later. Whether the gradient survives that depends
+/// on the mode; see the table in [`real`](crate::real).
 ///
 /// ```
 /// use autodiff::Real;
