@@ -26,13 +26,13 @@ impl Model for Minute {
     }
 }
 
-/// The population after an hour by the network.
+/// The population after some minutes by the network.
 fn grown<R: Real>(weights: &[R], from: f64, minutes: usize) -> R {
     let parameters = [0..8, 8..16, 16..24, 24..25].map(|part| &weights[part]);
     Rollout::new(Minute, minutes).run(&[R::lit(from)], &parameters)[0]
 }
 
-/// The population after an hour by the true law, `x' = x (1 - x)`.
+/// The population after some minutes by the true law, `x' = x (1 - x)` per hour.
 fn counted(from: f64, minutes: f64) -> f64 {
     from / (from + (1.0 - from) * (-minutes / 60.0).exp())
 }

@@ -26,13 +26,13 @@ fn everything(shared: &[Sym], datum: &[Sym]) -> Sym {
     // Runs of places: shared and own, own and own, own and shared, none.
     let dots = Sym::dot(shared, &scratch[1..4]) + Sym::dot(&scratch[2..], &scratch[2..]);
     let dots = dots + Sym::dot(datum, &shared[..2]) + Sym::dot(&[b, x], &[y, a]);
-    // Shared and own, of which some data have no use.
+    // Shared and own numbers, which not all data use.
     let dots = dots + Sym::dot(&shared[..2], datum);
     let dots = dots + Sym::select(inside, Sym::dot(&shared[1..], datum), x);
     dots + Sym::sum_of(datum) * Sym::sum_of(&[a, y, c]) + Sym::sum_of(&scratch)
 }
 
-/// A term of so many shared parameters and numbers of a datum.
+/// A term with these numbers of shared parameters and of numbers per datum.
 fn term(function: fn(&[Sym], &[Sym]) -> Sym, shared: usize, datum: usize) -> Formula {
     formula(shared + datum, |all| {
         function(&all[..shared], &all[shared..])
@@ -47,7 +47,7 @@ impl<S: Summand> Function for Total<S> {
     }
 }
 
-/// So many data, spread over both sides of every switch.
+/// Data on both sides of every switch.
 fn data(count: usize) -> Vec<[f64; 2]> {
     let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
     (0..count)
@@ -55,7 +55,7 @@ fn data(count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// So many data, the first whole numbers by turns.
+/// Data that repeat the first whole numbers.
 fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
     (0..count).map(|i| [f64::from(i % numbers)]).collect()
 }
@@ -63,13 +63,12 @@ fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
-    // The same terms in another order, some hundreds of them.
+    // Hundreds of the same terms in another order.
     let close = got == expected || largest_difference(got, expected) <= 1e-13;
     assert!(close, "{what}: {got:?} and {expected:?}");
 }
 
-/// The gradient is that of forward mode, which replays nothing. Not of all modes of `common`: each
-/// takes seconds to compile for each summand.
+/// Asserts that the gradient is that of forward mode, which replays nothing.
 fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[f64]) {
     let total = Total(Sum::new(summand, data));
     let (reverse, forward) = (
@@ -81,7 +80,7 @@ fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[
 
 #[test]
 fn replayed_gradients_are_those_of_forward_mode() {
-    // Fewer data than lanes, whole blocks, and what is left over of one.
+    // Fewer data than lanes, whole blocks, and a partial block.
     for count in [1, 7, 8, 32, 33, 100] {
         assert_modes_agree(term(everything, 3, 2), &data(count), &AT);
     }
@@ -127,8 +126,8 @@ fn operators_that_assign_are_recorded() {
     );
 }
 
-/// Work that is skipped where no lane wants it, and a choice by what is zero: a record of one datum
-/// would choose for the others.
+/// Work that is skipped if no lane needs it, and a choice by `is_zero`. A record of one datum would choose for
+/// the others.
 #[derive(Clone)]
 struct Skips;
 
@@ -154,7 +153,7 @@ impl Summand for ChoosesByZero {
     }
 }
 
-/// Such terms are not replayed: each datum takes its own branch, whichever comes first.
+/// Such terms are not replayed: each datum takes its own branch, in any order of the data.
 #[test]
 fn a_replay_does_not_take_the_branch_of_another_datum() {
     let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
@@ -175,9 +174,9 @@ fn no_data_sum_to_zero() {
     assert_eq!(gradient(|x| total.eval(x), &AT), [0.0; 3]);
 }
 
-/// Working memory goes from one gradient to the next, also of another number type and length.
+/// One gradient passes its working memory to the next, also to one of another number type and length.
 #[test]
-fn memory_that_is_used_again_changes_nothing() {
+fn reused_memory_does_not_change_results() {
     for count in [5, 70] {
         let total = Total(Sum::new(term(everything, 3, 2), &data(count)));
         let first = gradient(|x| total.eval(x), &AT);
@@ -235,7 +234,7 @@ impl Rule for Softened {
     }
 }
 
-/// Asks what no trace can answer: the derivative of a rule.
+/// Calls a rule, whose derivative a record does not contain.
 #[derive(Clone)]
 struct WithRule;
 
@@ -252,11 +251,11 @@ fn a_custom_rule_inside_keeps_its_derivative() {
     assert_modes_agree(WithRule, &data(40), &at);
     let (value, by_shared) = autodiff::value_and_gradient(|x| total.eval(x), &at);
     assert_close(&[value], &[Function::eval(&total, &at)], "value");
-    // The rule's own derivative is zero almost everywhere: it is not what came out.
+    // The derivative of the value itself is zero almost everywhere.
     assert!(by_shared[0].abs() > 1.0);
 }
 
-/// Infinite partials at data that do not count.
+/// Infinite partials at data that are not selected.
 fn guarded(shared: &[Sym], datum: &[Sym]) -> Sym {
     let root = (shared[0] * datum[0]).sqrt();
     let used = Sym::lit(0.5).less(datum[0]);
@@ -268,8 +267,8 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
     assert_modes_agree(term(guarded, 1, 1), &by_turns(50, 3), &[2.0]);
 }
 
-/// Products of rows with the same numbers, one after the other, which go back two at a time: equally
-/// long, shorter and longer ones, and one with the product before it; and numbers with themselves.
+/// Products of rows with the same numbers, which are reversed two at a time: of equal length, shorter, longer,
+/// with the product before, and of numbers with themselves.
 fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0], datum[1], datum[1] * datum[0]];
     let mut scratch = [Sym::zero(); 4];
@@ -296,14 +295,14 @@ fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
 }
 
 #[test]
-fn rows_with_the_same_numbers_go_back_together() {
+fn rows_with_the_same_numbers_are_reversed_together() {
     let at = [0.7, -0.4, 1.2, 0.3, -0.9, 0.5];
     for count in [5, 70] {
         assert_modes_agree(term(rows, 6, 2), &data(count), &at);
     }
 }
 
-/// Rows with a datum alone, and one with the products before it too.
+/// Rows that read only the datum, and one that also reads the earlier products.
 fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
     let first = Sym::dot(&shared[..1], datum);
     let with_the_one_before = Sym::dot(&shared[1..3], &[datum[0], first]);
@@ -313,7 +312,7 @@ fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
 }
 
 #[test]
-fn rows_of_a_datum_alone_go_back_together() {
+fn rows_that_read_only_the_datum_are_reversed_together() {
     let data: Vec<[f64; 1]> = data(40).iter().map(|&[x, _]| [x]).collect();
     assert_modes_agree(term(rows_of_arguments, 3, 1), &data, &AT);
 }
@@ -344,7 +343,7 @@ fn a_sum_s_gradient_may_be_taken_within_a_term() {
     assert_modes_agree(Outer, &[[0.3], [-0.7], [1.1]], &[0.5]);
 }
 
-/// Two rows with an infinite number where the first does not count.
+/// Two rows with an infinite number where the first row is not selected.
 fn guarded_rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0].recip()];
     let guarded = Sym::dot(&shared[..1], &own);
@@ -382,7 +381,7 @@ fn network(shared: &[Sym], datum: &[Sym]) -> Sym {
     Sym::dot(y, &biases[HIDDEN..]) - Sym::dot(y, &first[..HIDDEN])
 }
 
-/// So many numbers between -1 and 1.
+/// Numbers between -1 and 1.
 fn numbers(count: usize) -> Vec<f64> {
     let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() * 2.0 - 1.0;
     (0..count).map(number).collect()
@@ -437,7 +436,7 @@ fn an_infinite_weight_of_a_row_that_is_not_selected_passes_nothing() {
     assert_eq!(gradient(|x| total.eval(x), &at)[64], 5.0 * 7.0 * 8.0 * 0.5);
 }
 
-/// The same with own numbers that depend on a parameter.
+/// The same, with own numbers that depend on a parameter.
 fn guarded_layer_of_weights(shared: &[Sym], datum: &[Sym]) -> Sym {
     guarded_layer(shared, || shared[64] + datum[0], datum[0])
 }
@@ -461,14 +460,14 @@ fn data_of_different_lengths_are_refused() {
     Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
 }
 
-/// The root of what is above a bound: at the bound the cotangent of the choice is infinite, in
-/// other lanes it is not and the choice another.
+/// The root of the excess over a bound. At the bound the cotangent of the choice is infinite. Other lanes choose
+/// otherwise and have finite cotangents.
 fn above(shared: &[Sym], datum: &[Sym]) -> Sym {
     (datum[0] - shared[0]).max(Sym::zero()).sqrt()
 }
 
 #[test]
-fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
+fn an_infinite_cotangent_passes_only_the_chosen_side() {
     for count in [3, 40] {
         let data = by_turns(count, 5);
         assert_modes_agree(term(above, 1, 1), &data, &[0.5]);
@@ -481,7 +480,7 @@ fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
     }
 }
 
-/// Values that pass on, with the derivative of something else or none at all.
+/// Values with another derivative or none.
 fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (a, b) = (shared[0], shared[1]);
     let soft = (a * a * a).straight_through(a * b);

@@ -7,11 +7,11 @@ use autodiff::{Function, Real, value_and_gradient};
 /// What a term is. The record also holds a layer of a network.
 #[derive(Clone, Copy, Debug)]
 enum Term {
-    /// A parameter by itself.
+    /// Only a parameter.
     Shared(usize),
-    /// A parameter alone, where other parameters are read one by one.
+    /// Only a parameter, while other parameters are read one by one.
     SharedAmongRead(usize),
-    /// A number of the datum alone.
+    /// Only a number of the datum.
     Datum(usize),
     Constant,
     /// A number that the layer reads.

@@ -1,4 +1,4 @@
-//! Controls: parameters with values of their own in every step.
+//! Controls: parameters with one value per step.
 
 use crate::common::assert_refused;
 use crate::net::taken_from;
@@ -9,7 +9,7 @@ use autodiff::{
 const MASSES: usize = 5;
 const STEPS: usize = 23;
 
-/// A mass on a spring, pushed by a force of its own and by the wind, which is the same for all.
+/// A mass on a spring, pushed by its own force and by a wind that all masses share.
 #[derive(Clone, Copy)]
 struct Pushed;
 
@@ -49,7 +49,7 @@ fn point(k: usize) -> Vec<f64> {
     (0..LENGTHS.iter().sum()).map(wave).collect()
 }
 
-/// Squares of the states after some steps, of which one is not the last.
+/// The squares of the state in the middle and at the end.
 #[derive(Clone, Copy, Default)]
 struct Squares(Memory);
 
@@ -117,9 +117,9 @@ fn little_memory_gives_the_same_bits() {
     );
 }
 
-/// Each start with controls of its own, and all with the same.
+/// With controls per start, and with shared controls.
 #[test]
-fn starts_together_are_as_each_alone() {
+fn a_batch_of_starts_equals_single_runs() {
     for count in [1, 2, 3, 8, 11] {
         let points: Vec<Vec<f64>> = (0..count).map(point).collect();
         let alone = |own: bool| {

@@ -231,7 +231,7 @@ fn a_sum_keeps_what_is_small() {
     assert_eq!(sum, small);
 }
 
-/// Two parts that are finite may be too much together, and nothing is left then.
+/// The sum of two finite parts may overflow.
 #[test]
 fn a_number_beyond_the_largest_is_infinite() {
     // A quarter of the distance of the last two floats; half of it rounds up.

@@ -9,7 +9,7 @@ use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
-/// Both traits have methods of the same names: this is the only place that sees both.
+/// Both traits have methods of the same names. Only this module sees both traits.
 mod table {
     use ::nalgebra::ComplexField as C;
     use num_traits::Float as F;
@@ -200,7 +200,7 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     );
 }
 
-/// An algorithm decides alike of a number and of a variable that has its value.
+/// An algorithm decides alike for a number and for a variable of the same value.
 #[test]
 fn zero_is_what_has_the_value_zero() {
     use num_traits::Zero;
@@ -221,7 +221,7 @@ fn zero_is_what_has_the_value_zero() {
     assert_eq!(Decides.eval::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
 
-/// Newton's method for a cubic root, by someone who knows floats alone.
+/// Newton's method for a cubic root, in code over floats.
 fn cubic_root<T: Float>(x: T) -> T {
     let three = T::from(3.0).expect("a small number");
     let mut root = x.max(T::one());

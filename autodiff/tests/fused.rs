@@ -29,7 +29,7 @@ const POINT: [f64; 4] = [0.3, -1.2, 0.7, 2.0];
 
 /// `tanh(x . (x, constants))` and a sum: a variable twice, constants among variables, a constant zero.
 #[test]
-fn dot_and_sum_are_what_they_stand_for() {
+fn dot_and_sum_equal_their_written_out_forms() {
     let of = |fused: bool| {
         formula(4, |x| {
             let other = [x[1], Sym::lit(0.5), x[1], Sym::lit(0.0)];
@@ -105,7 +105,7 @@ impl Fused for MatVec {
 }
 
 /// `sin(y_1) y_2` for `y = M x`, with matrix and vector made of the variables or the matrix constant. The first
-/// output is left unused: it must not hide the entry of the others.
+/// output is unused; it must not hide the entry of the other outputs.
 struct Network {
     constant_matrix: bool,
 }
@@ -130,7 +130,7 @@ impl Function for Network {
 }
 
 #[test]
-fn a_fused_function_is_what_it_stands_for() {
+fn a_fused_function_equals_its_written_out_form() {
     for constant_matrix in [false, true] {
         let network = Network { constant_matrix };
         let plain = formula(4, |x| {
@@ -159,7 +159,7 @@ fn a_fused_entry_without_cotangent_is_not_reversed() {
     assert_eq!(reversed.load(Ordering::Relaxed), 1);
 }
 
-/// A thread keeps the memory of its last tape, and nothing that a function on it owns.
+/// A thread keeps the memory of its last tape, but nothing that a function on the tape owns.
 #[test]
 fn what_a_function_owns_is_given_back() {
     let reversed = Arc::new(AtomicUsize::new(0));
@@ -173,7 +173,7 @@ fn what_a_function_owns_is_given_back() {
     assert_eq!(Arc::strong_count(&reversed), 1);
 }
 
-/// The identity, whose cotangent is bounded on the way back.
+/// The identity, with a bound on its cotangent.
 struct Bounded(f64);
 
 impl Fused for Bounded {
@@ -291,7 +291,7 @@ impl Function for Layers {
 }
 
 #[test]
-fn a_dense_layer_is_what_it_stands_for() {
+fn a_dense_layer_equals_its_written_out_form() {
     let written_out: Layer<Sym> = |weights, x, biases| {
         let row = |(row, &bias): (&[Sym], &Sym)| {
             row.iter().zip(x).map(|(&w, &x)| w * x).sum::<Sym>() + bias
@@ -384,7 +384,7 @@ fn constants_of_an_inner_tape_keep_their_outer_derivative() {
     }
 }
 
-/// The sum of squares of a layer's results for so many vectors, as a batch.
+/// The sum of squares of a layer's results for a batch of vectors.
 struct Batch(usize);
 
 fn batch_parts<R>(x: &[R], vectors: usize) -> [&[R]; 3] {

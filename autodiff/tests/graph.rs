@@ -75,8 +75,8 @@ impl Function for Loss {
     }
 }
 
-/// An edge without stiffness pulls on nothing, and more zeros do not change a sum's bits: left out,
-/// it changes neither the value nor any gradient but its own.
+/// An edge without stiffness has no force, and adding zeros does not change the bits of a sum. So leaving it out
+/// changes neither the value nor any gradient but its own.
 #[test]
 fn edges_that_are_left_out_are_as_edges_that_give_zero() {
     let (full, marked) = (Graph::new(NODES, &edges()), marked());

@@ -106,7 +106,7 @@ impl Vectorized<f64> for RootAbove<'_> {
 }
 
 #[test]
-fn an_infinite_cotangent_passes_a_choice_of_lanes_on_one_side_alone() {
+fn an_infinite_cotangent_passes_only_the_chosen_side_of_each_lane() {
     let got = f64::vectorize(RootAbove(&[-2.0, -1.0, 0.0, 1.0, 4.0, 0.0, -3.0, 0.25]));
     // At zero the bound's own derivative counts, which is a constant's.
     assert_eq!(got, [0.0, 0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 1.0]);

@@ -44,7 +44,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
     assert!(!message.contains("left:"), "{message}");
 }
 
-/// With one of the recording that runs, it may be stale or another tape's: both are said.
+/// Beside a variable of the running recording it may be stale or of another tape. The message names both.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {

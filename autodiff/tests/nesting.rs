@@ -17,7 +17,7 @@ fn mixed() -> Formula {
     })
 }
 
-/// So many functions of so many variables.
+/// A vector function of this shape.
 fn rectangle(values: usize, arguments: usize) -> Formula {
     formulas(arguments, |x| {
         let sum = Sym::sum_of(x);
@@ -28,11 +28,11 @@ fn rectangle(values: usize, arguments: usize) -> Formula {
 
 const POINT: [f64; 3] = [0.7, 1.3, 2.1];
 
-/// Rounding of a dozen operations, none of which cancels much at `POINT`.
+/// Rounding of a dozen operations, without much cancellation at `POINT`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 #[test]
-fn the_outer_mode_leaves_the_inner_result_alone() {
+fn the_outer_mode_does_not_change_the_inner_result() {
     let mixed = mixed();
     let reference = gradient(|x| mixed.eval(x), &POINT);
     for (_, gradient) in gradients(&mixed, &POINT) {

@@ -1,5 +1,4 @@
-//! Programs of shapes that neither the net of springs nor drawn programs have, against the same steps
-//! written out.
+//! Programs of shapes that the net of springs and drawn programs do not have, against the same steps written out.
 
 use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
@@ -31,7 +30,7 @@ impl Kernel<2, 1> for Plus {
     }
 }
 
-/// Edges of so many directions, each a group of its own.
+/// Edges of several directions, each of which is a group.
 #[derive(Clone)]
 struct Directions {
     edges: Vec<[usize; 2]>,
@@ -186,7 +185,7 @@ fn declarations_may_come_in_any_order() {
     assert_same(AsNeeded);
 }
 
-/// A kernel of which nothing comes.
+/// A kernel without results.
 #[derive(Clone, Copy)]
 struct Nothing;
 
@@ -280,7 +279,7 @@ fn arrays_may_be_empty() {
     }
 }
 
-/// No state at all, whatever the memory.
+/// Without any state, for every memory.
 #[test]
 fn a_program_may_have_no_state() {
     #[derive(Clone)]

@@ -73,7 +73,7 @@ impl Function for Summed {
     }
 }
 
-/// The same, point by point, of so many points.
+/// The same sum, point by point.
 fn one_by_one(count: usize) -> Formula {
     let mixed = mixed();
     formula(4 * count, |x| {

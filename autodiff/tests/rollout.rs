@@ -8,7 +8,7 @@ use autodiff::{
     value_and_gradient,
 };
 
-/// So many steps, or the few that Miri has time for.
+/// This number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
@@ -84,7 +84,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     assert_eq!(only_weights, all[weights.clone()]);
 }
 
-/// Cotangents are held back to this norm, and checked after so many steps.
+/// A bound on the norm of cotangents, checked every few steps.
 fn bound(norm: f64, every: usize) -> Option<CotangentBound> {
     Some(CotangentBound { norm, every })
 }
@@ -103,7 +103,7 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
     loss.rollout.cotangent_bound = bound(0.5, 1);
     let (_, bounded) = value_and_gradient(|x| loss.eval(x), &x);
     assert_relative_eq!(norm(&bounded), 0.5, max_relative = 1e-12);
-    // At the start alone: up to the bound nothing is held back.
+    // Checked only at the start: below the bound nothing changes.
     let free = norm(&exact);
     for limit in [0.9 * free, 1.1 * free] {
         loss.rollout.cotangent_bound = bound(limit, 31);
@@ -125,7 +125,7 @@ fn observed_steps_ascend_to_the_last_at_most() {
     }
 }
 
-/// An infinite cotangent is no zero.
+/// An infinite cotangent is not bounded to zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
     let mut loss = Loss::new(steps(12));
@@ -155,8 +155,7 @@ impl Model for Times {
     }
 }
 
-/// The cotangents of starts side by side, whose last states have these, after so many steps; with
-/// a bound at the start.
+/// The cotangents of a batch of starts, given those of the last states, with a bound at the start.
 fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
     let rollout = Rollout {
         cotangent_bound: bound(norm, steps + 1),
@@ -225,7 +224,7 @@ fn ordinary_cotangents_are_scaled_by_one_factor() {
     check::<f32>();
 }
 
-/// A cotangent that shrinks on its way back is held back where it is checked, and nowhere else.
+/// A cotangent that shrinks in the sweep is bounded only where it is checked.
 #[test]
 fn a_cotangent_is_checked_after_so_many_steps() {
     for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
@@ -239,7 +238,7 @@ fn a_cotangent_is_checked_after_so_many_steps() {
     }
 }
 
-/// A rollout is refused alone, on the tape, and fused.
+/// Asserts that a rollout is refused on floats, on the tape, and fused.
 #[track_caller]
 fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
     let mut loss = Loss::new(1);
@@ -254,7 +253,7 @@ fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
 
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn bounds_that_hold_nothing_back_are_refused() {
+fn invalid_bounds_are_refused() {
     for bound in [-1.0, f64::NAN] {
         let mut rollout = Loss::new(2).rollout;
         rollout.state_bound = Some(bound);
@@ -287,7 +286,7 @@ fn more_steps_than_any_memory_keeps_are_refused() {
     gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
-/// Nothing wanted is nothing seen, from one start or several.
+/// Without observed steps or entries nothing is returned, from one start or several.
 #[test]
 fn nothing_may_be_observed() {
     let starts = [[1.0, 2.0, 3.0]; 5];
@@ -326,7 +325,7 @@ fn any_memory_gives_the_same_bits() {
     }
 }
 
-/// A tape can be pulled back more than once, from whatever its rollout has kept.
+/// A tape can be pulled back more than once, for every memory of its rollout.
 #[test]
 fn a_second_pullback_has_the_same_bits() {
     let mut loss = Loss::new(steps(40));
@@ -340,8 +339,7 @@ fn a_second_pullback_has_the_same_bits() {
     }
 }
 
-/// A thread keeps the rows of its last sweep for the next one, which may be longer or shorter or of
-/// another number type.
+/// A thread reuses the rows of its last sweep for the next one, which may have another length or number type.
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
@@ -387,7 +385,7 @@ impl Model for Grows {
 }
 
 #[test]
-fn floats_alone_and_on_the_tape_run_what_a_model_records_for_them() {
+fn floats_run_the_program_that_a_model_records_for_them() {
     let rollout = Rollout::new(Grows, 1);
     assert_eq!(rollout.run(&[1.0_f64], &[]), [3.0]);
     assert_eq!(rollout.run(&[1.0_f32], &[]), [5.0]);

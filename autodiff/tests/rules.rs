@@ -1,5 +1,5 @@
-//! What the table of `precision.rs` does not show of elementary functions: the bits of all modes, single precision,
-//! many arguments, and third derivatives.
+//! Elementary functions beyond the table of `precision.rs`: bits of all modes, single precision, many arguments, and
+//! third derivatives.
 
 use autodiff::{DoubleDouble, Dual, Function, Real, gradient};
 
@@ -9,7 +9,7 @@ use crate::common::{Formula, Sym, assert_gradient, formula};
 type One = (&'static str, fn(Sym) -> Sym);
 type Two = (&'static str, fn(Sym, Sym) -> Sym);
 
-/// Functions that vary over a distance of at least 0.1, whatever the argument.
+/// Functions that vary over a distance of at least 0.1 at every argument.
 const BY_DISTANCE: [One; 5] = [
     ("exp", Sym::exp),
     ("sin", Sym::sin),
@@ -75,7 +75,7 @@ fn single_precision_follows_double() {
         let single = gradient(|x| function.eval(x), &[x])[0];
         let double = gradient(|x| function.eval(x), &[f64::from(x)])[0];
         if !single.is_normal() || !(double as f32).is_normal() {
-            continue; // Over- or underflow on the way.
+            continue; // An intermediate over- or underflow.
         }
         // A handful of operations; in tanh, 1 - tanh^2 cancels.
         let eps = f64::from(f32::EPSILON);

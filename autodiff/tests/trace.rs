@@ -64,7 +64,7 @@ impl Function for Guarded {
 }
 
 #[test]
-fn what_is_left_aside_is_not_blamed() {
+fn the_side_that_is_not_chosen_is_not_blamed() {
     let guarded = Guarded { from: 1e-9 };
     assert_eq!(origin(&guarded, &[0.0]), None);
     assert_eq!(gradient(|x| guarded.eval(x), &[0.0]), [2.0]);
@@ -221,7 +221,7 @@ impl Model for Falling {
 }
 
 #[test]
-fn a_rollout_says_in_which_step() {
+fn a_rollout_reports_the_step() {
     let rollout = Rollout::new(Falling, 9);
     let mut x: f64 = 1.0;
     let mut step = 0;
@@ -239,7 +239,7 @@ fn a_rollout_says_in_which_step() {
 }
 
 #[test]
-fn what_follows_a_rollout_is_in_none_of_its_steps() {
+fn operations_after_a_rollout_have_no_step() {
     let rollout = Rollout::new(Falling, 2);
     let found = first_non_finite(&[1.0], |x| {
         let end = rollout.run(x, &[])[0];
@@ -259,7 +259,7 @@ impl Residual for Cubic {
     }
 }
 
-/// The identity, the value of which does not show the argument.
+/// The identity, with a value that does not depend on the argument.
 #[derive(Clone)]
 struct Held;
 
@@ -273,7 +273,7 @@ impl Rule for Held {
 }
 
 #[test]
-fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
+fn the_trace_passes_through_roots_and_rules() {
     fn through<R: Real>(p: R, rule: bool) -> R {
         if rule {
             return apply(Held, &[p]);
@@ -298,7 +298,7 @@ fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
 }
 
 #[test]
-fn what_is_made_of_constants_is_a_constant() {
+fn results_of_constants_are_constants() {
     // Its root has no partial: nothing depends on it.
     let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
     assert_eq!(first_non_finite(&[1.0], |x| held(x[0])), None);
@@ -339,10 +339,9 @@ fn a_choice_by_lanes_is_blamed_for_either_side() {
     assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
 
-/// Code that asks what is zero goes the way that it goes with variables: they are not zero, whatever
-/// their value; constants are.
+/// `is_zero` answers as for variables: a variable is never zero, a constant may be.
 #[test]
-fn what_is_zero_is_so_for_variables_too() {
+fn is_zero_answers_as_for_variables() {
     struct Asks;
     impl Function for Asks {
         fn eval<R: Real>(&self, x: &[R]) -> R {

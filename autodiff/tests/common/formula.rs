@@ -129,12 +129,12 @@ pub(crate) struct Formula {
     results: Vec<Sym>,
 }
 
-/// Records a function of so many arguments with one result.
+/// Records a function with one result.
 pub(crate) fn formula(arguments: usize, function: impl FnOnce(&[Sym]) -> Sym) -> Formula {
     formulas(arguments, |x| vec![function(x)])
 }
 
-/// Records a function of so many arguments with several results.
+/// Records a function with several results.
 pub(crate) fn formulas(arguments: usize, function: impl FnOnce(&[Sym]) -> Vec<Sym>) -> Formula {
     let outer = RECORD.replace(Record::new(arguments));
     let results = function(&(0..arguments).map(Sym).collect::<Vec<_>>());
@@ -147,7 +147,7 @@ pub(crate) fn formulas(arguments: usize, function: impl FnOnce(&[Sym]) -> Vec<Sy
 }
 
 impl Formula {
-    /// All results at `x`.
+    /// Returns all results at `x`.
     pub(crate) fn values<R: Real>(&self, x: &[R]) -> Vec<R> {
         assert_eq!(x.len(), self.arguments, "arguments of a formula");
         let (mut n, mut t) = (x.to_vec(), Vec::new());

@@ -23,7 +23,7 @@ pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
     lines.map(row).collect()
 }
 
-/// So many zeros, one of which is a one.
+/// A vector of zeros with a one at place `one`.
 pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
     let mut unit = vec![R::zero(); len];
     unit[one] = R::one();

@@ -145,7 +145,7 @@ where
 fn a_cotangent_of_zero_passes_zero() {
     let guarded = Guarded { width: 0.0 };
     let points = [
-        // The results whose derivatives duals know, besides those of which nothing is asked.
+        // The results whose derivatives are finite by duals.
         (0.0, &[0, 1, 2, 3, 4, 6][..]),
         (-1.0, &[0, 1, 2, 3, 4, 6, 7, 8]),
         (0.5, &[0, 1, 2, 3, 4, 6, 7, 8]),

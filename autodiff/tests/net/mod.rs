@@ -1,4 +1,4 @@
-//! A rollout to try drivers on: a net of springs with a small controller.
+//! A rollout for tests of drivers: a net of springs with a small controller.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ pub(crate) struct Net {
     pub(crate) hidden: usize,
 }
 
-/// Takes so many numbers off the front at each call.
+/// Returns a function that takes `len` numbers off the front at each call.
 pub(crate) fn taken_from<'a, R>(mut rest: &'a [R]) -> impl FnMut(usize) -> &'a [R] {
     move |len| rest.split_off(..len).expect("as long as its parts")
 }
@@ -36,7 +36,7 @@ impl Net {
     pub(crate) fn edges(&self) -> usize {
         self.graph.slot_of_edge().len()
     }
-    /// Every node's place turned by so many of `NODES + 1`, one of which is free.
+    /// The places of the nodes rotated by `by` among `NODES + 1`, one of which is empty.
     fn turn(by: usize) -> Vec<Option<usize>> {
         let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
         (0..NODES).map(place).collect()
@@ -89,7 +89,7 @@ impl Model for Net {
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
         let u = p.dense_tanh_spread(w2, &[h], b2, &places);
         let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
-        // Round the corner and back: entries alone and in runs, and places that nothing goes to.
+        // There and back: single entries, runs of entries, and empty places.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);

@@ -57,7 +57,7 @@ fn assert_close(a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len());
     let size = b.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
     for (a, b) in a.iter().zip(b) {
-        // The same terms in another order: some hundreds of them.
+        // Hundreds of the same terms in another order.
         assert!((a - b).abs() <= 1e-13 * size, "{a} and {b} of {size}");
     }
 }
