@@ -1,80 +1,92 @@
 //! Roots differentiated through their equations, against the iterations and differences.
 
-use crate::common::{Formula, Sym, assert_close, differences, formulas, gradients};
+use crate::common::{Sym, assert_close, differences, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian, jacobian, jacobian_reverse,
 };
 
-/// Equations of unknowns and two parameters.
-type Equations<'a> = &'a dyn Fn(&[Sym], &[Sym]) -> Vec<Sym>;
+/// Three coupled equations that lean on their diagonal. They are algebraic, because each mode compiles them.
+#[derive(Clone)]
+struct Coupled;
 
-/// Three coupled equations that lean on their diagonal.
-fn coupled(x: &[Sym], p: &[Sym]) -> Vec<Sym> {
-    let lit = Sym::lit;
-    vec![
-        lit(4.0) * x[0] + (x[1] * p[0]).sin() - p[1],
-        // The largest entries of the Jacobian lie off the diagonal: rows must be exchanged.
-        x[2] * lit(5.0) + x[0] * x[0] - p[0] * p[1],
-        x[1] * lit(3.0) + x[1].powi(3) + x[2] * p[1] - p[0].exp(),
-    ]
+impl Residual for Coupled {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let lit = R::lit;
+        vec![
+            lit(4.0) * x[0] + x[1] * p[0] / (lit(1.0) + x[1] * x[1]) - p[1],
+            // The largest entries of the Jacobian lie off the diagonal: rows must be exchanged.
+            x[2] * lit(5.0) + x[0] * x[0] - p[0] * p[1],
+            x[1] * lit(3.0) + x[1] * x[1] * x[1] + x[2] * p[1] - lit(1.5) - p[0] * p[0],
+        ]
+    }
 }
 
-/// The root of some equations, by a contraction in the numbers of `p` themselves or by the equations.
+/// Equations of an unknown and its neighbours in a ring.
 #[derive(Clone)]
-struct Solution {
-    equations: Formula,
-    iterated: Formula,
+struct Ring(usize);
+
+impl Residual for Ring {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let entry = |i: usize| {
+            let (before, after) = (x[(i + self.0 - 1) % self.0], x[(i + 1) % self.0]);
+            let pull = p[0] * after / (R::one() + after * after);
+            R::lit(4.0) * x[i] + pull - p[1] * before - R::lit(i as f64)
+        };
+        (0..self.0).map(entry).collect()
+    }
+}
+
+/// The root of some equations, by the equations or by a contraction in the numbers of `p` themselves.
+#[derive(Clone)]
+struct Solution<F> {
+    equations: F,
+    /// For each equation, the unknown that it moves, and by how much.
+    contraction: Vec<(usize, f64)>,
     implicit: bool,
 }
 
-impl Solution {
-    /// The contraction moves the unknown at the first place of each pair by its equation times the second.
-    fn new(equations: Equations, contraction: &[(usize, f64)], implicit: bool) -> Self {
-        let unknowns = contraction.len();
-        let iterate = |p: &[Sym]| {
-            let mut x = vec![Sym::lit(0.0); unknowns];
-            for _ in 0..200 {
-                for (&(place, by), f) in contraction.iter().zip(equations(&x, p)) {
-                    x[place] -= Sym::lit(by) * f;
-                }
-            }
-            x
-        };
-        Self {
-            equations: formulas(unknowns + 2, |all| {
-                equations(&all[..unknowns], &all[unknowns..])
-            }),
-            iterated: formulas(2, iterate),
+impl<F: Residual> Solution<F> {
+    fn both(equations: F, contraction: &[(usize, f64)]) -> [Self; 2] {
+        [true, false].map(|implicit| Self {
+            equations: equations.clone(),
+            contraction: contraction.to_vec(),
             implicit,
+        })
+    }
+
+    fn iterated<R: Real>(&self, p: &[R]) -> Vec<R> {
+        let mut x = vec![R::zero(); self.contraction.len()];
+        for _ in 0..200 {
+            let residual = self.equations.eval(&x, p);
+            for (&(place, by), f) in self.contraction.iter().zip(residual) {
+                x[place] -= R::lit(by) * f;
+            }
         }
-    }
-
-    /// Of [`coupled`].
-    fn coupled(implicit: bool) -> Self {
-        Self::new(&coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)], implicit)
-    }
-
-    fn both() -> [Self; 2] {
-        [true, false].map(Self::coupled)
+        x
     }
 
     fn unknowns<R: Real>(&self, p: &[R]) -> Vec<R> {
         if !self.implicit {
-            return self.iterated.values(p);
+            return self.iterated(p);
         }
         let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        root(self.equations.clone(), &self.iterated.values(&held), p).expect("a regular root")
+        root(self.equations.clone(), &self.iterated(&held), p).expect("a regular root")
     }
 }
 
 /// A scalar of the root and the parameters.
-impl Function for Solution {
+impl Function for Solution<Coupled> {
     fn eval<R: Real>(&self, p: &[R]) -> R {
         let x = self.unknowns(p);
-        (x[0] * x[1]).exp() + x[2] * p[0]
+        x[0] * x[0] * x[1] + x[2] * p[0]
     }
+}
+
+/// The solution of [`Coupled`], implicit and unrolled.
+fn both() -> [Solution<Coupled>; 2] {
+    Solution::both(Coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)])
 }
 
 const POINT: [f64; 2] = [0.6, 1.1];
@@ -82,37 +94,30 @@ const POINT: [f64; 2] = [0.6, 1.1];
 /// Rounding of some fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
+fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], tolerance: f64) {
+    let expected = jacobian(|p| unrolled.unknowns(p), &POINT).into_vec();
+    let forward = jacobian(|p| implicit.unknowns(p), &POINT).into_vec();
+    assert_close(&forward, &expected, tolerance);
+    let reverse = jacobian_reverse(|p| implicit.unknowns(p), &POINT).into_vec();
+    assert_close(&reverse, &expected, tolerance);
+}
+
 /// By forward and by reverse mode. The Jacobian by the unknowns takes several passes where there are many, of
 /// which the last is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
-    let check = |[implicit, unrolled]: [Solution; 2], tolerance| {
-        let expected = jacobian(|p| unrolled.unknowns(p), &POINT).into_vec();
-        let forward = jacobian(|p| implicit.unknowns(p), &POINT).into_vec();
-        assert_close(&forward, &expected, tolerance);
-        let reverse = jacobian_reverse(|p| implicit.unknowns(p), &POINT).into_vec();
-        assert_close(&reverse, &expected, tolerance);
-    };
-    check(Solution::both(), ROUNDING);
-    // So many equations, each of an unknown and its neighbours in a ring.
+    assert_same_jacobians(both(), ROUNDING);
     for n in [1, 4, 5, 8, 11] {
-        let ring = move |x: &[Sym], p: &[Sym]| {
-            let entry = |i: usize| {
-                let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
-                Sym::lit(4.0) * x[i] + p[0] * after.sin() - p[1] * before - Sym::lit(i as f64)
-            };
-            (0..n).map(entry).collect()
-        };
         let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
-        let rings = [true, false].map(|implicit| Solution::new(&ring, &contraction, implicit));
         // Sums of as many terms.
-        check(rings, n as f64 * ROUNDING);
+        let tolerance = n as f64 * ROUNDING;
+        assert_same_jacobians(Solution::both(Ring(n), &contraction), tolerance);
     }
 }
 
 #[test]
 fn gradients_agree_with_differences_in_every_mode_and_nesting() {
-    let [implicit, unrolled] = Solution::both();
+    let [implicit, unrolled] = both();
     let value = |p: &[f64]| vec![unrolled.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&implicit, &POINT) {
@@ -124,7 +129,7 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
     // A Hessian on duals has the plain one and its derivative.
-    let of = |solution: Solution| -> [Vec<f64>; 2] {
+    let of = |solution: Solution<Coupled>| -> [Vec<f64>; 2] {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
         let rows = hessian(|p| solution.eval(p), &p).into_vec();
         [
@@ -132,7 +137,7 @@ fn second_and_third_derivatives_need_nothing_more() {
             rows.iter().map(|h| h.tangent[0]).collect(),
         ]
     };
-    let [implicit, unrolled] = Solution::both().map(of);
+    let [implicit, unrolled] = both().map(of);
     assert_close(&implicit[0], &unrolled[0], ROUNDING);
     assert_close(&implicit[1], &unrolled[1], 10.0 * ROUNDING);
 }
@@ -140,7 +145,7 @@ fn second_and_third_derivatives_need_nothing_more() {
 #[test]
 fn wide_numbers_give_wide_derivatives() {
     let p = POINT.map(DoubleDouble::from);
-    let [implicit, unrolled] = Solution::both().map(|solution| {
+    let [implicit, unrolled] = both().map(|solution| {
         let rows = jacobian(|p| solution.unknowns(p), &p).into_vec();
         [gradient(|p| solution.eval(p), &p), rows].concat()
     });
@@ -150,7 +155,7 @@ fn wide_numbers_give_wide_derivatives() {
 
 #[test]
 fn the_tape_takes_the_root_as_one_entry() {
-    let [implicit, unrolled] = Solution::both();
+    let [implicit, unrolled] = both();
     let mut tape = Tape::new();
     let x = tape.record(&POINT, |p| implicit.unknowns(p));
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");

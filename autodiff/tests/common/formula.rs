@@ -29,6 +29,13 @@ pub(crate) struct Truth(usize);
 
 #[derive(Clone, Debug)]
 enum Op {
+    Number(Number),
+    Truth(Compare),
+}
+
+/// An operation that gives a number.
+#[derive(Clone, Debug)]
+enum Number {
     Lit(f64),
     One(One1, Sym),
     Elementary(Elementary, Sym),
@@ -40,6 +47,11 @@ enum Op {
     Select(Truth, Sym, Sym),
     Dot(Vec<Sym>, Vec<Sym>),
     SumOf(Vec<Sym>),
+}
+
+/// An operation that gives a comparison.
+#[derive(Clone, Copy, Debug)]
+enum Compare {
     Less(Sym, Sym),
     LessEqual(Sym, Sym),
     Finite(Sym),
@@ -105,17 +117,17 @@ impl Record {
     }
 }
 
-fn number(op: Op) -> Sym {
+fn number(op: Number) -> Sym {
     RECORD.with_borrow_mut(|record| {
-        record.ops.push(op);
+        record.ops.push(Op::Number(op));
         record.numbers += 1;
         Sym(record.numbers - 1)
     })
 }
 
-fn truth(op: Op) -> Truth {
+fn truth(op: Compare) -> Truth {
     RECORD.with_borrow_mut(|record| {
-        record.ops.push(op);
+        record.ops.push(Op::Truth(op));
         record.truths += 1;
         Truth(record.truths - 1)
     })
@@ -152,32 +164,56 @@ impl Formula {
         assert_eq!(x.len(), self.arguments, "arguments of a formula");
         let (mut n, mut t) = (x.to_vec(), Vec::new());
         for op in &self.ops {
-            let of = |places: &[Sym]| places.iter().map(|x| n[x.0]).collect::<Vec<R>>();
-            match *op {
-                Op::Lit(value) => n.push(R::lit(value)),
-                Op::One(method, x) => n.push(method.apply([n[x.0]])),
-                Op::Elementary(function, x) => n.push(n[x.0].elementary(function)),
-                Op::Powi(x, exponent) => n.push(n[x.0].powi(exponent)),
-                Op::Scale(x, factor) => n.push(n[x.0].scale(factor)),
-                Op::Two(method, x, y) => n.push(method.apply([n[x.0], n[y.0]])),
-                Op::Three(method, x) => n.push(method.apply(x.map(|x| n[x.0]))),
-                Op::Literal(Operator::Add, x, y) => n.push(n[x.0] + lit(y)),
-                Op::Literal(Operator::Sub, x, y) => n.push(n[x.0] - lit(y)),
-                Op::Literal(Operator::Mul, x, y) => n.push(n[x.0] * lit(y)),
-                Op::Literal(Operator::Div, x, y) => n.push(n[x.0] / lit(y)),
-                Op::Select(mask, x, y) => n.push(R::select(t[mask.0], n[x.0], n[y.0])),
-                Op::Dot(ref x, ref y) => n.push(R::dot(&of(x), &of(y))),
-                Op::SumOf(ref x) => n.push(R::sum_of(&of(x))),
-                Op::Less(x, y) => t.push(n[x.0].less(n[y.0])),
-                Op::LessEqual(x, y) => t.push(n[x.0].less_equal(n[y.0])),
-                Op::Finite(x) => t.push(n[x.0].finite()),
-                Op::Splat(value) => t.push(R::Mask::splat(value)),
-                Op::And(a, b) => t.push(t[a.0] & t[b.0]),
-                Op::Or(a, b) => t.push(t[a.0] | t[b.0]),
-                Op::Not(a) => t.push(!t[a.0]),
+            match op {
+                Op::Number(op) => n.push(op.apply(&n, &t)),
+                Op::Truth(op) => t.push(op.apply(&n, &t)),
             }
         }
         self.results.iter().map(|x| n[x.0]).collect()
+    }
+}
+
+impl Number {
+    fn apply<R: Real>(&self, n: &[R], t: &[R::Mask]) -> R {
+        let of = |places: &[Sym]| places.iter().map(|x| n[x.0]).collect::<Vec<R>>();
+        match *self {
+            Self::Lit(value) => R::lit(value),
+            Self::One(method, x) => method.apply([n[x.0]]),
+            Self::Elementary(function, x) => n[x.0].elementary(function),
+            Self::Powi(x, exponent) => n[x.0].powi(exponent),
+            Self::Scale(x, factor) => n[x.0].scale(factor),
+            Self::Two(method, x, y) => method.apply([n[x.0], n[y.0]]),
+            Self::Three(method, x) => method.apply(x.map(|x| n[x.0])),
+            Self::Literal(operator, x, y) => operator.apply(n[x.0], y),
+            Self::Select(mask, x, y) => R::select(t[mask.0], n[x.0], n[y.0]),
+            Self::Dot(ref x, ref y) => R::dot(&of(x), &of(y)),
+            Self::SumOf(ref x) => R::sum_of(&of(x)),
+        }
+    }
+}
+
+impl Operator {
+    fn apply<R: Real>(self, x: R, y: f64) -> R {
+        match self {
+            Self::Add => x + lit(y),
+            Self::Sub => x - lit(y),
+            Self::Mul => x * lit(y),
+            Self::Div => x / lit(y),
+        }
+    }
+}
+
+impl Compare {
+    fn apply<R: Real>(self, n: &[R], t: &[R::Mask]) -> R::Mask {
+        match self {
+            Self::Less(x, y) => n[x.0].less(n[y.0]),
+            Self::LessEqual(x, y) => n[x.0].less_equal(n[y.0]),
+            Self::Finite(x) => n[x.0].finite(),
+            Self::Splat(value) => R::Mask::splat(value),
+            Self::And(a, b) => t[a.0] & t[b.0],
+            Self::Or(a, b) => t[a.0] | t[b.0],
+            Self::Not(a) => !t[a.0],
+        }
     }
 }
 
@@ -203,7 +239,7 @@ impl Residual for Formula {
 
 impl Mask for Truth {
     fn splat(value: bool) -> Self {
-        truth(Op::Splat(value))
+        truth(Compare::Splat(value))
     }
     fn any(self) -> bool {
         panic!("a formula has no values")
@@ -213,21 +249,21 @@ impl Mask for Truth {
 impl BitAnd for Truth {
     type Output = Self;
     fn bitand(self, other: Self) -> Self {
-        truth(Op::And(self, other))
+        truth(Compare::And(self, other))
     }
 }
 
 impl BitOr for Truth {
     type Output = Self;
     fn bitor(self, other: Self) -> Self {
-        truth(Op::Or(self, other))
+        truth(Compare::Or(self, other))
     }
 }
 
 impl Not for Truth {
     type Output = Self;
     fn not(self) -> Self {
-        truth(Op::Not(self))
+        truth(Compare::Not(self))
     }
 }
 
@@ -237,7 +273,7 @@ macro_rules! operators {
             impl $Trait for Sym {
                 type Output = Self;
                 fn $method(self, other: Self) -> Self {
-                    number(Op::Two(Two::$method, self, other))
+                    number(Number::Two(Two::$method, self, other))
                 }
             }
             impl $Assign for Sym {
@@ -248,7 +284,7 @@ macro_rules! operators {
             impl $Trait<Literal> for Sym {
                 type Output = Self;
                 fn $method(self, literal: Literal) -> Self {
-                    number(Op::Literal(Operator::$Trait, self, literal * 1.0))
+                    number(Number::Literal(Operator::$Trait, self, literal * 1.0))
                 }
             }
             impl $Assign<Literal> for Sym {
@@ -269,7 +305,7 @@ operators! {
 impl Neg for Sym {
     type Output = Self;
     fn neg(self) -> Self {
-        number(Op::One(One1::neg, self))
+        number(Number::One(One1::neg, self))
     }
 }
 
@@ -319,17 +355,17 @@ macro_rules! recorded {
     };
     (@each One $Kind:ident () $($method:ident)*) => {
         $(fn $method(self) -> Self {
-            number(Op::One($Kind::$method, self))
+            number(Number::One($Kind::$method, self))
         })*
     };
     (@each Two $Kind:ident (y) $($method:ident)*) => {
         $(fn $method(self, y: Self) -> Self {
-            number(Op::Two($Kind::$method, self, y))
+            number(Number::Two($Kind::$method, self, y))
         })*
     };
     (@each Three $Kind:ident (y z) $($method:ident)*) => {
         $(fn $method(self, y: Self, z: Self) -> Self {
-            number(Op::Three($Kind::$method, [self, y, z]))
+            number(Number::Three($Kind::$method, [self, y, z]))
         })*
     };
 }
@@ -344,42 +380,42 @@ impl Real for Sym {
     }
 
     fn lit(value: f64) -> Self {
-        number(Op::Lit(value))
+        number(Number::Lit(value))
     }
     fn primal(self) -> f64 {
         panic!("a formula has no values")
     }
     fn less(self, other: Self) -> Truth {
-        truth(Op::Less(self, other))
+        truth(Compare::Less(self, other))
     }
     fn less_equal(self, other: Self) -> Truth {
-        truth(Op::LessEqual(self, other))
+        truth(Compare::LessEqual(self, other))
     }
     fn finite(self) -> Truth {
-        truth(Op::Finite(self))
+        truth(Compare::Finite(self))
     }
     fn select(mask: Truth, if_true: Self, if_false: Self) -> Self {
-        number(Op::Select(mask, if_true, if_false))
+        number(Number::Select(mask, if_true, if_false))
     }
     fn scale(self, factor: f64) -> Self {
-        number(Op::Scale(self, factor))
+        number(Number::Scale(self, factor))
     }
     fn powi(self, exponent: i32) -> Self {
-        number(Op::Powi(self, exponent))
+        number(Number::Powi(self, exponent))
     }
     fn elementary(self, function: Elementary) -> Self {
-        number(Op::Elementary(function, self))
+        number(Number::Elementary(function, self))
     }
     fn chain(partial: Self, cotangent: Self) -> Self {
-        number(Op::Two(Two::chain, partial, cotangent))
+        number(Number::Two(Two::chain, partial, cotangent))
     }
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
-        number(Op::Three(Three::chain_add, [partial, cotangent, term]))
+        number(Number::Three(Three::chain_add, [partial, cotangent, term]))
     }
     fn dot(a: &[Self], b: &[Self]) -> Self {
-        number(Op::Dot(a.to_vec(), b.to_vec()))
+        number(Number::Dot(a.to_vec(), b.to_vec()))
     }
     fn sum_of(terms: &[Self]) -> Self {
-        number(Op::SumOf(terms.to_vec()))
+        number(Number::SumOf(terms.to_vec()))
     }
 }
