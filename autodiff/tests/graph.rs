@@ -24,6 +24,7 @@ fn marked() -> Vec<bool> {
 #[derive(Clone, Copy)]
 struct Spring;
 impl Kernel<2, 1> for Spring {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         [k * d / (d * d + R::lit(1e-3)).sqrt()]
     }
@@ -32,6 +33,7 @@ impl Kernel<2, 1> for Spring {
 #[derive(Clone, Copy)]
 struct Move;
 impl Kernel<3, 2> for Move {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, f]: [R; 3]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * R::lit(0.05);
         [x + R::lit(0.05) * v, v]
@@ -167,6 +169,7 @@ impl Plane {
 #[derive(Clone, Copy)]
 struct Strut;
 impl Kernel<3, 3> for Strut {
+    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, k]: [R; 3]) -> [R; 3] {
         let length = (dx * dx + dy * dy + R::lit(1e-3)).sqrt();
         let pull = k * (length - R::one()) / length;

@@ -4,7 +4,8 @@ use crate::common::{Sym, assert_close, differences, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
-    DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian, jacobian, jacobian_reverse,
+    DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian_vector, jacobian,
+    jacobian_reverse,
 };
 
 /// Three coupled equations that lean on their diagonal. They are algebraic, because each mode compiles them.
@@ -128,13 +129,14 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
 
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    // A Hessian on duals has the plain one and its derivative.
+    // Products with a direction, in duals along another: second and third derivatives.
     let of = |solution: Solution<Coupled>| -> [Vec<f64>; 2] {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
-        let rows = hessian(|p| solution.eval(p), &p).into_vec();
+        let direction = [1.0, -0.5].map(Dual::constant);
+        let (_, product) = hessian_vector(|p| solution.eval(p), &p, &direction);
         [
-            rows.iter().map(|h| h.value).collect(),
-            rows.iter().map(|h| h.tangent[0]).collect(),
+            product.iter().map(|h| h.value).collect(),
+            product.iter().map(|h| h.tangent[0]).collect(),
         ]
     };
     let [implicit, unrolled] = both().map(of);

@@ -8,7 +8,7 @@ struct Couple;
 impl Kernel<3, 2> for Couple {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
-        [x * y.sin() + z, (x - z).exp() * y]
+        [x * y * y + z, (x - z) * y / (R::one() + x * x)]
     }
 }
 

@@ -15,6 +15,7 @@ const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 struct Pull;
 
 impl Kernel<2, 1> for Pull {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         [k * d * R::lit(0.1)]
     }
@@ -25,6 +26,7 @@ impl Kernel<2, 1> for Pull {
 struct Plus;
 
 impl Kernel<2, 1> for Plus {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, f]: [R; 2]) -> [R; 1] {
         [x + f]
     }

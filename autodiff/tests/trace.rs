@@ -207,6 +207,7 @@ struct Falling;
 #[derive(Clone, Copy)]
 struct Fall;
 impl Kernel<1, 1> for Fall {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.sqrt() - R::lit(0.5)]
     }

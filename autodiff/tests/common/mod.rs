@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use autodiff::{Dual, Function, Real, Tape, gradient, jvp};
+use autodiff::{Dual, Function, Real, Tape, gradient, hessian_vector, jvp};
 
 mod formula;
 
@@ -34,6 +34,12 @@ pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
 pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
     let along = |i: usize| jvp(|x| vec![function.eval(x)], x, &unit(x.len(), i)).1[0];
     (0..x.len()).map(along).collect()
+}
+
+/// The rows of the Hessian by products with unit vectors: in the number types that [`gradients`] uses too.
+pub(crate) fn hessian_rows(function: &impl Function, x: &[f64]) -> Vec<Vec<f64>> {
+    let row = |i| hessian_vector(|x| function.eval(x), x, &unit(x.len(), i)).1;
+    (0..x.len()).map(row).collect()
 }
 
 /// The gradient by forward, reverse, and both again with the derivative of each part nested in

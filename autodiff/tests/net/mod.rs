@@ -58,6 +58,7 @@ impl Net {
 #[derive(Clone, Copy)]
 struct Spring;
 impl Kernel<3, 1> for Spring {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
         let length = (d * d + R::lit(1e-3)).sqrt();
         [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
@@ -67,6 +68,7 @@ impl Kernel<3, 1> for Spring {
 #[derive(Clone, Copy)]
 struct Move;
 impl Kernel<4, 2> for Move {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * w * R::lit(0.01);
         let v = R::select(x.less(R::lit(-0.2)), v.max(R::zero()), v);
