@@ -13,7 +13,7 @@
 //! right.
 //!
 //! ```
-//! use autodiff::{Function, Real, gradient};
+//! use autodiff::{Real, gradient};
 //!
 //! /// Rounds a number in [0, 1], and passes derivatives as if it did not.
 //! fn round<R: Real>(x: R) -> R {
@@ -21,14 +21,11 @@
 //!     R::select(above, R::one(), R::zero()).straight_through(x)
 //! }
 //!
-//! struct Loss;
-//! impl Function for Loss {
-//!     fn eval<R: Real>(&self, x: &[R]) -> R {
-//!         R::lit(3.0) * round(x[0])
-//!     }
+//! fn loss<R: Real>(x: &[R]) -> R {
+//!     R::lit(3.0) * round(x[0])
 //! }
-//! assert_eq!(Loss.eval(&[0.7]), 3.0);
-//! assert_eq!(gradient(|x| Loss.eval(x), &[0.7]), [3.0]);
+//! assert_eq!(loss(&[0.7]), 3.0);
+//! assert_eq!(gradient(loss, &[0.7]), [3.0]);
 //! ```
 
 use crate::dual::Dual;

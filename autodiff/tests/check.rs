@@ -1,5 +1,6 @@
 //! The gradient checker: right gradients pass, wrong ones are caught, kinks are told apart.
 
+use crate::common::{Formula, Sym, formula};
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
 use autodiff::custom::{Rule, apply};
 use autodiff::{Function, Real, gradient};
@@ -111,36 +112,26 @@ fn the_tolerance_separates_right_from_wrong() {
     assert_eq!(verdict(5e-4), Verdict::Wrong);
 }
 
-struct Rectifier {
-    at: f64,
-}
-
-impl Function for Rectifier {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let rectified = (x[0] - R::lit(self.at)).max(R::zero());
+fn rectifier(at: f64) -> Formula {
+    formula(2, |x| {
+        let rectified = (x[0] - Sym::lit(at)).max(Sym::lit(0.0));
         x[1].sin() + rectified * x[1].exp() + x[0].abs() * x[0]
-    }
+    })
 }
 
 #[test]
 fn a_kink_at_the_point_is_a_kink() {
-    let report = checked(&Rectifier { at: 0.5 }, &[0.5, 0.2]);
+    let report = checked(&rectifier(0.5), &[0.5, 0.2]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
-    struct Magnitude;
-    impl Function for Magnitude {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            x[0].abs() + x[1].exp()
-        }
-    }
     // Here the central difference agrees with the convention, which makes it no less a kink.
-    let report = checked(&Magnitude, &[0.0, 0.3]);
+    let report = checked(&formula(2, |x| x[0].abs() + x[1].exp()), &[0.0, 0.3]);
     assert_eq!(report.verdict, Verdict::Kink, "{report}");
 }
 
 #[test]
 fn a_kink_beside_the_point_neither_alarms_nor_hides() {
     for distance in [1e-3, -1e-4, 1e-5, -1e-6, 1e-7, -1e-8] {
-        let function = Rectifier { at: 0.5 + distance };
+        let function = rectifier(0.5 + distance);
         let x = [0.5, 0.2];
         let mut slopes = gradient(|x| function.eval(x), &x);
         for (factor, verdict) in [(1.0, Verdict::Smooth), (1.001, Verdict::Wrong)] {
@@ -208,15 +199,6 @@ fn differences_say_how_sure_they_are() {
     assert_eq!(infinite.unsure, f64::INFINITY, "{infinite:?}");
 }
 
-/// A root, and a sum of what comes after its argument.
-struct Root;
-
-impl Function for Root {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        R::sum_of(&x[1..]) + x[0].sqrt()
-    }
-}
-
 #[test]
 fn what_is_not_finite_never_passes() {
     let verdict = |gradient: f64| {
@@ -224,8 +206,9 @@ fn what_is_not_finite_never_passes() {
     };
     assert_eq!(verdict(f64::NAN), Verdict::Wrong);
     assert_eq!(verdict(f64::INFINITY), Verdict::Wrong);
-    assert_ne!(checked(&Root, &[0.0, 2.0]).verdict, Verdict::Smooth);
-    assert_ne!(checked(&Root, &[-1.0, 2.0]).verdict, Verdict::Smooth);
+    let root = formula(2, |x| x[0].sqrt() + x[1]);
+    assert_ne!(checked(&root, &[0.0, 2.0]).verdict, Verdict::Smooth);
+    assert_ne!(checked(&root, &[-1.0, 2.0]).verdict, Verdict::Smooth);
 }
 
 #[test]
@@ -243,8 +226,9 @@ fn the_table_says_it_all() {
 /// An infinite slope is named where it is, not beside a component that has none of it.
 #[test]
 fn the_component_with_an_infinite_slope_is_the_worst() {
+    let root = formula(3, |x| x[0].sqrt() + x[1] + x[2]);
     for options in seeds(10) {
-        let report = check_gradient(&Root, &[0.0, 2.0, 1.0], &options);
+        let report = check_gradient(&root, &[0.0, 2.0, 1.0], &options);
         assert_eq!(report.worst.index, 0, "{report}");
         assert_eq!(report.worst.gradient, f64::INFINITY);
         assert_ne!(report.verdict, Verdict::Smooth);
@@ -327,21 +311,16 @@ fn a_verdict_does_not_depend_on_the_unit() {
 /// A check also ends at an infinite point, and with steps whose ratio overflows.
 #[test]
 fn any_point_and_any_span_of_steps_have_a_verdict() {
-    struct Square;
-    impl Function for Square {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            x[0] * x[0]
-        }
-    }
-    assert_eq!(checked(&Square, &[f64::INFINITY]).verdict, Verdict::Kink);
-    assert_eq!(checked(&Square, &[f64::MAX]).verdict, Verdict::Kink);
+    let square = formula(1, |x| x[0] * x[0]);
+    assert_eq!(checked(&square, &[f64::INFINITY]).verdict, Verdict::Kink);
+    assert_eq!(checked(&square, &[f64::MAX]).verdict, Verdict::Kink);
     let options = Options {
         largest_step: f64::MAX,
         smallest_step: 1e-300,
         ..Options::default()
     };
     for x in [1.0, 1e3] {
-        let report = check_gradient(&Square, &[x], &options);
+        let report = check_gradient(&square, &[x], &options);
         assert_eq!(report.verdict, Verdict::Smooth, "{report}");
     }
 }

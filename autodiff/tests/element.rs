@@ -4,7 +4,7 @@
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{DoubleDouble, Dual, Element, Function, Real, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
@@ -204,21 +204,16 @@ fn odd_functions_keep_the_sign_of_a_zero() {
 #[test]
 fn zero_is_what_has_the_value_zero() {
     use num_traits::Zero;
-    struct Decides;
-    impl Function for Decides {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            assert_eq!(
-                x.iter().map(|&x| Element(x).is_zero()).collect::<Vec<_>>(),
-                [true, true, false]
-            );
-            x[0]
-        }
+    fn decides<R: Real>(x: &[R]) -> R {
+        let zeros: Vec<bool> = x.iter().map(|&x| Element(x).is_zero()).collect();
+        assert_eq!(zeros, [true, true, false]);
+        x[0]
     }
     let x = [0.0, -0.0, 1e-300];
-    assert_eq!(gradient(|x| Decides.eval(x), &x), [1.0, 0.0, 0.0]);
-    assert_eq!(hessian(|x| Decides.eval(x), &x), [[0.0; 3]; 3]);
+    assert_eq!(gradient(decides, &x), [1.0, 0.0, 0.0]);
+    assert_eq!(hessian(decides, &x), [[0.0; 3]; 3]);
     let moving = x.map(|x| Dual::variable(x, 0));
-    assert_eq!(Decides.eval::<Dual<f64, 1>>(&moving).tangent, [1.0]);
+    assert_eq!(decides::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
 
 /// Newton's method for a cubic root, in code over floats.
@@ -233,20 +228,17 @@ fn cubic_root<T: Float>(x: T) -> T {
 
 #[test]
 fn generic_float_code_is_differentiated() {
-    struct Root;
-    impl Function for Root {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            cubic_root(Element(x[0])).0
-        }
+    fn root<R: Real>(x: &[R]) -> R {
+        cubic_root(Element(x[0])).0
     }
     // Newton's last update is exact in its first derivative: by the rounding that is left. Its
     // second derivative is that of one quadratic step.
     let x: f64 = 8.0;
-    assert!(f64::abs(Root.eval(&[x]) - 2.0) < 1e-14);
-    assert!(f64::abs(gradient(|x| Root.eval(x), &[x])[0] - 1.0 / 12.0) < 1e-12);
-    assert!(f64::abs(hessian(|x| Root.eval(x), &[x])[0][0] + 1.0 / 144.0) < 1e-8);
-    let root = Root.eval(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
-    assert!(f64::abs(root.to_f64()) < 1e-30);
+    assert!(f64::abs(root(&[x]) - 2.0) < 1e-14);
+    assert!(f64::abs(gradient(root, &[x])[0] - 1.0 / 12.0) < 1e-12);
+    assert!(f64::abs(hessian(root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
+    let wide = root(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
+    assert!(f64::abs(wide.to_f64()) < 1e-30);
 }
 
 #[test]

@@ -1,9 +1,7 @@
 //! The drivers on several threads against the serial ones, to the bit.
 
 use autodiff::sparse::{Pattern, sparse_jacobian};
-use autodiff::{
-    Dense, Dual, Function, Real, gradient, hessian, jacobian, jacobian_reverse, parallel,
-};
+use autodiff::{Dense, Dual, Real, gradient, hessian, jacobian, jacobian_reverse, parallel};
 
 /// So many values of all arguments.
 struct Waves {
@@ -23,8 +21,9 @@ impl Waves {
     }
 }
 
-impl Function for Waves {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
+impl Waves {
+    /// The length of the vector of values.
+    fn length<R: Real>(&self, x: &[R]) -> R {
         let y = self.values(x);
         R::dot(&y, &y).sqrt()
     }
@@ -58,8 +57,8 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
             );
             if values > 0 {
                 assert_eq!(
-                    parallel::hessian(|x| function.eval(x), &x),
-                    hessian(|x| function.eval(x), &x)
+                    parallel::hessian(|x| function.length(x), &x),
+                    hessian(|x| function.length(x), &x)
                 );
             }
         }
@@ -69,23 +68,14 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sparse_jacobians_too() {
-    struct Pairs;
-    impl Pairs {
-        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-            let spread = |i: usize| (i.saturating_sub(4)..(i + 5).min(x.len())).map(|j| x[j]);
-            (0..x.len())
-                .map(|i| spread(i).fold(x[i], |a, b| (a * b).sin() + a))
-                .collect()
-        }
+    fn pairs<R: Real>(x: &[R]) -> Vec<R> {
+        let spread = |i: usize| (i.saturating_sub(4)..(i + 5).min(x.len())).map(|j| x[j]);
+        let value = |i| spread(i).fold(x[i], |a, b| (a * b).sin() + a);
+        (0..x.len()).map(value).collect()
     }
     let (pattern, x) = (Pattern::banded(50, 4, 4), point(50));
-    let serial = sparse_jacobian(|x| Pairs.eval(x), &x, &pattern);
-    in_pools(|| {
-        assert_eq!(
-            parallel::sparse_jacobian(|x| Pairs.eval(x), &x, &pattern),
-            serial
-        )
-    });
+    let serial = sparse_jacobian(pairs, &x, &pattern);
+    in_pools(|| assert_eq!(parallel::sparse_jacobian(pairs, &x, &pattern), serial));
 }
 
 #[test]
@@ -112,7 +102,7 @@ fn nested_duals_go_through_and_an_outer_tape_is_refused() {
         .expect("a pool");
     let outer = || {
         gradient(
-            |x| pool.install(|| parallel::hessian(|x| function.eval(x), x)[0][0]),
+            |x| pool.install(|| parallel::hessian(|x| function.length(x), x)[0][0]),
             &x,
         )
     };

@@ -1,7 +1,7 @@
 //! Compressed Jacobians against dense ones, and the number of directions they take.
 
 use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
-use autodiff::{Dense, Dual, Function, Real, custom, gradient, hessian, jacobian, lit};
+use autodiff::{Dense, Dual, Real, custom, gradient, hessian, jacobian, lit};
 
 /// Every value by a few arguments, the same ones as the pattern's row.
 struct Local<'a>(&'a Pattern);
@@ -158,27 +158,20 @@ impl custom::Rule for SumOfSquares {
 }
 
 /// The product of neighbours, squared, and a linear term in the last.
-struct Neighbours;
-
-impl Function for Neighbours {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
-        pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
-    }
+fn neighbours<R: Real>(x: &[R]) -> R {
+    let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
+    pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
 }
 
 #[test]
 fn sparse_hessians_are_the_dense_ones() {
     let x = point(9);
-    let pattern = Pattern::traced_hessian(|x| Neighbours.eval(x), &x);
+    let pattern = Pattern::traced_hessian(neighbours, &x);
     assert_eq!(pattern, Pattern::banded(9, 1, 1));
     assert_eq!(pattern.row_starts()[..3], [0, 2, 5]);
     assert_eq!(pattern.column_indices()[..5], [0, 1, 0, 1, 2]);
-    let entries = sparse_hessian(|x| Neighbours.eval(x), &x, &pattern);
-    let (sparse, dense) = (
-        pattern.to_dense(&entries),
-        hessian(|x| Neighbours.eval(x), &x),
-    );
+    let entries = sparse_hessian(neighbours, &x, &pattern);
+    let (sparse, dense) = (pattern.to_dense(&entries), hessian(neighbours, &x));
     for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
         // Two orders of the same few products.
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");

@@ -1,6 +1,6 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
-use autodiff::Elementary;
+use crate::common::{Sym, formula};
 use autodiff::custom::{Rule, apply};
 use autodiff::implicit::{Residual, root};
 use autodiff::simd::{Lane, Vectorized};
@@ -52,83 +52,53 @@ fn an_argument_is_named_by_its_place() {
     assert_eq!(found.place.file(), file!());
 }
 
-/// The argument's root, or where that has no slope a line.
-struct Guarded {
-    from: f64,
-}
-
-impl Function for Guarded {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        R::select(x[0].less(R::lit(self.from)), x[0], x[0].sqrt()) + x[0].min(R::lit(f64::INFINITY))
-    }
-}
-
 #[test]
 fn the_side_that_is_not_chosen_is_not_blamed() {
-    let guarded = Guarded { from: 1e-9 };
+    // The argument's root, or below some bound a line.
+    let root = |from: f64| {
+        formula(1, |x| {
+            let root = Sym::select(x[0].less(Sym::lit(from)), x[0], x[0].sqrt());
+            root + x[0].min(Sym::lit(f64::INFINITY))
+        })
+    };
+    let guarded = root(1e-9);
     assert_eq!(origin(&guarded, &[0.0]), None);
-    assert_eq!(gradient(|x| guarded.eval(x), &[0.0]), [2.0]);
-    let bare = Guarded { from: -1.0 };
+    assert_eq!(gradient(|x| guarded.values(x)[0], &[0.0]), [2.0]);
+    let bare = root(-1.0);
     let found = origin(&bare, &[0.0]).expect("an infinite partial");
     assert_eq!(found.operation, "sqrt");
-    assert_eq!(gradient(|x| bare.eval(x), &[0.0]), [f64::INFINITY]);
+    assert_eq!(gradient(|x| bare.values(x)[0], &[0.0]), [f64::INFINITY]);
 }
 
-/// One operation of each kind where it has no finite derivative or value.
-struct Kink(usize);
-
-const KINKS: [(&str, f64); 14] = [
-    ("sqrt", 0.0),
-    ("rsqrt", 0.0),
-    ("recip", 0.0),
-    ("ln", 0.0),
-    ("exp", 1000.0),
-    ("powi", 0.0),
-    ("powf", 0.0),
-    ("quotient", 0.0),
-    ("product", 1e200),
-    ("sum", 1e308),
-    ("asin", 1.0),
-    ("cbrt", 0.0),
-    ("multiply-add", 1e200),
-    ("difference", 1.7e308),
+/// Operations, and an argument at which each has no finite derivative or value.
+const KINKS: [(&str, f64, fn(Sym) -> Sym); 14] = [
+    ("sqrt", 0.0, |x| x.sqrt()),
+    ("rsqrt", 0.0, |x| x.rsqrt()),
+    ("recip", 0.0, |x| x.recip()),
+    ("ln", 0.0, |x| x.ln()),
+    ("exp", 1000.0, |x| x.exp()),
+    ("powi", 0.0, |x| x.powi(-2)),
+    ("powf", 0.0, |x| x.powf(Sym::lit(0.5))),
+    ("quotient", 0.0, |x| Sym::lit(1.0) / x),
+    ("product", 1e200, |x| x * x),
+    ("sum", 1e308, |x| x + x),
+    ("asin", 1.0, |x| x.asin()),
+    ("cbrt", 0.0, |x| x.cbrt()),
+    ("multiply-add", 1e200, |x| Sym::dot(&[x, x], &[x, x])),
+    ("difference", 1.7e308, |x| x - Sym::lit(-1e308)),
 ];
-
-impl Function for Kink {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let x = x[0];
-        match KINKS[self.0].0 {
-            "sqrt" => x.sqrt(),
-            "rsqrt" => x.rsqrt(),
-            "recip" => x.recip(),
-            "ln" => x.ln(),
-            "exp" => x.exp(),
-            "powi" => x.powi(-2),
-            "powf" => x.powf(R::lit(0.5)),
-            "quotient" => R::one() / x,
-            "product" => x * x,
-            "sum" => x + x,
-            "asin" => x.elementary(Elementary::Asin),
-            "cbrt" => x.elementary(Elementary::Cbrt),
-            "multiply-add" => R::dot(&[x, x], &[x, x]),
-            _ => x - R::lit(-1e308),
-        }
-    }
-}
 
 #[test]
 fn every_operation_is_judged_by_value_and_partial() {
-    for (i, (operation, x)) in KINKS.into_iter().enumerate() {
-        let found = origin(&Kink(i), &[x]).expect(operation);
+    for (operation, x, function) in KINKS {
+        let kink = formula(1, |x| function(x[0]));
+        let found = origin(&kink, &[x]).expect(operation);
         assert_eq!((found.operation, found.number), (operation, 1));
-        assert_eq!(found.place.file(), file!());
-        let (value, gradient) = value_and_gradient(|x| Kink(i).eval(x), &[x]);
-        assert!(
-            !value.is_finite() || !gradient[0].is_finite(),
-            "{operation}"
-        );
+        let (value, gradient) = value_and_gradient(|x| kink.values(x)[0], &[x]);
+        let sound = value.is_finite() && gradient[0].is_finite();
+        assert!(!sound, "{operation}");
         // At an argument between those, all is well.
-        assert_eq!(origin(&Kink(i), &[0.7]), None, "{operation}");
+        assert_eq!(origin(&kink, &[0.7]), None, "{operation}");
     }
 }
 
@@ -343,14 +313,16 @@ fn a_choice_by_lanes_is_blamed_for_either_side() {
 /// `is_zero` answers as for variables: a variable is never zero, a constant may be.
 #[test]
 fn is_zero_answers_as_for_variables() {
-    struct Asks;
-    impl Function for Asks {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            let zeros = [x[0].is_zero(), R::zero().is_zero(), R::one().is_zero()];
-            assert_eq!(zeros, [false, true, false]);
-            x[0].sqrt()
-        }
+    fn asks<R: Real>(x: &[R]) -> R {
+        let zeros = [x[0].is_zero(), R::zero().is_zero(), R::one().is_zero()];
+        assert_eq!(zeros, [false, true, false]);
+        x[0].sqrt()
     }
-    assert_eq!(gradient(|x| Asks.eval(x), &[0.0]), [f64::INFINITY]);
-    assert_eq!(origin(&Asks, &[0.0]).expect("a slope").operation, "sqrt");
+    assert_eq!(gradient(asks, &[0.0]), [f64::INFINITY]);
+    assert_eq!(
+        first_non_finite(&[0.0], |x| vec![asks(x)])
+            .expect("a slope")
+            .operation,
+        "sqrt"
+    );
 }
