@@ -42,9 +42,14 @@
 //! right, [`trace`] where a NaN came from, and [`DoubleDouble`] runs the same source in 31 digits to show
 //! rounding errors.
 //!
-//! - [`guide`]: writing functions, the traits, many time steps, [pitfalls](guide#pitfalls), the terms;
+//! - [`guide`]: writing functions, the traits, many time steps, the terms;
 //! - [`real`]: the value of the derivative at every kink;
 //! - the folder `examples`: short programs, listed in the README.
+//!
+//! # Pitfalls
+//!
+//! The [guide](guide#pitfalls) lists them: kinks, `if` on values, intermediate overflow, `sqrt` of zero, aliasing,
+//! builds without optimisation.
 //!
 //! # Features
 //!

@@ -107,7 +107,7 @@ macro_rules! elementary_methods {
 /// `is_zero`, of the supertrait `Zero`, is no comparison: it asks whether the number is the additive
 /// identity, so that work on it may be left out. Lanes are if all of them are zero; a number that
 /// carries a derivative is not, whatever its primal. `if x.is_zero()` compiles and is wrong; the
-/// pitfalls in the [guide](crate::guide#pitfalls) show what to write in its place.
+/// pitfalls of the [crate](crate#pitfalls) show what to write in its place.
 ///
 /// Other crates may implement the trait for numbers of their own. Within a major version a new method
 /// comes with a default, and a new function is one more name in [`Elementary`], whose

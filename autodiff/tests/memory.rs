@@ -71,7 +71,7 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
     tape.pullback(&[sum], &[R::one()]).to_vec()
 }
 
-/// The smallest budget in states, from the message that refuses a smaller one.
+/// The smallest budget in states, read from the message that refuses a smaller one.
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
     let (_, end) = message.split_once("numbers: ").expect("what would do");

@@ -44,7 +44,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
     assert!(!message.contains("left:"), "{message}");
 }
 
-/// Beside a variable of the running recording it may be stale or of another tape. The message names both.
+/// Beside a variable of the running recording, the message names both possible causes.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {

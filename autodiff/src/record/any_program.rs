@@ -8,14 +8,14 @@ use crate::arrays::{Array, Graph, Kernel};
 use crate::real::{ByType, Real};
 use crate::steps::Program;
 
-/// A [`Program`] without its number type, for the methods of trait objects, which cannot be generic.
-/// [`Program::any`] makes one.
+/// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
+/// generic. [`Program::any`] makes one.
 ///
-/// The operations are those of [`Program`]. A kernel is compiled for `f64` and `f32` in the crate that calls
-/// this type. Other number types replay a recording of the kernel. That gives the same numbers but is several
-/// times slower, and panics for kernels that cannot be recorded: those that call
-/// [`is_zero`](num_traits::Zero::is_zero), [`Mask::any`](crate::Mask::any), a [custom rule](crate::custom) or
-/// another [fused](Real::fused) function.
+/// Operations are those of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls
+/// this type. All other number types replay a recording of the kernel, which gives the same numbers but is
+/// several times slower. A kernel cannot be recorded if it asks whether a number
+/// [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane's mask holds, or if it calls
+/// a [custom rule](crate::custom) or another [fused](Real::fused) function. Other number types panic on it.
 ///
 /// ```
 /// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient};
@@ -64,13 +64,13 @@ enum Numbers<'a> {
 }
 
 impl<R: Real> Program<R> {
-    /// Returns this program for code that does not know the number type.
+    /// This program, for code that does not know the number type.
     pub fn any(&mut self) -> AnyProgram<'_> {
         R::by_type(Any(PhantomData), self)
     }
 }
 
-/// Makes an [`AnyProgram`] from a program that is borrowed for `'a`.
+/// Makes an [`AnyProgram`] of a program that is borrowed for `'a`.
 struct Any<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Any<'a> {
@@ -88,10 +88,10 @@ impl<'a> ByType for Any<'a> {
 }
 
 impl AnyProgram<'_> {
-    /// Does what [`Program::map`] does.
+    /// As [`Program::map`].
     ///
     /// # Panics
-    /// As [`Program::map`], and for kernels that [cannot be recorded](AnyProgram).
+    /// As that, and for kernels that [cannot be recorded](AnyProgram).
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -103,10 +103,10 @@ impl AnyProgram<'_> {
         }
     }
 
-    /// Does what [`Program::map_edges`] does.
+    /// As [`Program::map_edges`].
     ///
     /// # Panics
-    /// As [`Program::map_edges`], and for kernels that [cannot be recorded](AnyProgram).
+    /// As that, and for kernels that [cannot be recorded](AnyProgram).
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -127,10 +127,10 @@ impl AnyProgram<'_> {
         }
     }
 
-    /// Does what [`Program::gather`] does.
+    /// As [`Program::gather`].
     ///
     /// # Panics
-    /// As [`Program::gather`].
+    /// As that.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         match &mut self.0 {
             Numbers::Double(program) => program.gather(x, indices),
@@ -140,7 +140,7 @@ impl AnyProgram<'_> {
     }
 }
 
-/// One array per result of the kernel.
+/// As many arrays as the kernel has results.
 fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
     outputs.try_into().expect("one array for each result")
 }

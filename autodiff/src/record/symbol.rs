@@ -1,4 +1,4 @@
-//! Numbers that record how they were made.
+//! Numbers that note how they were made.
 
 use std::ops::{BitAnd, BitOr, Not};
 
@@ -11,12 +11,12 @@ use crate::elementary::{Elementary, functions};
 use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 
-/// A number without a value. Generic code that runs on it records an operation for each call. Such code cannot
-/// branch on values, so one recording holds for all values.
+/// A number without a value: running generic code over it records an operation for each call. Since
+/// such code cannot branch on values, one recording serves all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Symbol(pub(crate) Place);
 
-/// A comparison, or a combination of comparisons.
+/// A comparison, or several of them joined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SymbolMask(Place);
 
@@ -48,7 +48,7 @@ fn logic(f: Logic, a: Place, b: Place) -> SymbolMask {
     SymbolMask(push(Op::Logic(f, [a, b])).0)
 }
 
-/// The longest run at the beginning of a slice, and its length.
+/// The longest run that a slice begins with, and its length.
 fn run(slice: &[Symbol]) -> (Run, usize) {
     let first = slice[0].0;
     let step = slice.get(1).and_then(|second| first.distance(second.0));
@@ -57,7 +57,7 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     };
     let run = Run { first, step };
     let mut len = 0;
-    // A chunk is always compared to its end: rows of a network are long, and chunks compare in registers.
+    // Without an early end inside of a chunk: a network's rows are long, and chunks compare in registers.
     for chunk in slice.chunks(CHUNK) {
         let places = chunk.iter().enumerate();
         let in_line = places.map(|(j, x)| x.0 == run.at(len + j));
@@ -70,14 +70,14 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     (run, len)
 }
 
-/// The number of places that are compared at once.
+/// How many places are compared at once.
 const CHUNK: usize = 32;
 
 /// A run of each of two slices, and their length.
 type Stretch = ([Run; 2], u32);
 
-/// Splits two slices of one length into stretches that are runs of both, with their lengths. `None` in a
-/// simplified recording, and if this would not save operations.
+/// Two slices of one length in stretches that are runs of both, with their lengths; `None` in a simplified
+/// recording, and if there would be no fewer operations than terms.
 fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
@@ -104,8 +104,8 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // This asks for the value. Only a simplified recording may answer, because its code is printed for all
-    // values.
+    // A question about the value: only a simplified recording, whose code is printed for all values, may
+    // answer it by what it knows.
     a == 0 => current(|recording| {
         recording.unfit = true;
         recording.is_simplified && recording.constant(a.0) == Some(0.0)
@@ -136,8 +136,8 @@ impl Mask for SymbolMask {
     fn splat(value: bool) -> Self {
         SymbolMask(push(Op::Always(value)).0)
     }
-    /// True in a simplified recording, where [`all`](Mask::all) is false, as if lanes always disagreed. So both
-    /// sides of a choice are printed.
+    /// In a simplified recording true for any mask, and false for [`all`](Mask::all), as if lanes always
+    /// disagreed: then both sides of a choice are printed.
     fn any(self) -> bool {
         current(|recording| {
             recording.unfit = true;
@@ -226,7 +226,7 @@ impl Real for Symbol {
         }
         terms.iter().fold(Self::zero(), |sum, &x| sum + x)
     }
-    /// Marks the recording as unfit, because the derivative of a fused function may not be that of its `eval`.
+    /// The derivative of a fused function need not be that of its `eval`.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         current(|recording| recording.unfit = true);
         function.eval(inputs)

@@ -64,8 +64,8 @@ use print::{Formula, Printer};
 /// call it: `self.emitted_vjp(at)`. Numbers that the results `y` contain, such as a hyperbolic tangent, are not
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
-/// `fields` are the kernel's constants as the printed code reads them (`self.dt`). `build` makes a kernel whose
-/// fields have the given values, in that order.
+/// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
+/// makes a kernel whose fields have the given values, in that order.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
