@@ -178,7 +178,7 @@ fn check_and_trace_find_an_infinity_that_a_zero_hides() {
         assert_eq!(gradient(|x| hidden.eval(x), &[0.0]), [0.0]);
         let report = check_gradient(&hidden, &[0.0], &Options::default());
         assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-        let found = first_non_finite(&[0.0], |x| vec![hidden.eval(x)]).expect("1 / 0");
+        let found = first_non_finite(|x| vec![hidden.eval(x)], &[0.0]).expect("1 / 0");
         assert_eq!(found.operation, "recip", "{found}");
     }
 }

@@ -10,7 +10,7 @@ use autodiff::{
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
-    first_non_finite(x, |x| vec![function.eval(x)])
+    first_non_finite(|x| vec![function.eval(x)], x)
 }
 
 struct Chain;
@@ -105,7 +105,7 @@ fn every_operation_is_judged_by_value_and_partial() {
 #[test]
 fn constants_and_detached_numbers_have_no_partials() {
     let of = |function: fn(Traced<f64>) -> Traced<f64>| {
-        first_non_finite(&[0.0], |x| vec![function(x[0])])
+        first_non_finite(|x| vec![function(x[0])], &[0.0])
     };
     assert_eq!(of(|x| x + Traced::lit(0.0).sqrt()), None);
     assert_eq!(of(|x| x + x.sqrt().detach()), None);
@@ -123,11 +123,14 @@ fn constants_and_detached_numbers_have_no_partials() {
 #[test]
 fn tracing_nests_and_follows_derivatives_inside() {
     let x = Dual::<f64, 1>::variable(0.0, 0);
-    let found = first_non_finite(&[x], |x| {
-        let inner = first_non_finite(&[1.0], |y| vec![y[0].ln().ln()]);
-        assert_eq!(inner.expect("ln of 0").number, 2);
-        vec![x[0].sqrt()]
-    });
+    let found = first_non_finite(
+        |x| {
+            let inner = first_non_finite(|y| vec![y[0].ln().ln()], &[1.0]);
+            assert_eq!(inner.expect("ln of 0").number, 2);
+            vec![x[0].sqrt()]
+        },
+        &[x],
+    );
     assert_eq!(found.expect("a slope of sqrt").number, 1);
 }
 
@@ -150,7 +153,7 @@ impl Rule for Magnitude {
 #[test]
 fn a_custom_rule_is_judged_by_its_own_partials() {
     let of =
-        |slope_at_zero, x| first_non_finite(&[x], |x| vec![apply(Magnitude { slope_at_zero }, x)]);
+        |slope_at_zero, x| first_non_finite(|x| vec![apply(Magnitude { slope_at_zero }, x)], &[x]);
     assert_eq!(of(0.0, 0.0), None);
     assert_eq!(of(f64::NAN, 2.0), None);
     // Where both are unsound the line inside is named.
@@ -165,7 +168,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
             vec![x[0].recip()]
         }
     }
-    let found = first_non_finite(&[0.0], |x| vec![apply(Smooth, x)]).expect("1 / 0");
+    let found = first_non_finite(|x| vec![apply(Smooth, x)], &[0.0]).expect("1 / 0");
     assert_eq!(found.operation, "fused function");
     assert_eq!(found.place.file(), file!());
 }
@@ -200,7 +203,7 @@ fn a_rollout_reports_the_step() {
         x = x.sqrt() - 0.5;
         step += 1;
     }
-    let found = first_non_finite(&[1.0], |x| rollout.run(x, &[])).expect("a root of less than 0");
+    let found = first_non_finite(|x| rollout.run(x, &[]), &[1.0]).expect("a root of less than 0");
     assert_eq!((found.operation, found.step), ("sqrt", Some(step)));
     assert!(
         found.to_string().contains(&format!("in step {step}: of -")),
@@ -212,10 +215,13 @@ fn a_rollout_reports_the_step() {
 #[test]
 fn operations_after_a_rollout_have_no_step() {
     let rollout = Rollout::new(Falling, 2);
-    let found = first_non_finite(&[1.0], |x| {
-        let end = rollout.run(x, &[])[0];
-        vec![(end - end).sqrt()]
-    });
+    let found = first_non_finite(
+        |x| {
+            let end = rollout.run(x, &[])[0];
+            vec![(end - end).sqrt()]
+        },
+        &[1.0],
+    );
     let found = found.expect("a root of 0");
     assert_eq!((found.operation, found.step), ("sqrt", None));
 }
@@ -252,8 +258,8 @@ fn the_trace_passes_through_roots_and_rules() {
         root(Cubic, &[R::zero()], &[p]).expect("an increasing residual")[0]
     }
     for rule in [true, false] {
-        let after = first_non_finite(&[0.0], |x| vec![through(x[0], rule).sqrt()]);
-        let before = first_non_finite(&[0.0], |x| vec![through(x[0].sqrt(), rule)]);
+        let after = first_non_finite(|x| vec![through(x[0], rule).sqrt()], &[0.0]);
+        let before = first_non_finite(|x| vec![through(x[0].sqrt(), rule)], &[0.0]);
         for found in [after, before] {
             assert_eq!(
                 found.expect("an infinite slope").operation,
@@ -262,7 +268,7 @@ fn the_trace_passes_through_roots_and_rules() {
             );
         }
         assert_eq!(
-            first_non_finite(&[0.0], |x| vec![through(x[0], rule)]),
+            first_non_finite(|x| vec![through(x[0], rule)], &[0.0]),
             None
         );
     }
@@ -272,13 +278,13 @@ fn the_trace_passes_through_roots_and_rules() {
 fn results_of_constants_are_constants() {
     // Its root has no partial: nothing depends on it.
     let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
-    assert_eq!(first_non_finite(&[1.0], |x| held(x[0])), None);
+    assert_eq!(first_non_finite(|x| held(x[0]), &[1.0]), None);
     let solved = |x: Traced<f64>| {
         let zero = Traced::lit(0.0);
         let solution = root(Cubic, &[zero], &[zero]).expect("an increasing residual");
         vec![x + solution[0].sqrt()]
     };
-    assert_eq!(first_non_finite(&[1.0], |x| solved(x[0])), None);
+    assert_eq!(first_non_finite(|x| solved(x[0]), &[1.0]), None);
 }
 
 /// The operation that is blamed where every other lane is the root of an argument, or the argument of
@@ -295,7 +301,7 @@ impl Vectorized<f64> for ChoicesByLanes {
         let mut blamed = Vec::new();
         for choose in choose {
             let of = |function: &dyn Fn(Traced<L>) -> Traced<L>| {
-                first_non_finite(&[x], |x| vec![function(x[0])]).map(|found| found.operation)
+                first_non_finite(|x| vec![function(x[0])], &[x]).map(|found| found.operation)
             };
             // The root comes first, or the choice does.
             blamed.push(of(&|x| choose(small, x.sqrt(), one)));
@@ -320,7 +326,7 @@ fn is_zero_answers_as_for_variables() {
     }
     assert_eq!(gradient(asks, &[0.0]), [f64::INFINITY]);
     assert_eq!(
-        first_non_finite(&[0.0], |x| vec![asks(x)])
+        first_non_finite(|x| vec![asks(x)], &[0.0])
             .expect("a slope")
             .operation,
         "sqrt"

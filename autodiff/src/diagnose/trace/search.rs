@@ -22,15 +22,15 @@ use crate::restored::Restored;
 ///     squared.sqrt()
 /// }
 ///
-/// assert_eq!(first_non_finite(&[3.0, 4.0], |x| vec![distance(x)]), None);
-/// let found = first_non_finite(&[0.0, 0.0], |x| vec![distance(x)]).expect("a kink at 0");
+/// assert_eq!(first_non_finite(|x| vec![distance(x)], &[3.0, 4.0]), None);
+/// let found = first_non_finite(|x| vec![distance(x)], &[0.0, 0.0]).expect("a kink at 0");
 /// assert_eq!((found.operation, found.number), ("sqrt", 3));
 /// assert_eq!(found.numbers, "of 0.0: value 0.0, partial inf");
 /// ```
 #[track_caller]
 pub fn first_non_finite<R: Real>(
-    x: &[R],
     function: impl FnOnce(&[Traced<R>]) -> Vec<Traced<R>>,
+    x: &[R],
 ) -> Option<NonFinite> {
     let place = Location::caller();
     let _outer = Restored::set(&RUNNING, Some(Trace::default()));
