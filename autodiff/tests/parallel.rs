@@ -3,7 +3,7 @@
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{Dense, Dual, Real, gradient, hessian, jacobian, jacobian_reverse, parallel};
 
-/// So many values of all arguments.
+/// A vector function with this number of values, each of all arguments.
 struct Waves {
     values: usize,
 }
