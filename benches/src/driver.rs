@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::adbench::{cases, input, table};
-use crate::gradbench::protocol::serve;
+use crate::gradbench::serve;
 use crate::machine::section;
 use crate::objectives::problem;
 

@@ -1,4 +1,4 @@
-//! The cases of a folder: data files with reference answers.
+//! Reads the cases of a folder: data files with reference answers.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use crate::objectives::{Error, Problem, problem};
 /// A data file with its reference answer.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// The name of its files.
+    /// The name of the files.
     pub name: String,
-    /// GradBench's module of the problem: `gmm`, `ba`, `lstm` or `ht`.
+    /// The GradBench module: `gmm`, `ba`, `lstm` or `ht`.
     pub module: String,
     /// The data.
     pub file: PathBuf,
@@ -24,46 +24,37 @@ impl Case {
     /// Reads the instance.
     ///
     /// # Errors
-    /// If a file cannot be read or is not in its format.
+    /// If a file cannot be read or has the wrong format.
     pub fn open(&self) -> Result<Box<dyn Problem>, Error> {
         let model = self.file.with_file_name("model");
         problem(&self.module, input(&self.module, &self.file, &model)?)
     }
 }
 
-/// All cases of a folder, by name: every `reference/CASE.json`, with its `data/KIND/CASE.txt`.
+/// Returns all cases of a folder, sorted by name: every `reference/CASE.json` with its `data/KIND/CASE.txt`.
 ///
 /// # Errors
 /// If the folder has no case, or a case cannot be read.
 pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
     let references = folder.join("reference");
-    let wrong = |what: String| Error::File {
-        path: references.clone(),
-        what,
-    };
+    let wrong = Error::file(&references);
     let files = std::fs::read_dir(&references).map_err(|error| wrong(error.to_string()))?;
     let paths = files.flatten().map(|file| file.path());
     let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "json"));
-    let mut cases: Vec<Case> = paths
-        .map(|path| case(folder, &path))
-        .collect::<Result<_, _>>()?;
+    let cases = paths.map(|path| case(folder, &path));
+    let mut cases = cases.collect::<Result<Vec<Case>, _>>()?;
     if cases.is_empty() {
-        return Err(wrong("holds no reference answer".into()));
+        return Err(wrong("the folder has no reference answer".into()));
     }
     cases.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(cases)
 }
 
 fn case(folder: &Path, path: &Path) -> Result<Case, Error> {
-    let wrong = |what: String| Error::File {
-        path: path.to_owned(),
-        what,
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    let reference: Value = serde_json::from_str(&text)?;
+    let reference: Value = serde_json::from_str(&Error::read(path)?)?;
     let field = |key: &str| {
         let text = reference[key].as_str();
-        text.ok_or_else(|| wrong(format!("has no '{key}'")))
+        text.ok_or_else(|| Error::file(path)(format!("the key `{key}` is missing")))
     };
     let (name, kind) = (field("case")?.to_owned(), field("kind")?);
     let kind = kind.trim_end_matches("_complicated");

@@ -1,4 +1,4 @@
-//! ADBench's files, and its way to judge and time answers.
+//! ADBench: its files, and how it compares and times answers.
 
 mod cases;
 mod files;

@@ -1,4 +1,4 @@
-//! The residuals and their Jacobian, in lanes over correspondences.
+//! Computes the residuals and their Jacobian, in lanes over correspondences.
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
@@ -9,15 +9,15 @@ use super::pose::Skin;
 /// At least as many as any register has lanes.
 const WIDEST: usize = 16;
 
-/// How far a point of the skin is from where it was measured, by one coordinate.
+/// One coordinate of the difference between a measured point and the skin.
 #[inline(always)]
 fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     let last = R::one() - u[0] - u[1];
     point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
 
-/// Writes the residuals of all targets, and the rows of the Jacobian unless it is empty: by `u1 u2`
-/// where rows have room for them, then by `theta`.
+/// Writes the residuals of all targets and, unless `jacobian` is empty, its rows: derivatives by `u1 u2` if rows have
+/// room for them, then by `theta`.
 pub(super) struct Residuals<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
@@ -48,7 +48,7 @@ impl Vectorized<f64> for Residuals<'_> {
                 for d in 0..own {
                     here.scatter(by_u[d], &mut jacobian[d..], 3 * columns);
                 }
-                // The residual is linear in the skin: applied to derivatives of the skin, it gives its own.
+                // The residual is linear in the skin: applied to derivatives of the skin, it gives derivatives.
                 for d in 0..THETA {
                     let slopes = here.corners(&self.skin.derivatives[d][i]);
                     let slope = residual(L::zero(), u, slopes);
@@ -67,7 +67,7 @@ fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     residual(Dual::constant(point), u, corners).tangent
 }
 
-/// As many targets as there are lanes; past the last one, that one again.
+/// One target for each lane; the last target is repeated to fill the lanes.
 struct Here<'a> {
     targets: &'a [Target],
     /// The corners, each in all lanes.
@@ -88,7 +88,7 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// Writes the lanes, repetitions left out, to every `stride`th place.
+    /// Writes the lanes to every `stride`th place, without repetitions.
     #[inline(always)]
     fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
         let mut lanes = [0.0; WIDEST];
