@@ -5,16 +5,9 @@ use serde_json::Value;
 /// Returns the relative distance of an answer from the right one in the 2-norm. It is infinite if the shapes differ
 /// or a number is not finite. Absolute distances up to 1e-300 count as zero.
 pub fn distance(answer: &Value, right: &Value) -> f64 {
-    relative(answer, right, |numbers| {
-        let largest = largest(numbers);
-        // Scaled, because the square of a very small or large number may be zero or infinite.
-        let squares = numbers.iter().map(|number| (number / largest).powi(2));
-        if largest == 0.0 {
-            0.0
-        } else {
-            largest * squares.sum::<f64>().sqrt()
-        }
-    })
+    // `hypot` because the square of a very small or large number may be zero or infinite.
+    let norm = |numbers: &[f64]| numbers.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
+    relative(answer, right, norm)
 }
 
 /// Like [`distance`], in the maximum norm.

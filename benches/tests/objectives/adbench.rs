@@ -80,11 +80,10 @@ fn ba() {
         .concat();
     let unrotated = [&[0.0; 3], &inputs[3..]].concat();
     let at = |x: &[f64]| {
-        (single["cam"], single["x"], single["w"]) =
-            (json!(x[..11]), json!(x[11..14]), json!(x[14]));
-        single.clone()
+        let mut input = single.clone();
+        (input["cam"], input["x"], input["w"]) = (json!(x[..11]), json!(x[11..14]), json!(x[14]));
+        input
     };
-    let mut at = at;
     let jacobian = numbers(&answer("ba", "jacobian", &at(&unrotated))["vals"]);
     let rows = [0, 1].map(|row| {
         let element = |input: &Value| {

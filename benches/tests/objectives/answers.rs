@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use benches::distance::distance;
 use serde_json::{Value, json};
 
 use crate::draw::Draw;
-use crate::driver::{TOLERANCE, agrees, answer};
+use crate::driver::{agrees, answer};
 use crate::naive::{determinant, gradient, kmeans, least_squares, mixture, newton, numbers, ode};
 
 /// Checks a function of a flat list, and its gradient.
@@ -42,7 +41,7 @@ fn lse() {
     // This form is accurate for small numbers only.
     let plain = |x: &[f64]| x.iter().map(|x| x.exp()).sum::<f64>().ln();
     for n in [1, 2, 511, 512, 513, 1300] {
-        let input = Draw(n as u64).lse(n);
+        let input = json!({ "x": Draw(n as u64).uniforms(n) });
         check("lse", &input, plain, &numbers(&input["x"]));
     }
     // Here the exponentials of the numbers overflow.
@@ -55,7 +54,7 @@ fn lse() {
 #[test]
 fn det() {
     for ell in 1..=10 {
-        let input = Draw(ell as u64).det(ell);
+        let input = json!({ "A": Draw(1).uniforms(ell * ell), "ell": ell });
         check(
             "det",
             &input,
@@ -69,7 +68,7 @@ fn det() {
 fn ode_of_chains() {
     // After 2 steps of 4 stages, only the first 8 of 12 numbers differ from zero.
     for (n, s) in [(1, 1), (4, 1), (4, 100), (12, 2), (40, 12), (100, 30)] {
-        let input = Draw(n as u64).ode(n, s);
+        let input = json!({ "x": Draw(1).uniforms(n), "s": s });
         let x = numbers(&input["x"]);
         agrees("ode", "primal", &input, &json!(ode(s, &x)));
         let right = json!(gradient(|x| ode(s, x)[n - 1], &x));
@@ -141,16 +140,4 @@ fn particle_and_saddle() {
         let point = json!(vec![8.246324826140356e-06; 4]);
         agrees("saddle", modes, &start, &point);
     }
-}
-
-#[test]
-fn a_spoiled_answer_is_detected() {
-    let input = Draw(1).llsq(33, 7);
-    let right = gradient(|x| least_squares(33, x), &numbers(&input["x"]));
-    let mut got = answer("llsq", "gradient", &input);
-    assert!(distance(&got, &json!(right)) <= TOLERANCE);
-    let spoiled: Vec<f64> = numbers(&got).iter().map(|g| g * (1.0 + 1e-6)).collect();
-    assert!(distance(&json!(spoiled), &json!(right)) > TOLERANCE);
-    got[3] = json!(0.0);
-    assert!(distance(&got, &json!(right)) > TOLERANCE);
 }

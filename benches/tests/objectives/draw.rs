@@ -15,7 +15,8 @@ impl Draw {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn uniforms(&mut self, len: usize) -> Vec<f64> {
+    /// Numbers in [0, 1).
+    pub(crate) fn uniforms(&mut self, len: usize) -> Vec<f64> {
         (0..len).map(|_| self.uniform()).collect()
     }
 
@@ -57,23 +58,8 @@ impl Draw {
         json!({ "centroids": points[n - k..], "points": points })
     }
 
-    /// A chain of `n` numbers, and `s` steps.
-    pub(crate) fn ode(&mut self, n: usize, s: usize) -> Value {
-        json!({ "x": self.uniforms(n), "s": s })
-    }
-
     /// A polynomial of `m` coefficients, and `n` points.
     pub(crate) fn llsq(&mut self, n: usize, m: usize) -> Value {
         json!({ "x": self.uniforms(m), "n": n })
-    }
-
-    /// A matrix of an order.
-    pub(crate) fn det(&mut self, ell: usize) -> Value {
-        json!({ "A": self.uniforms(ell * ell), "ell": ell })
-    }
-
-    /// `n` numbers.
-    pub(crate) fn lse(&mut self, n: usize) -> Value {
-        json!({ "x": self.uniforms(n) })
     }
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// The allowed relative distance in the 2-norm. GradBench's own tolerance would accept wrong derivatives; the
 /// answers of its tools agree to about 1e-12.
-pub(crate) const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-7;
 
 #[track_caller]
 pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
@@ -15,9 +15,9 @@ pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
 }
 
 /// The replies to lines.
-pub(crate) fn replies(lines: &str) -> Vec<Value> {
+pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
-    serve(lines.as_bytes(), &mut replies).expect("memory can be written");
+    serve(lines, &mut replies).expect("memory can be written");
     let replies = String::from_utf8(replies).expect("replies are text");
     let parse = |line| serde_json::from_str(line).expect("a reply is JSON");
     replies.lines().map(parse).collect()
@@ -30,7 +30,7 @@ pub(crate) fn request(module: &str, function: &str, input: &Value) -> Value {
 
 /// The only reply to a message.
 pub(crate) fn reply(message: &Value) -> Value {
-    let mut replies = replies(&format!("{message}\n"));
+    let mut replies = replies(format!("{message}\n").as_bytes());
     assert_eq!(replies.len(), 1, "a line has one reply");
     replies.remove(0)
 }

@@ -43,7 +43,7 @@ impl Skin {
         let (global_theta, angles) = instance.theta.split_at(GLOBAL);
         let angles: Vec<Dual<f64, JOINTS>> = angles.chunks(JOINTS).flat_map(seeded).collect();
         let angles = &angles[..];
-        f64::vectorize(PoseWithDerivatives {
+        f64::vectorize(Pose {
             instance,
             bones: &f64::vectorize(Bones { instance, angles }),
             global: &global(&seeded::<GLOBAL>(global_theta)),
@@ -52,14 +52,16 @@ impl Skin {
     }
 }
 
-struct Pose<'a> {
+/// Poses all vertices: in plain numbers, or with derivatives along the directions of each bone's own finger and of
+/// the whole hand.
+struct Pose<'a, B, G> {
     instance: &'a Instance,
-    bones: &'a [Affine<f64>],
-    global: &'a Affine<f64>,
+    bones: &'a [Affine<B>],
+    global: &'a Affine<G>,
     skin: &'a mut Skin,
 }
 
-impl Vectorized<f64> for Pose<'_> {
+impl Vectorized<f64> for Pose<'_, f64, f64> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(self) {
@@ -74,15 +76,7 @@ impl Vectorized<f64> for Pose<'_> {
     }
 }
 
-struct PoseWithDerivatives<'a> {
-    instance: &'a Instance,
-    /// Each along the directions of its own finger.
-    bones: &'a [Affine<Dual<f64, JOINTS>>],
-    global: &'a Affine<Dual<f64, GLOBAL>>,
-    skin: &'a mut Skin,
-}
-
-impl Vectorized<f64> for PoseWithDerivatives<'_> {
+impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(mut self) {
@@ -99,7 +93,7 @@ impl Vectorized<f64> for PoseWithDerivatives<'_> {
     }
 }
 
-impl PoseWithDerivatives<'_> {
+impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     /// Adds the part of a finger without its root, the only part that depends on its angles. Blending and turning are
     /// linear in the bones: applied to the derivatives of the bones, they give the derivatives of the part.
     #[inline(always)]

@@ -6,7 +6,7 @@ use autodiff::{Dual, Real};
 use super::instance::{THETA, Target};
 use super::pose::Skin;
 
-/// At least as many as any register has lanes.
+/// At least the number of lanes of any register.
 const WIDEST: usize = 16;
 
 /// One coordinate of the difference between a measured point and the skin.
@@ -32,10 +32,13 @@ impl Vectorized<f64> for Residuals<'_> {
         let columns = self.jacobian.len() / self.residuals.len();
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
-            let u = here.u();
+            let u = [
+                here.gather(|target| target.u[0]),
+                here.gather(|target| target.u[1]),
+            ];
             for i in 0..3 {
                 let row = 3 * first + i;
-                let point = here.point(i);
+                let point: L = here.gather(|target| target.point[i]);
                 let corners = here.corners::<L>(&self.skin.places[i]);
                 let gap = residual(point, u, corners);
                 here.scatter(gap, &mut self.residuals[row..], 3);
@@ -105,19 +108,6 @@ impl<'a> Here<'a> {
             lanes[lane] = number(&self.targets[lane.min(self.targets.len() - 1)]);
         }
         L::load(&lanes)
-    }
-
-    #[inline(always)]
-    fn point<L: Lane<f64>>(&self, coordinate: usize) -> L {
-        self.gather(|target| target.point[coordinate])
-    }
-
-    #[inline(always)]
-    fn u<L: Lane<f64>>(&self) -> [L; 2] {
-        [
-            self.gather(|target| target.u[0]),
-            self.gather(|target| target.u[1]),
-        ]
     }
 
     /// A number of the skin at the corners of the triangles.
