@@ -7,7 +7,7 @@ use std::fs;
 
 /// Has intruders come for as long as the owner of a run is at work; both leave it unharmed.
 fn besieged(options: &str) {
-    let bench = Bench::new(100, 512);
+    let bench = Bench::new(60, 256);
     let whole = bench.run("whole", options);
     assert!(whole.out.starts_with("run: whole\n"), "{whole:?}");
     let mut owner = bench.start(&format!("optimize tiny.toml --out a {options}"));
@@ -46,7 +46,7 @@ fn several_starts_are_one_process_s() {
 fn of_two_that_begin_at_once_one_has_the_folder() {
     let bench = Bench::new(3, 32);
     for options in ["", "--starts 2"] {
-        for _ in 0..20 {
+        for _ in 0..8 {
             let both = [0, 7].map(|seed| {
                 let line = format!("optimize tiny.toml --out a --seed {seed} {options}");
                 bench.start(&line)

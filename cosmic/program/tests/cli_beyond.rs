@@ -30,8 +30,7 @@ fn a_robust_design_is_another_one_and_repeats() {
 
 #[test]
 fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("b", "--seed 1");
     let both = robustness(&bench, "a b --samples 8");
     let runs = both["runs"].as_array().unwrap();
@@ -47,19 +46,19 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
     let exact = robustness(&bench, "a --samples 8 --start 0 --stiffness 0 --mass 0");
     let exact = &exact["runs"][0];
     assert_eq!(exact["least"], exact["nominal"]);
-    let table = bench.cosmic("robustness a b").ok();
+    let table = bench.ok("robustness a b");
     assert_eq!(table.out.lines().count(), 3);
     for (file, begins) in [
         ("r.json", "{\"format\":\"cosmic-robustness\""),
         ("r.csv", "run,nominal,"),
     ] {
         let line = format!("robustness a --samples 2 --out {file}");
-        assert_eq!(bench.cosmic(&line).ok().out.lines().count(), 2);
+        assert_eq!(bench.ok(&line).out.lines().count(), 2);
         let text = bench.read(file);
         assert!(text.starts_with(begins), "{text}");
     }
-    bench.cosmic("robustness a --mass 1.5").fails(2, &[]);
-    bench.cosmic("robustness nowhere").fails(4, &["nowhere"]);
+    bench.fails("robustness a --mass 1.5", 2, &[]);
+    bench.fails("robustness nowhere", 4, &["nowhere"]);
 }
 
 #[test]
@@ -97,7 +96,7 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
         said.out.contains("physics.bending_radius is 0.02 m"),
         "{said:?}"
     );
-    bench.cosmic("gradcheck tiny.toml --steps 32").ok();
+    bench.ok("gradcheck tiny.toml --steps 32");
 }
 
 /// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations
@@ -126,19 +125,18 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
         assert!(!said.out.is_empty());
     }
     // A finished run is left as it is.
-    let said = bench.cosmic("resume a").ok();
+    let said = bench.ok("resume a");
     assert!(said.out.contains("displacement diverged"), "{said:?}");
     bench.remove("a/summary.json");
-    bench.cosmic("resume a").fails(3, &[]);
+    bench.fails("resume a", 3, &[]);
 }
 
 #[test]
 fn robustness_says_where_the_nominal_robot_diverges() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let wild = scene(24, 64, "dt = 0.5");
     bench.write("wild.toml", wild);
-    bench.cosmic("evaluate a").ok();
+    bench.ok("evaluate a");
     let trial = "robustness a --samples 8 --scene wild.toml";
     let said = bench.cosmic(trial);
     said.fails(3, &[]);
@@ -159,8 +157,7 @@ fn robustness_says_where_the_nominal_robot_diverges() {
 /// If there are too many bars to count floppy modes, the program says so.
 #[test]
 fn floppy_modes_that_are_not_counted_are_reported_as_such() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let counted = bench.json("a/summary.json")["structure"]["floppy_modes"].as_u64();
     let counted = format!("\"floppy_modes\":{}", counted.expect("a number"));
     let text = bench.read("a/summary.json");
@@ -169,8 +166,8 @@ fn floppy_modes_that_are_not_counted_are_reported_as_such() {
         "a/summary.json",
         text.replace(&counted, "\"floppy_modes\":null"),
     );
-    let told = bench.cosmic("resume a").ok().out;
+    let told = bench.ok("resume a").out;
     let says = "floppy modes not counted (more than 2000 bars)";
     assert!(told.contains(says), "{told}");
-    bench.cosmic("compare a").ok();
+    bench.ok("compare a");
 }

@@ -7,8 +7,8 @@ use cosmic::scene::{Scene, VoidEdges};
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {
     let bench = Bench::default();
-    assert!(bench.cosmic("explain").ok().out.starts_with("earth\n"));
-    let told = bench.cosmic("explain stability").ok();
+    assert!(bench.ok("explain").out.starts_with("earth\n"));
+    let told = bench.ok("explain stability");
     assert!(told.out.starts_with("stability\n"), "{}", told.out);
     let words = [
         "36 nodes, 110 edges",

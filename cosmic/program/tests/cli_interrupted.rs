@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 const ITERATIONS: usize = 100;
 
 fn slow() -> Bench {
-    Bench::new(ITERATIONS, 1024)
+    Bench::new(ITERATIONS, 256)
 }
 
 /// The results of such a run that nothing interrupts.
@@ -92,7 +92,7 @@ fn killed_at_any_moment_it_ends_with_the_same_bytes() {
 #[test]
 fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
     let more = "[gradient]\nprecision = \"f32\"\n";
-    let bench = Bench::with(&(scene(ITERATIONS, 1024, "") + more));
+    let bench = Bench::with(&(scene(ITERATIONS, 256, "") + more));
     bench.run("whole", "");
     let summary = bench.json("whole/summary.json");
     let departures = summary["departures"].to_string();
@@ -167,8 +167,7 @@ fn snapshots_are_never_far_behind() {
 
 #[test]
 fn a_finished_run_is_left_as_it_is() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("several", "--starts 2");
     bench.run("limited", "--iterations 5");
     for run in ["a", "several", "limited"] {
@@ -184,7 +183,7 @@ fn a_finished_run_is_left_as_it_is() {
             files.map(state).collect()
         };
         let before = state();
-        let said = bench.cosmic(&format!("resume {run} --json")).ok();
+        let said = bench.ok(&format!("resume {run} --json"));
         assert_eq!(said.error, "");
         assert_eq!(said.out, bench.read(&format!("{run}/summary.json")));
         assert!(state() == before, "{run}");
@@ -193,8 +192,7 @@ fn a_finished_run_is_left_as_it_is() {
 
 /// A run that lacks nothing but its summary.
 fn nearly_finished() -> Bench {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.remove("a/summary.json");
     bench
 }

@@ -85,18 +85,18 @@ fn without_it(bench: &Bench, sets: &str) {
     let by_its_program = bench.read("a/report.html");
     let energies = "\"energies\":";
     assert!(by_its_program.contains(energies) && !by_its_program.contains("are left out"));
-    bench.cosmic("report a").ok();
+    bench.ok("report a");
     let page = bench.read("a/report.html");
     // The page shows the scene of the run, including the law.
     assert!(page.contains(&sets.replace('"', "&quot;")) || page.contains(sets));
     assert_eq!(page.contains(energies), !is_law);
     let says = format!("because this program does not have the law `{name}`");
     assert_eq!(page.contains(&says), is_law);
-    bench.cosmic("report a/design.json --json").ok();
-    let told = bench.cosmic("compare a b --out both.html").ok();
+    bench.ok("report a/design.json --json");
+    let told = bench.ok("compare a b --out both.html");
     assert!(told.out.contains("p50, m"), "{told:?}");
     assert!(bench.read("both.html").contains("\"name\":\"b\""));
-    let told = bench.cosmic("export a --csv --svg").ok();
+    let told = bench.ok("export a --csv --svg");
     assert_eq!(told.error.contains(&says), is_law, "{told:?}");
     let bars = bench.read("a/export/bars.csv");
     let column = bars
@@ -114,9 +114,7 @@ fn without_it(bench: &Bench, sets: &str) {
         .unwrap();
     assert_eq!(peak.is_empty(), is_law, "{bars}");
     if is_law {
-        bench
-            .cosmic("export a --mujoco")
-            .fails(2, &[name, "names an unknown"]);
+        bench.fails("export a --mujoco", 2, &[name, "names an unknown"]);
     }
 }
 
@@ -196,8 +194,8 @@ fn lift_is_an_objective() {
 #[test]
 fn a_run_with_a_law_is_resumed() {
     let (program, bench) = (built().join("examples/wind"), Bench::default());
-    let steps = SHORT.replace("physics.steps=64", "physics.steps=1024");
-    let optimize = |out: &str| format!("optimize --out {out} --quiet {steps}");
+    let steps = SHORT.replace("physics.steps=64", "physics.steps=512");
+    let optimize = |out: &str| format!("optimize --iterations 60 --out {out} --quiet {steps}");
     run_of(&program, &bench, &optimize("whole"));
     let mut command = Command::new(&program);
     command
@@ -211,9 +209,7 @@ fn a_run_with_a_law_is_resumed() {
         Some(75),
         "it was to be caught on its way"
     );
-    bench
-        .cosmic("resume part")
-        .fails(2, &["\"wind\"", "names an unknown"]);
+    bench.fails("resume part", 2, &["\"wind\"", "names an unknown"]);
     run_of(&program, &bench, "resume part");
     for file in ["design.json", "trajectory.json"] {
         let [part, whole] = ["part", "whole"].map(|run| bench.read(&format!("{run}/{file}")));

@@ -6,8 +6,7 @@ use serde_json::Value;
 
 #[test]
 fn a_run_leaves_every_file_with_its_format_in_front() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let mut names: Vec<_> = bench.results("a").into_keys().collect();
     names.push("snapshot.json".to_string());
     names.sort();
@@ -36,8 +35,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
 
 #[test]
 fn the_history_has_a_row_an_iteration() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let rows = bench.rows("a/history.jsonl");
     assert!((1..=24).eq(rows.iter().map(|row| row["iteration"].as_u64().unwrap())));
     let phases: Vec<_> = rows
@@ -134,7 +132,7 @@ fn a_seed_has_its_bytes_with_any_number_of_threads() {
 #[test]
 fn it_says_how_it_goes_and_what_came_of_it() {
     let bench = Bench::default();
-    let said = bench.cosmic("optimize tiny.toml --seed 3").ok();
+    let said = bench.ok("optimize tiny.toml --seed 3");
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
     let last = said.out.lines().last().unwrap();
     for what in ["displacement ", " m (", " V 0.", " V_act 0.", " time "] {
@@ -173,9 +171,9 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
         let value = summary.get(nothing).expect("the key is there");
         assert!(value.is_null(), "{value}");
     }
-    bench.cosmic("report part").ok();
+    bench.ok("report part");
     let page = bench.read("part/report.html");
-    let compared = bench.cosmic("compare part whole").ok().out;
+    let compared = bench.ok("compare part whole").out;
     for text in [&said.out, &page, &compared] {
         assert!(text.contains("undecided"), "{text}");
         for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {

@@ -26,8 +26,7 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 
 #[test]
 fn a_decided_robot_enters_after_the_snap() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let said = bench.run("b", "--from a --seed 7");
     assert!(said.out.contains("began after iteration 19"), "{said:?}");
     assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
@@ -40,7 +39,7 @@ fn a_decided_robot_enters_after_the_snap() {
     let materials = |run: &str| bench.json(&format!("{run}/design.json"))["materials"].clone();
     assert_eq!(materials("a").as_array().unwrap().len(), 20);
     // The result can be drawn as every run.
-    bench.cosmic("report b").ok();
+    bench.ok("report b");
     // The limit counts the iterations of this run alone.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
@@ -112,8 +111,7 @@ impl Observer for StopsAfter {
 /// Also after a snapshot that no run can have written was refused.
 #[test]
 fn an_interrupted_run_goes_on_to_the_same_bytes() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("whole", "--from a");
     let plan = bench.plan();
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
@@ -136,7 +134,7 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
             refused.fails(2, &["`progress.entered`"]);
         }
         bench.write(&snapshot, text);
-        bench.cosmic(&format!("resume {run}")).ok();
+        bench.ok(&format!("resume {run}"));
         assert_eq!(bench.results(&run), bench.results("whole"));
     }
 }
@@ -164,8 +162,7 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 
 #[test]
 fn a_run_says_what_of_its_scene_was_not_in_force() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     bench.run("b", "--from a");
     bench.run("c", "--from soft");
@@ -189,7 +186,7 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
 fn a_run_goes_on_in_its_own_scene() {
     let bench = Bench::default();
     bench.run("runs/a", "");
-    let said = bench.cosmic("optimize --from runs/a").ok();
+    let said = bench.ok("optimize --from runs/a");
     for words in ["run: runs/a-on\n", "tiny, seed 0"] {
         assert!(said.out.contains(words), "{said:?}");
     }
@@ -198,9 +195,7 @@ fn a_run_goes_on_in_its_own_scene() {
     // The folder that the user is in has a name as well.
     let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
     assert!(said.out.contains("run: runs/a-on\n"), "{said:?}");
-    bench
-        .cosmic("optimize --from runs/a/design.json --out b")
-        .ok();
+    bench.ok("optimize --from runs/a/design.json --out b");
     assert_eq!(scene("runs/a"), scene("b"));
 }
 
@@ -223,7 +218,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
         stopped.contains("record::resume_with") && !stopped.contains("cosmic resume"),
         "{stopped}"
     );
-    bench.cosmic("resume b").fails(2, &["loss of its own"]);
+    bench.fails("resume b", 2, &["loss of its own"]);
     let go_on = |codesign: cosmic::Result<CoDesign>| {
         let observer = &mut StopsAfter(usize::MAX);
         resume_with(&bench.path("b"), codesign.unwrap(), observer)
@@ -235,7 +230,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
     assert_eq!(bench.results("b"), bench.results("whole"));
-    bench.cosmic("report whole").ok();
+    bench.ok("report whole");
 
     begin_of_the_scene(&bench, &plan);
 }
@@ -285,8 +280,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
 
 #[test]
 fn what_cannot_be_begun_with_is_refused() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     let refused = |line: &str, says: &[&str]| {
         let said = bench.cosmic(&format!("optimize {line} --out b"));

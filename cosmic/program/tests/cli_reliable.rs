@@ -7,8 +7,7 @@ use serde_json::Value;
 /// no verdict.
 #[test]
 fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let text = bench.read("a/summary.json");
     let mut summary: Value = serde_json::from_str(&text).unwrap();
     let verdict = summary["reliability"]["verdict"].as_str().unwrap();
@@ -23,9 +22,9 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         object.insert("displacement_p50".to_owned(), 2.0.into());
         object.insert("displacement_clock_p50".to_owned(), clock.into());
         bench.write("a/summary.json", summary.to_string());
-        let told = bench.cosmic("resume a").ok().out;
-        bench.cosmic("report a").ok();
-        let table = bench.cosmic("compare a").ok().out;
+        let told = bench.ok("resume a").out;
+        bench.ok("report a");
+        let table = bench.ok("compare a").out;
         (told, bench.read("a/report.html"), table)
     };
     let (told, page, table) = shown(Some("unreliable"), 1.0);

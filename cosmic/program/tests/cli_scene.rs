@@ -109,7 +109,7 @@ fn the_world_is_described() {
     assert!(check(moon).ok().out.starts_with(says));
     let bench = Bench::new(2, 32);
     bench.write("moon.toml", moon);
-    assert_eq!(bench.cosmic("scene check moon.toml --quiet").ok().out, "");
+    assert_eq!(bench.ok("scene check moon.toml --quiet").out, "");
     bench.cosmic("scene check moon.toml --json").json();
 }
 

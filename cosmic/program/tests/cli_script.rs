@@ -12,8 +12,8 @@ use std::process::{Command, Output};
 fn bench() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
-    bench.cosmic(plan).ok();
-    bench.cosmic("sweep run s --index 1").ok();
+    bench.ok(plan);
+    bench.ok("sweep run s --index 1");
     bench
 }
 
@@ -35,7 +35,7 @@ fn bash(bench: &Bench, arguments: &[&str]) -> Output {
 /// Writes a script, which a shell must be able to read.
 fn script(bench: &Bench, options: &str) -> String {
     let line = format!("sweep script s {options} --out script");
-    assert_eq!(bench.cosmic(&line).ok().out, "script\n");
+    assert_eq!(bench.ok(&line).out, "script\n");
     let read = bash(bench, &["-n", "script"]);
     assert!(read.status.success(), "{options}: {read:?}");
     bench.read("script")
@@ -92,7 +92,7 @@ fn a_task_does_its_runs_and_says_how_they_ended() {
 #[test]
 fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
     let bench = Bench::with(&scene(400, 2048, ""));
-    bench.cosmic("sweep plan tiny.toml --seeds 2 --out s").ok();
+    bench.ok("sweep plan tiny.toml --seeds 2 --out s");
     script(&bench, "--slurm");
     fs::create_dir(bench.path("bin")).unwrap();
     bench.write("bin/scontrol", "#!/bin/sh\necho \"$@\" >queued\n");
@@ -145,7 +145,7 @@ fn a_script_for_parallel_does_what_is_left() {
 fn a_manifest_for_kubernetes_has_what_a_job_needs() {
     let bench = bench();
     let line = "sweep script s --kubernetes --throttle 3 --cores 2 --seeds-per-task 1 --minutes 10";
-    let text = bench.cosmic(line).ok().out;
+    let text = bench.ok(line).out;
     let job: serde_json::Value = serde_yaml_ng::from_str(&text).unwrap();
     assert_eq!(
         (&job["apiVersion"], &job["kind"]),
@@ -195,7 +195,7 @@ fn what_cannot_be_handed_over_is_refused() {
         ("--slurm --throttle 0", "expected a whole number, 1 or more"),
     ] {
         let line = format!("sweep script s {options}");
-        bench.cosmic(&line).fails(2, &[says]);
+        bench.fails(&line, 2, &[says]);
     }
 }
 
@@ -249,7 +249,7 @@ const ODD: [&str; 10] = [
 fn named(name: &str) -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 1 --iterations 2 --out s";
-    bench.cosmic(plan).ok();
+    bench.ok(plan);
     fs::rename(bench.path("s"), bench.path(name)).unwrap();
     bench
 }

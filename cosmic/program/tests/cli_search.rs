@@ -116,7 +116,7 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     // The survivor was writing a line, as on a disk that is full.
     let history = format!("a/starts/{best}/history.jsonl");
     bench.write(&history, bench.read(&history) + "{\"format\":\"cosm");
-    bench.cosmic("resume a").ok();
+    bench.ok("resume a");
     assert_eq!(bench.results("a"), whole);
 }
 
@@ -146,7 +146,7 @@ fn a_start_whose_history_lacks_rows_is_refused() {
     bench.remove("a/summary.json");
     bench.write("a/starts/0/history.jsonl", "");
     let says = "starts/0/history.jsonl: expected 8 lines up to the rung, found 0";
-    bench.cosmic("resume a").fails(2, &[says]);
+    bench.fails("resume a", 2, &[says]);
     bench.remove("a/starts/0/history.jsonl");
-    bench.cosmic("resume a").fails(4, &[]);
+    bench.fails("resume a", 4, &[]);
 }

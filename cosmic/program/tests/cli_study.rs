@@ -112,7 +112,7 @@ fn runs_that_diverge_are_told_and_counted() {
 
 #[test]
 fn threads_and_interruptions_change_nothing() {
-    let bench = bench(&LITTLE.replace("steps = 64", "steps = 1024"));
+    let bench = bench(&LITTLE.replace("steps = 64", "steps = 256"));
     study(&bench, "ablation", "whole", "--seeds 2 --threads 1").ok();
     let cut = line("ablation", "cut", "--seeds 2 --threads 2");
     let child = bench.start(&cut);
@@ -122,7 +122,7 @@ fn threads_and_interruptions_change_nothing() {
     told.fails(75, &["of 16 runs done; the same command goes on\n"]);
     // The folder was tried out before the first run; nothing is in it yet.
     assert_eq!(fs::read_dir(bench.path("cut")).unwrap().count(), 0);
-    let said = bench.cosmic(&cut).ok();
+    let said = bench.ok(&cut);
     assert!(ended(&said) < 16, "{said:?}");
     assert_eq!(bench.results("cut"), bench.results("whole"));
 }
@@ -212,7 +212,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
     // `true` stands for a Python that has MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
-    bench.cosmic(&line).ok();
+    bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));
     let scene = |planned: &Value| {
         let [name, text] = ["name", "scene"].map(|key| planned[key].as_str().unwrap());
@@ -270,7 +270,7 @@ to = ['firm-light', 'firm-heavy']
 fn a_study_of_one_s_own_is_a_file() {
     let bench = Bench::default();
     bench.write("grounds.toml", OWN);
-    let said = bench.cosmic("study grounds.toml --quiet").ok();
+    let said = bench.ok("study grounds.toml --quiet");
     assert_eq!(said.out, "");
     let folder = "runs/study-grounds";
     assert_eq!(bench.lines(&format!("{folder}/grounds.csv")), 1 + 8);
@@ -285,11 +285,11 @@ fn a_study_of_one_s_own_is_a_file() {
     // A trial that joins keeps the runs of the others.
     let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
     bench.write("grounds.toml", format!("{OWN}{more}"));
-    let said = bench.cosmic("study grounds.toml").ok();
+    let said = bench.ok("study grounds.toml");
     assert_eq!(ended(&said), 4, "{said:?}");
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
     let says = "heavy: physics.gravity=9.81 in the results there, physics.gravity=3.7 in";
-    bench.cosmic("study grounds.toml").fails(2, &[says]);
+    bench.fails("study grounds.toml", 2, &[says]);
 }
 
 #[test]
@@ -361,9 +361,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
 fn processes_do_the_runs_of_a_planned_study() {
     let bench = bench(LITTLE);
     let options = "--base base.toml --seeds 1 --iterations 8";
-    let said = bench
-        .cosmic(&format!("study ablation {options} --plan cut-runs"))
-        .ok();
+    let said = bench.ok(&format!("study ablation {options} --plan cut-runs"));
     assert_eq!(said.out, "cut-runs: 8 runs\n");
     let mut at_work = Vec::new();
     for index in [
@@ -398,5 +396,5 @@ fn processes_do_the_runs_of_a_planned_study() {
     assert_eq!(bench.results("cut"), bench.results("whole"));
     let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
     let says = "cut-runs: the runs there are of other scenes or another number of iterations";
-    bench.cosmic(other).fails(2, &[says]);
+    bench.fails(other, 2, &[says]);
 }

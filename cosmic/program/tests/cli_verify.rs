@@ -35,7 +35,7 @@ fn a_folder_that_cannot_be_is_refused_first() {
 #[test]
 fn a_scene_is_verified_into_a_folder() {
     let bench = Bench::with(SMALL);
-    let told = bench.cosmic("verify tiny.toml --out new/sheet --json").ok();
+    let told = bench.ok("verify tiny.toml --out new/sheet --json");
     let read = |name: &str| bench.read(&format!("new/sheet/{name}"));
 
     let json = bench.json("new/sheet/verify.json");

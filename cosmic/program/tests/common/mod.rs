@@ -9,6 +9,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use tempfile::TempDir;
 
 /// A folder for a test, with a scene in `tiny.toml`.
@@ -32,6 +33,22 @@ impl Bench {
     pub(crate) fn with(scene: &str) -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
         bench.write("tiny.toml", scene);
+        bench
+    }
+
+    /// The default bench with its finished run in `a`. The run is computed once, and every test gets a copy.
+    pub(crate) fn finished() -> Self {
+        static RUN: LazyLock<Bench> = LazyLock::new(|| {
+            let bench = Bench::default();
+            bench.run("a", "");
+            bench
+        });
+        let bench = Self::default();
+        fs::create_dir(bench.path("a")).unwrap();
+        for file in fs::read_dir(RUN.path("a")).unwrap() {
+            let file = file.unwrap();
+            fs::copy(file.path(), bench.path("a").join(file.file_name())).unwrap();
+        }
         bench
     }
 
@@ -73,6 +90,18 @@ impl Bench {
     /// The program in the folder, with the arguments of a line.
     pub(crate) fn cosmic(&self, line: &str) -> Told {
         cosmic_in(&self.path(""), line)
+    }
+
+    /// The program in the folder, which must succeed.
+    #[track_caller]
+    pub(crate) fn ok(&self, line: &str) -> Told {
+        self.cosmic(line).ok()
+    }
+
+    /// The program in the folder, which must fail with an exit code and an error that contains the words.
+    #[track_caller]
+    pub(crate) fn fails(&self, line: &str, code: i32, words: &[&str]) {
+        self.cosmic(line).fails(code, words);
     }
 
     /// `cosmic optimize` of the scene into a folder of the bench.
