@@ -68,7 +68,7 @@ fn the_last_states_lie_beside_the_results() {
     assert!(exists("sub/diverged.json") && exists("sub/results.json"));
     assert!(!exists("diverged.json"));
 
-    let says = "error: --out: diverged.json is where the last states go";
+    let says = "error: --out: diverged.json is reserved for the last states";
     evaluate(&folder, "case.json --out diverged.json").fails(2, &[says]);
     assert!(!exists("diverged.json"));
     #[cfg(unix)]

@@ -28,7 +28,7 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 fn a_decided_robot_enters_after_the_snap() {
     let bench = Bench::finished();
     let said = bench.run("b", "--from a --seed 7");
-    assert!(said.out.contains("began after iteration 19"), "{said:?}");
+    assert!(said.out.contains("started after iteration 19"), "{said:?}");
     assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
     assert!(is_the_start(&bench, ["a", "b"]));
     let summary = bench.json("b/summary.json");

@@ -49,7 +49,10 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
         // Without feedback the robot walks backwards, so there is no percentage.
         let (told, page, _) = shown(verdict, -2.74);
-        assert!(told.contains("by the clock alone: -2.740 m\n"), "{told}");
+        assert!(
+            told.contains("open loop, without feedback: -2.740 m\n"),
+            "{told}"
+        );
         assert!(!page.contains("137 %"));
     }
 }

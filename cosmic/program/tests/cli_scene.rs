@@ -66,7 +66,7 @@ fn check_refuses_what_optimize_refuses() {
     let refused = bench.optimize("run", "");
     assert_eq!(refused.code, 2, "{refused:?}");
     assert_eq!(
-        refused.error.replace(" or say --allow-unstable", ""),
+        refused.error.replace(" or add --allow-unstable", ""),
         told.error
     );
     let told = bench.cosmic("scene check tiny.toml --json");

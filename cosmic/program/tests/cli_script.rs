@@ -138,7 +138,7 @@ fn a_script_for_parallel_does_what_is_left() {
     assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
     assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
     let nothing = bench.cosmic("sweep script s --parallel");
-    nothing.fails(2, &["s: no run is left"]);
+    nothing.fails(2, &["s: all runs are finished"]);
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();
     let said = sweep("run s --index all").ok();
-    let says = "1 of 3 runs are at work in other processes\n";
+    let says = "1 of 3 runs are being run by other processes\n";
     assert!(said.error.ends_with(says), "{said:?}");
     fs::remove_dir_all(run(0, "")).unwrap();
     fs::create_dir_all(run(0, "")).unwrap();
@@ -426,7 +426,7 @@ fn a_diverged_run_is_over() {
     assert!(said.error.contains("diverged in step"), "{said:?}");
     assert_eq!(counts(&bench), [0, 0, 0, 1]);
     let said = bench.cosmic("sweep run s --index auto");
-    assert_eq!(said.out, "nothing is left to take\n");
+    assert_eq!(said.out, "no run is free\n");
 }
 
 #[test]
@@ -443,13 +443,17 @@ fn what_cannot_be_is_refused() {
             2,
             "two scenes are called `tiny`",
         ),
-        ("run s --index 3", 2, "there is no run 3: the plan has 3"),
+        (
+            "run s --index 3",
+            2,
+            "there is no run 3: the plan has 3 runs",
+        ),
         (
             "run s --index 0-1,3",
             2,
-            "there is no run 3: the plan has 3",
+            "there is no run 3: the plan has 3 runs",
         ),
-        ("run s --index some", 2, "a run's number, `auto` or `all`"),
+        ("run s --index some", 2, "expected the number of a run"),
         (
             "plan tiny.toml --seeds 99999999999 --out u",
             2,
