@@ -1,4 +1,4 @@
-//! Work with the interpreter alive: progress and signals reach the calling thread.
+//! Runs work in another thread, so that progress and signals reach the calling thread.
 
 use crate::errors::{in_python, panicked, raised};
 use crate::loss::{Failure, taken};
@@ -16,16 +16,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked for.
+/// The interval between checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What the calling thread is told.
+/// A message to the calling thread.
 enum Event {
     Iteration { last: usize, record: Box<Record> },
     Warning(String),
 }
 
-/// Passes on what a run does, and the wish to stop.
+/// Passes on the progress of a run and the request to stop.
 pub(crate) struct Watch {
     events: Sender<Event>,
     stop: Arc<AtomicBool>,
@@ -33,7 +33,7 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// The wish to stop, for other threads.
+    /// The request to stop, for other threads.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
     }

@@ -13,7 +13,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The optimisation of a scene, for a loss of Python if there is one.
+/// The optimisation of a scene, with a Python loss if there is one.
 fn codesign(
     scene: &cosmic::scene::Scene,
     loss: Option<Py<PyAny>>,
@@ -25,12 +25,12 @@ fn codesign(
     }
 }
 
-/// The exception of a loss comes before what it led to.
+/// An exception of the loss takes precedence over its consequences.
 fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
     result.map_err(|error| taken(failure).unwrap_or_else(|| raised(error)))
 }
 
-/// Begins a run in a new or empty folder and carries it out. Returns true if a signal interrupted it.
+/// Does a run in a new or empty folder. Returns true if a signal interrupted it.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
 pub(crate) fn optimise(
@@ -115,7 +115,7 @@ pub(crate) fn resume(
     Ok(ended.is_none())
 }
 
-/// Delivers the robot of an unfinished run as it stands in another folder.
+/// Writes the current robot of an unfinished run into another folder.
 #[pyfunction]
 pub(crate) fn deliver_so_far(
     py: Python,
@@ -129,7 +129,7 @@ pub(crate) fn deliver_so_far(
     caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
 }
 
-/// The optimisation of the scene in a run's folder for a loss of Python, if there is one.
+/// The optimisation of the scene in a run's folder, with a Python loss if there is one.
 fn own(
     py: Python,
     folder: &Path,

@@ -17,7 +17,7 @@ use pyo3::types::PyDict;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The text of a file, empty if it is not there.
+/// The text of a file; empty if the file does not exist.
 fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
@@ -74,14 +74,14 @@ pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
     caught(|| py.detach(write).map_err(raised))
 }
 
-/// A page with the robot of a run in motion.
+/// A page with the moving robot of a run.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
     let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder)?));
     caught(|| py.detach(page).map_err(raised))
 }
 
-/// The last of these positions of a robot as a picture; shape `(rows, columns, 3)`.
+/// A picture of the last of these positions of a robot, of shape `(rows, columns, 3)`.
 #[pyfunction]
 pub(crate) fn frame<'py>(
     py: Python<'py>,
