@@ -128,8 +128,9 @@ class Simulator:
         """Simulates one robot or several from their starts.
 
         ``first`` is the number of earlier steps, for a rollout that continues another one. A rollout
-        that diverges raises :class:`DivergedError` with the place and the reason. With ``check=False`` its states are NaN from the first state that is not finite or is
-        beyond 1e6 m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
+        that diverges raises :class:`DivergedError` with the place and the reason. With
+        ``check=False`` its states are NaN from the first state that is not finite or is beyond 1e6
+        m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
 
         Ctrl-C stops a batch after the current robots. The attribute ``trajectory`` of the
         ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the others.
@@ -161,8 +162,9 @@ class Simulator:
         with respect to shared inputs.
 
         ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
-        with contacts need this for useful gradients; without it the gradient is exact. For ``check`` see :meth:`rollout`. With
-        ``check=False`` the gradient of a robot that diverges is NaN.
+        with contacts need this for useful gradients; without it the gradient is exact. For
+        ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
+        NaN.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -196,7 +198,8 @@ class Simulator:
         return Trajectory(x, v), Trajectory(dx, dv)
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if any."""
+        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if
+        any."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
         for array, shape in zip(arrays, self.shapes.values()):

@@ -80,7 +80,8 @@ class _Walk:
         return max(1, round(1.0 / self.seconds))
 
     def picture(self, seen: list[_Floats]) -> Any:
-        """A picture of a robot in the last of these states. The states are those at the start and after each frame."""
+        """A picture of a robot in the last of these states. The states are those at the start and
+        after each frame."""
         steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
         return _core.frame(self.scene, self.z, steps, np.array(seen))
 
