@@ -1,6 +1,7 @@
 //! Options beyond the paper from the command line: robust designs, other tasks, richer physics.
 
 use crate::common::{Bench, scene};
+use crate::program::has;
 use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
@@ -22,7 +23,7 @@ fn a_robust_design_is_another_one_and_repeats() {
     bench.run("b", "--threads 3");
     assert_eq!(bench.results("a"), bench.results("b"));
     let departures = bench.json("a/summary.json")["departures"].to_string();
-    assert!(departures.contains("robust.samples"), "{departures}");
+    has(&departures, &["robust.samples"]);
     let nominal = Bench::with(&scene(24, 64, "contact = \"coulomb\""));
     nominal.run("a", "");
     assert_ne!(bench.json("a/design.json"), nominal.json("a/design.json"));
@@ -72,7 +73,7 @@ fn every_task_runs_and_tells_its_loss() {
     {
         let bench = bench("", &format!("[objective]\ntask = \"{task}\"\n"));
         let said = bench.run("a", "");
-        assert!(said.out.contains("\nloss "), "{}", said.out);
+        has(&said.out, &["\nloss "]);
         let summary = bench.json("a/summary.json");
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
@@ -92,10 +93,7 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.run("a", "");
     bench.evaluated("a");
     let said = bench.cosmic("explain tiny.toml");
-    assert!(
-        said.out.contains("physics.bending_radius is 0.02 m"),
-        "{said:?}"
-    );
+    has(&said.out, &["physics.bending_radius is 0.02 m"]);
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
@@ -126,7 +124,7 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
     }
     // A finished run is left as it is.
     let said = bench.ok("resume a");
-    assert!(said.out.contains("displacement diverged"), "{said:?}");
+    has(&said.out, &["displacement diverged"]);
     bench.remove("a/summary.json");
     bench.fails("resume a", 3, &[]);
 }
@@ -141,7 +139,7 @@ fn robustness_says_where_the_nominal_robot_diverges() {
     let said = bench.cosmic(trial);
     said.fails(3, &[]);
     assert_eq!(said.out.lines().count(), 2, "{said:?}");
-    assert!(said.out.contains("diverged"), "{said:?}");
+    has(&said.out, &["diverged"]);
     fs::create_dir(bench.path("w")).unwrap();
     fs::copy(bench.path("a/design.json"), bench.path("w/design.json")).unwrap();
     bench.write("w/scene.toml", bench.cosmic("scene show wild.toml").out);
@@ -161,13 +159,13 @@ fn floppy_modes_that_are_not_counted_are_reported_as_such() {
     let counted = bench.json("a/summary.json")["structure"]["floppy_modes"].as_u64();
     let counted = format!("\"floppy_modes\":{}", counted.expect("a number"));
     let text = bench.read("a/summary.json");
-    assert!(text.contains(&counted), "{text}");
+    has(&text, &[&counted]);
     bench.write(
         "a/summary.json",
         text.replace(&counted, "\"floppy_modes\":null"),
     );
     let told = bench.ok("resume a").out;
     let says = "floppy modes not counted (more than 2000 bars)";
-    assert!(told.contains(says), "{told}");
+    has(&told, &[says]);
     bench.ok("compare a");
 }

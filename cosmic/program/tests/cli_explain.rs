@@ -1,6 +1,7 @@
 //! `cosmic explain` as a user meets it.
 
 use crate::common::Bench;
+use crate::program::has;
 use cosmic::case::Case;
 use cosmic::scene::{Scene, VoidEdges};
 
@@ -16,9 +17,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
         "infinite friction",
         "stable step",
     ];
-    for words in words {
-        assert!(told.out.contains(words), "no {words:?} in {}", told.out);
-    }
+    has(&told.out, &words);
     let json = bench.cosmic("explain coulomb --json").json();
     let rollout = &json["rollout"];
     assert_eq!(rollout["contact"], "coulomb");
@@ -96,7 +95,7 @@ fn void_edges_are_accounted_for() {
     assert!(explain("stability").get("void_edges").is_none());
     let told = bench.cosmic("explain dropped.toml");
     let words = "void edges pull a node with";
-    assert!(told.out.contains(words), "{}", told.out);
+    has(&told.out, &[words]);
     let wrong = scene.to_toml().replace("\"drop\"", "\"dropped\"");
     bench.write("wrong.toml", wrong);
     let told = bench.cosmic("explain wrong.toml");

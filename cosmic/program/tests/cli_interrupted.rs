@@ -3,7 +3,7 @@
 
 use crate::background::signal;
 use crate::common::{Bench, scene};
-use crate::program::Told;
+use crate::program::{Told, has};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
@@ -96,7 +96,7 @@ fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
     bench.run("whole", "");
     let summary = bench.json("whole/summary.json");
     let departures = summary["departures"].to_string();
-    assert!(departures.contains("gradient.precision"), "{departures}");
+    has(&departures, &["gradient.precision"]);
     // The delivered figures come from a rollout in f64, as those of every other command do.
     bench.evaluated("whole");
     caught(&bench, "a", 60, "KILL");

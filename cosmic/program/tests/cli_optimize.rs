@@ -1,6 +1,7 @@
 //! `cosmic optimize` as a user meets it: the run's folder, what it says, exit codes.
 
 use crate::common::Bench;
+use crate::program::has;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
 
@@ -135,9 +136,10 @@ fn it_says_how_it_goes_and_what_came_of_it() {
     let said = bench.ok("optimize tiny.toml --seed 3");
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
     let last = said.out.lines().last().unwrap();
-    for what in ["displacement ", " m (", " V 0.", " V_act 0.", " time "] {
-        assert!(last.contains(what), "{last}");
-    }
+    has(
+        &last,
+        &["displacement ", " m (", " V 0.", " V_act 0.", " time "],
+    );
     let lines: Vec<_> = said.error.lines().collect();
     assert_eq!(lines.len(), 4, "{}", said.error);
     assert!(lines[0].starts_with("world: gravity 4.8 m/s2; "));
@@ -175,7 +177,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     let page = bench.read("part/report.html");
     let compared = bench.ok("compare part whole").out;
     for text in [&said.out, &page, &compared] {
-        assert!(text.contains("undecided"), "{text}");
+        has(&text, &["undecided"]);
         for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {
             assert!(!text.contains(wrong), "{wrong}");
         }

@@ -1,7 +1,7 @@
 //! Runs with a beginning or a loss of their own: `cosmic optimize --from`, and a user's program.
 
 use crate::common::{Bench, scene};
-use crate::program::{command, cosmic_in};
+use crate::program::{command, cosmic_in, has};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
@@ -28,7 +28,7 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 fn a_decided_robot_enters_after_the_snap() {
     let bench = Bench::finished();
     let said = bench.run("b", "--from a --seed 7");
-    assert!(said.out.contains("started after iteration 19"), "{said:?}");
+    has(&said.out, &["started after iteration 19"]);
     assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
     assert!(is_the_start(&bench, ["a", "b"]));
     let summary = bench.json("b/summary.json");
@@ -187,14 +187,12 @@ fn a_run_goes_on_in_its_own_scene() {
     let bench = Bench::default();
     bench.run("runs/a", "");
     let said = bench.ok("optimize --from runs/a");
-    for words in ["run: runs/a-on\n", "tiny, seed 0"] {
-        assert!(said.out.contains(words), "{said:?}");
-    }
+    has(&said.out, &["run: runs/a-on\n", "tiny, seed 0"]);
     let scene = |run: &str| bench.read(&format!("{run}/scene.toml"));
     assert_eq!(scene("runs/a"), scene("runs/a-on"));
     // The folder that the user is in has a name as well.
     let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
-    assert!(said.out.contains("run: runs/a-on\n"), "{said:?}");
+    has(&said.out, &["run: runs/a-on\n"]);
     bench.ok("optimize --from runs/a/design.json --out b");
     assert_eq!(scene("runs/a"), scene("b"));
 }
@@ -252,7 +250,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         ..plan.clone()
     };
     let said = begin(&other, "d").unwrap_err().to_string();
-    assert!(said.contains("scene and seed"), "{said}");
+    has(&said, &["scene and seed"]);
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
     let observer = &mut StopsAfter(3);

@@ -3,6 +3,7 @@
 
 use crate::background::signal;
 use crate::common::{Bench, scene};
+use crate::program::has;
 use std::fs;
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -112,14 +113,8 @@ fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
 fn a_script_for_parallel_does_what_is_left() {
     let bench = bench();
     let text = script(&bench, "--parallel --throttle 2 --minutes 3");
-    assert!(
-        text.contains("printf '%s\\n' 0 {2..4} | parallel --jobs 2 "),
-        "{text}"
-    );
-    assert!(
-        text.contains("--kill-after=60 120 cosmic sweep run s "),
-        "{text}"
-    );
+    has(&text, &["printf '%s\\n' 0 {2..4} | parallel --jobs 2 "]);
+    has(&text, &["--kill-after=60 120 cosmic sweep run s "]);
     let there = Command::new("parallel").arg("--version").output();
     if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
         let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
@@ -290,10 +285,7 @@ fn slurm_finds_folders_of_any_name() {
     }
     let plain = named("half%a");
     let text = script_of(&plain, "half%a", "--slurm").ok().out;
-    assert!(
-        text.contains("#SBATCH --output=half%%a/logs/%a.log\n"),
-        "{text}"
-    );
+    has(&text, &["#SBATCH --output=half%%a/logs/%a.log\n"]);
 }
 
 /// Expands container arguments as Kubernetes does: `$$` is a dollar sign, and `$(NAME)` is replaced if a variable

@@ -3,7 +3,7 @@
 
 use crate::background::signal;
 use crate::common::Bench;
-use crate::program::Told;
+use crate::program::{Told, has};
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::fs;
@@ -275,13 +275,14 @@ fn a_study_of_one_s_own_is_a_file() {
     let folder = "runs/study-grounds";
     assert_eq!(bench.lines(&format!("{folder}/grounds.csv")), 1 + 8);
     let document = bench.read(&format!("{folder}/grounds.md"));
-    for part in [
-        "# Two grounds\n",
-        "| slippery-heavy | – |",
-        "| What does friction change? |",
-    ] {
-        assert!(document.contains(part), "{part}: {document}");
-    }
+    has(
+        &document,
+        &[
+            "# Two grounds\n",
+            "| slippery-heavy | – |",
+            "| What does friction change? |",
+        ],
+    );
     // A trial that joins keeps the runs of the others.
     let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
     bench.write("grounds.toml", format!("{OWN}{more}"));

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::common::{Bench, scene};
-use crate::program::{Told, command};
+use crate::program::{Told, command, has};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -187,7 +187,7 @@ fn warnings_name_their_runs() {
     let bench = planned(&unstable, "--iterations 2");
     let said = bench.cosmic("sweep run s --index all");
     let warning = "warning: tiny-1: the time step of 0.05 s is unstable";
-    assert!(said.error.contains(warning), "{said:?}");
+    has(&said.error, &[warning]);
     fs::remove_dir_all(bench.path("s/runs")).unwrap();
     let quiet = bench.cosmic("sweep run s --index all --quiet");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
@@ -330,9 +330,9 @@ fn a_grid_plans_every_combination() {
     assert_eq!(told["left"], "2-4,6-7");
     assert_eq!(told["runs"][5]["scene"], "tiny+gravity=9.81+horizon=16,32");
     let kept = bench.read("s/runs/tiny+gravity=9.81+horizon=16,32-1/scene.toml");
-    assert!(kept.contains("gravity = 9.81\n"), "{kept}");
+    has(&kept, &["gravity = 9.81\n"]);
     let text = bench.ok("sweep status s").out;
-    assert!(text.contains("\nleft: 2-4,6-7\n"), "{text}");
+    has(&text, &["\nleft: 2-4,6-7\n"]);
     has_columns_of_the_grid(&bench, &text);
     for (how, says) in [
         ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
@@ -346,9 +346,9 @@ fn a_grid_plans_every_combination() {
 /// The grid's values appear as columns and keys, for programs that plot or fit them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
-    assert!(
-        row.contains("  physics.gravity = 9.81  schedule.horizon = [16,32]"),
-        "{row}"
+    has(
+        &row,
+        &["  physics.gravity = 9.81  schedule.horizon = [16,32]"],
     );
     bench.ok("sweep merge s");
     let swept = &bench.json("s/results.json")["runs"][5]["swept"];
@@ -423,7 +423,7 @@ fn a_diverged_run_is_over() {
     let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
     bench.ok("sweep plan tiny.toml --seeds 1 --out s");
     let said = bench.ok("sweep run s --index all");
-    assert!(said.error.contains("diverged in step"), "{said:?}");
+    has(&said.error, &["diverged in step"]);
     assert_eq!(counts(&bench), [0, 0, 0, 1]);
     let said = bench.cosmic("sweep run s --index auto");
     assert_eq!(said.out, "no run is free\n");

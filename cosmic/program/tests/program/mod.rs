@@ -43,9 +43,15 @@ impl Told {
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, code, "{self:?}");
-        for word in words {
-            assert!(self.error.contains(word), "no {word:?} in: {}", self.error);
-        }
+        has(&self.error, words);
+    }
+}
+
+/// Asserts that a text contains all words.
+#[track_caller]
+pub(crate) fn has(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in: {text}");
     }
 }
 
