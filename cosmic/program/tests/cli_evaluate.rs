@@ -193,22 +193,6 @@ fn wrong_cases_and_designs_are_refused() {
     evaluate(&folder, "design.json").fails(2, &["unknown field `colour`"]);
 }
 
-/// NaN is not JSON; a half-written file ends in the middle.
-#[test]
-fn files_that_are_no_json_are_refused_with_their_place() {
-    let folder = folder("");
-    for file in ["design.json", "case.json"] {
-        let text = folder.read(file);
-        let half = text.len() / 2;
-        folder.write(file, &text[..half]);
-        let says = [&format!("{file}:1:{half}"), "truncated or damaged"];
-        evaluate(&folder, file).fails(2, &says);
-        folder.write(file, text.replacen("\"b1\":[0.0", "\"b1\":[NaN", 1));
-        let says = "NaN is not a JSON number; write null for a number that is not finite";
-        evaluate(&folder, file).fails(2, &[says, &format!("{file}:1:")]);
-    }
-}
-
 /// A byte order mark does not matter, nor does a description that names another format.
 #[test]
 fn a_case_is_told_by_what_it_holds() {

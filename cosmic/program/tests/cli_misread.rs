@@ -1,6 +1,7 @@
 //! Files, folders and numbers that a command does not expect: each error says what is wrong and what to do.
 
 use crate::common::{Bench, scene};
+use cosmic::case::Case;
 use std::fs;
 
 /// A finished run of a few iterations in `run`.
@@ -88,6 +89,22 @@ fn a_folder_that_is_not_a_run_is_refused() {
     bench.fails("report tiny.toml", 2, &[says]);
     let says = "cannot read tiny.toml: it is a file; name the folder of a run";
     bench.fails("resume tiny.toml", 4, &[says]);
+}
+
+/// Designs and cases too.
+#[test]
+fn a_truncated_file_is_refused_with_its_place() {
+    let bench = finished();
+    let case = Case::of_scene(&bench.plan().scene, 0).unwrap();
+    bench.write("case.json", case.to_json());
+    for file in ["run/design.json", "case.json"] {
+        let text = bench.read(file);
+        let half = text.len() / 2;
+        bench.write(file, &text[..half]);
+        let place = format!("{file}:1:{half}");
+        let command = format!("evaluate {file}");
+        bench.fails(&command, 2, &[&place, "truncated or damaged"]);
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A folder for a test, and small runs of the program in it.
+//! A folder for a test, with small runs of the program.
 
 pub(crate) mod python;
 
@@ -23,13 +23,13 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A robot of 3x3 nodes and an optimisation of so many iterations with every phase, on
-    /// rollouts of so many steps.
+    /// A robot of 3x3 nodes, and an optimisation with every phase, `iterations` iterations and rollouts of `steps`
+    /// steps.
     pub(crate) fn new(iterations: usize, steps: usize) -> Self {
         Self::with(&scene(iterations, steps, ""))
     }
 
-    /// Another scene.
+    /// A bench with another scene.
     pub(crate) fn with(scene: &str) -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
         bench.write("tiny.toml", scene);
@@ -52,7 +52,7 @@ impl Bench {
         bench
     }
 
-    /// A place in the folder.
+    /// A path in the folder.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -72,7 +72,7 @@ impl Bench {
         fs::remove_file(self.path(name)).unwrap();
     }
 
-    /// The results of the design that a run delivered: its displacement is the one in the summary.
+    /// Evaluates the final design of a run, whose displacement must be that of the summary.
     #[track_caller]
     pub(crate) fn evaluated(&self, run: &str) -> Value {
         let mut evaluated = self.cosmic(&format!("evaluate {run}/design.json")).json();
@@ -109,13 +109,13 @@ impl Bench {
         self.cosmic(&format!("optimize tiny.toml --out {out} {more}"))
     }
 
-    /// A run that must go well.
+    /// A run that must succeed.
     #[track_caller]
     pub(crate) fn run(&self, out: &str, more: &str) -> Told {
         self.optimize(out, more).ok()
     }
 
-    /// The complete lines of a file, which may be being written.
+    /// The number of complete lines of a file, which may be growing.
     pub(crate) fn lines(&self, name: &str) -> usize {
         let bytes = fs::read(self.path(name)).unwrap_or_default();
         bytes.iter().filter(|&&byte| byte == b'\n').count()
@@ -126,13 +126,13 @@ impl Bench {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
-    /// The rows of a JSON file with one on each line.
+    /// The rows of a JSON Lines file.
     pub(crate) fn rows(&self, name: &str) -> Vec<Value> {
         let row = |line| serde_json::from_str(line).unwrap();
         self.read(name).lines().map(row).collect()
     }
 
-    /// The files of a run without its snapshot and without wall times: equal runs have equal ones.
+    /// The files of a run without snapshots and wall times, which are equal for equal runs.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
@@ -185,7 +185,7 @@ fn timeless(name: &str, text: &str) -> String {
     }
 }
 
-/// A text whose tables lack the column of a name.
+/// Removes a column from the tables of a text.
 fn without_column(text: &str, separator: &str, name: &str) -> String {
     let mut at = usize::MAX;
     let cut = |line: &str| {
