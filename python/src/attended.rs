@@ -118,7 +118,7 @@ pub(crate) fn attended<T: Send + 'static>(
     }
     let ended = ended.map_err(|panic| panicked(&*panic))?;
     match (ended, raised_here) {
-        // A run that ended all the same is a run.
+        // The run ended in spite of the request to stop.
         (Ok(done), None) => Ok(Some(done)),
         (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
         (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))
@@ -135,7 +135,7 @@ fn is_interrupt(py: Python, error: &PyErr) -> bool {
     error.is_instance_of::<PyKeyboardInterrupt>(py)
 }
 
-/// Hears events until the work is over. The first exception on the way stops the work and is returned.
+/// Handles events until the work is done. The first exception stops the work and is returned.
 fn attend(
     py: Python,
     heard: &mut Receiver<Event>,

@@ -34,7 +34,7 @@ pub(super) fn seed(text: &str) -> std::result::Result<u64, String> {
     whole(0..=u64::MAX)(text)
 }
 
-/// Reads a count of things of which there is at least one.
+/// Reads a count of 1 or more.
 pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     let expected = |_| "expected a whole number, 1 or more".to_owned();
     text.parse().map_err(expected)

@@ -89,7 +89,7 @@ impl StableStep {
         let [exact, bound, any_design] =
             [self.exact, self.bound, self.any_design].map(|dt| rounded_down(dt, 4));
         format!(
-            "below {exact} s ({bound} s by the safe bound, {any_design} s whatever the design), \
+            "below {exact} s ({bound} s by the safe bound, {any_design} s for any design), \
              largest frequency {:.2} 1/s; this step is {:.0} % of it",
             self.largest_frequency,
             100.0 * dt / self.exact

@@ -78,7 +78,7 @@ fn every_task_runs_and_tells_its_loss() {
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
-        // The plain design at this task.
+        // The plain design with this task.
         let other = plain.path("a").display().to_string();
         let both = robustness(&bench, &format!("{other} a --scene tiny.toml --samples 8"));
         let loss = |k: usize| both["runs"][k]["loss"].as_f64().unwrap();
@@ -97,8 +97,8 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations
-/// of a millimetre grow beyond all bounds, those of a rounding error to another millimetre.
+/// A robot at rest with an unstable time step. Within eight steps, vibrations of a millimetre diverge, and those of a
+/// rounding error grow to a millimetre.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
@@ -122,7 +122,7 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
         assert!(summary["displacement_along"].is_number());
         assert!(!said.out.is_empty());
     }
-    // A finished run is left as it is.
+    // A finished run does not change.
     let said = bench.ok("resume a");
     has(&said.out, &["displacement diverged"]);
     bench.remove("a/summary.json");

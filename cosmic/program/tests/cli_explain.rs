@@ -1,4 +1,4 @@
-//! `cosmic explain` as a user meets it.
+//! `cosmic explain`.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -27,7 +27,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
     assert_eq!(term("Coulomb friction")["kept"], true);
     assert_eq!(term("bending of bars")["kept"], false);
     let limit = |key: &str| rollout["stable_dt"][key].as_f64().unwrap();
-    // The scenes are stable with room to spare, and a bound is on the safe side.
+    // The scenes are stable with a margin, and the bound is conservative.
     assert!(limit("bound") > 0.002 && limit("bound") <= limit("exact"));
     assert!(json.get("measured").is_none());
 }
@@ -52,7 +52,7 @@ fn a_step_is_measured() {
     let errors = measured["f32_gradient_errors"].as_array().unwrap();
     let steps: Vec<_> = errors.iter().map(|e| e["steps"].as_u64()).collect();
     assert_eq!(steps, [Some(2048), Some(4096)]);
-    // Two computations that round differently; how far apart depends on the motion's chaos.
+    // Both computations round differently; the chaotic motion decides how far apart they get.
     assert!(errors.iter().all(|e| e["design"].as_f64() > Some(0.0)));
     let memory = &measured["peak_memory_bytes"];
     assert_eq!(memory.is_u64(), cfg!(target_os = "linux"));
@@ -87,7 +87,7 @@ fn void_edges_are_accounted_for() {
         assert_eq!(voids["dropped"], is_dropped);
         let number = |key: &str| voids[key].as_f64().unwrap();
         assert!(number("edges") > 40.0);
-        // Eight edges at a node at most, of 1e-7 N/m each.
+        // A node has at most eight edges, with 1e-7 N/m each.
         assert!(number("force") > 0.0 && number("force") <= 8.0e-7 * (1.0 + 1e-12));
         assert!(voids["body"]["displacement"].as_f64() > Some(0.0));
         assert!(voids["saving"].is_null());

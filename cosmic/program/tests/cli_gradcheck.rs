@@ -1,4 +1,4 @@
-//! `cosmic gradcheck` as a user meets it.
+//! `cosmic gradcheck`.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -29,7 +29,7 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// On the scenes' own ground, which begins below the lattice here, and the robot falls on it.
+/// The terrain of these scenes begins below the lattice, and the robot falls on it.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [
@@ -57,7 +57,7 @@ fn the_gradients_of_robots_on_terrain_are_checked() {
     }
 }
 
-/// Actuators without stroke: the robot stands where it is, whatever its design and controller.
+/// Actuators without stroke: the robot does not move, so design and controller have no effect.
 #[test]
 fn groups_that_the_loss_does_not_depend_on_are_named() {
     let still = format!("{CHECK} --set materials.max_strain=[0,0,0]");
@@ -69,7 +69,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// Of a scene's own task, as every one is optimised.
+/// The loss is that of the scene's task.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {

@@ -45,7 +45,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// Stops a run after so many iterations.
+/// Stops a run after the given number of iterations.
 struct StopsAfter(usize);
 
 impl Observer for StopsAfter {
@@ -71,7 +71,7 @@ fn assert_rules_hold(design: &Value) {
     }
 }
 
-/// Before the snap and after it, for several seeds, and where the rules leave no choice of volume.
+/// Before and after the snap, for several seeds, and with tight volume bounds.
 #[test]
 fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
     let bench = bench();
@@ -84,11 +84,11 @@ fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
             assert_rules_hold(&design);
         }
     }
-    // Half of the edges are void unless the rules forbid it: 12 or 13 of 25, a tied pair more or less.
+    // Half of the edges are void, as far as the rules allow: 12 or 13 of 25, plus or minus a tied pair.
     let summary = bench.json("0-24/summary.json");
     let volume = summary["V"].as_f64().unwrap();
     assert!((0.4..0.6).contains(&volume), "{volume}");
-    // Tight bounds flip edges at the snap, and layouts are tried beside it and polished.
+    // Tight bounds flip edges at the snap; other layouts are tried and polished.
     bench.run(
         "few",
         "--set volume.solid=[0.3,0.3] --set schedule.polish_trials=40",
@@ -108,7 +108,7 @@ fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
     legs.fails(2, &["6x6 nodes, not", "gate.json"]);
 }
 
-/// The folder has a copy of the file, and needs nothing outside.
+/// The run folder has a copy of the file and needs nothing else.
 #[test]
 fn a_run_on_a_file_goes_on_wherever_its_folder_is() {
     let bench = bench();
@@ -133,7 +133,7 @@ fn a_run_on_a_file_goes_on_wherever_its_folder_is() {
     bench.ok("gradcheck elsewhere/b --steps 32");
     bench.ok("optimize --from elsewhere/b --out c");
     assert_rules_hold(&bench.json("c/design.json"));
-    // The payload stands first, wherever the file has it.
+    // The payload is node 0, at any place in the file.
     let design = bench.json("c/design.json");
     assert_eq!(design["edges"][15], serde_json::json!([6, 0]));
 }
@@ -151,7 +151,7 @@ fn a_sweep_and_a_search_hold_their_lattice() {
     bench.ok("report starts");
 }
 
-/// By differences and in forward mode, of a mixture with tied edges and of every kind.
+/// Compares with finite differences and forward mode, for tied edges and every kind of lattice.
 #[test]
 fn gradients_on_other_lattices_are_those_of_differences() {
     let bench = bench();
@@ -180,7 +180,7 @@ fn every_kind_goes_through_all_phases() {
     }
 }
 
-/// A mistake in a file is shown at its place; a missing file has the exit code of missing files.
+/// An error in a file shows its place; a missing file has exit code 4.
 #[test]
 fn a_file_that_is_no_lattice_is_refused_with_its_place() {
     let bench = bench();
@@ -226,7 +226,7 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
     bench.fails("scene check tiny.toml", 4, &["not a file"]);
 }
 
-/// A design that is decided against the rules is none to go on with.
+/// A layout that violates the rules cannot be a start.
 #[test]
 fn a_design_against_the_rules_is_no_start() {
     let bench = bench();
@@ -254,7 +254,7 @@ fn a_design_against_the_rules_is_no_start() {
     );
 }
 
-/// A lattice that only one program knows by its name: every program goes on with the run.
+/// The lattice exists only in this program, but every program can resume the run.
 #[test]
 fn a_lattice_of_a_program_is_copied_as_a_file_is() {
     add("gate", Truss::parse("gate", GATE).unwrap());
@@ -267,11 +267,11 @@ fn a_lattice_of_a_program_is_copied_as_a_file_is() {
     bench.ok("resume a");
     bench.ok("report a");
     assert_rules_hold(&bench.json("a/design.json"));
-    // The program that ships has no lattice of that name.
+    // The program `cosmic` does not have this lattice.
     bench.optimize("b", "").fails(4, &["gate"]);
 }
 
-/// Cases hold what a rollout and its gradients need, the rules of the edges included.
+/// Cases contain everything for a rollout and its gradients, including the rules of edges.
 #[test]
 fn a_case_of_another_lattice_reads_back_to_the_same_results() {
     let bench = bench();
@@ -287,7 +287,7 @@ fn a_case_of_another_lattice_reads_back_to_the_same_results() {
         let read = Case::parse("case.json", &json).unwrap();
         assert_eq!(read.to_json(), json);
         let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
-        // Thousands of numbers: not shown.
+        // Too many numbers to show.
         assert!(results(&read) == results(&case), "{}", scene.lattice.name());
         let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
         if wrong != json {
@@ -297,7 +297,7 @@ fn a_case_of_another_lattice_reads_back_to_the_same_results() {
     }
 }
 
-/// The example: a ring whose nodes the program makes. Its runs are read by the program that ships.
+/// The example makes a ring of nodes. The program `cosmic` reads its runs.
 #[test]
 fn ring_is_a_lattice_of_its_program() {
     let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();

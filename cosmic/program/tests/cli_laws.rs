@@ -1,4 +1,4 @@
-//! Programs with laws, losses and scenes of their author's: the examples.
+//! The examples: programs with their own laws, losses and scenes.
 
 #[cfg(unix)]
 use crate::background::signal;
@@ -13,7 +13,7 @@ fn built() -> &'static Path {
     cosmic.parent().expect("a folder")
 }
 
-/// The output of a program for a line of arguments, which must succeed.
+/// Runs a program with the arguments of a line, which must succeed, and returns its output.
 #[track_caller]
 fn run_of(program: &Path, bench: &Bench, line: &str) -> String {
     let mut command = Command::new(program);
@@ -31,14 +31,14 @@ const SHORT: &str = "--set physics.steps=64 --set schedule.horizon=[32,32] --set
                      --set schedule.attraction_from=3 --set schedule.snap_at=5 --set lattice.rows=3 \
                      --set lattice.columns=3";
 
-/// Optimises, goes on, reports and checks with an example, whose scene sets a key. Then its runs are shown by
-/// `cosmic`, which lacks what the scene names.
+/// Optimises, reports and checks with an example, whose scene sets a key. Then `cosmic`, which lacks the law or loss of
+/// the scene, shows the runs.
 fn works(name: &str, sets: &str) {
     let bench = works_with_its_program(name, sets);
     without_it(&bench, sets);
 }
 
-/// Optimises, goes on, reports and checks with an example, whose scene sets a key.
+/// Optimises, reports and checks with an example, whose scene sets a key.
 fn works_with_its_program(name: &str, sets: &str) -> Bench {
     let program = built().join("examples").join(name);
     let bench = Bench::default();
@@ -189,8 +189,8 @@ fn lift_is_an_objective() {
     works("lift", "own_loss = \"lift\"");
 }
 
-/// A run with a law that is interrupted goes on to the bytes of one that was not; a program without the
-/// law says that it needs it.
+/// An interrupted run with a law ends with the same bytes as an uninterrupted one. A program without the law reports
+/// that the law is missing.
 #[cfg(unix)]
 #[test]
 fn a_run_with_a_law_is_resumed() {

@@ -1,4 +1,4 @@
-//! `cosmic optimize` as a user meets it: the run's folder, what it says, exit codes.
+//! `cosmic optimize`: the run's folder, output and exit codes.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -104,7 +104,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
         design.materials.iter().filter(solid).count() as f64 / 20.0
     };
     assert_eq!([volume, actuator_volume], [share(1), share(2)]);
-    // 0.47 to 0.53 and 0.17 to 0.25, to the rounding of the bounds.
+    // 0.47 to 0.53 and 0.17 to 0.25, up to rounding of the bounds.
     assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
 
     let text = bench.read("a/trajectory.json");
@@ -113,7 +113,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
     let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
     // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
-    // A run's folder stands for its design.
+    // The folder of a run means its design.
     let by_folder = bench.cosmic("evaluate a").json();
     assert_eq!(by_folder["results"], bench.evaluated("a"));
 }
@@ -162,7 +162,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     assert_eq!(summary["stop_reason"], "iteration_limit");
     let [whole, part] = ["whole", "part"].map(|run| bench.results(run));
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
-    // The run delivers the soft robot of its last iteration, which the design file holds.
+    // The final design is the undecided one of the last iteration.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
@@ -209,7 +209,7 @@ fn of_several_starts_the_best_is_kept() {
         .unwrap();
     assert_eq!(summary["seed"], best["seed"]);
     assert_eq!(summary["displacement_p50"], best["displacement_p50"]);
-    // Chosen by other starts than those it is judged by.
+    // The starts for the choice differ from those for the result.
     assert_ne!(best["displacement_p50"], best["displacement_selection_p50"]);
     let seed = best["seed"].to_string();
     bench.run("alone", &format!("--seed {seed}"));

@@ -1,4 +1,4 @@
-//! `cosmic scene` and `cosmic completions` as a user meets them: output, messages, exit codes.
+//! `cosmic scene` and `cosmic completions`: output, messages and exit codes.
 
 use crate::common::{Bench, scene};
 use crate::program::{Told, command, cosmic, has};
@@ -6,7 +6,7 @@ use cosmic::scene::{BUILTIN, Scene};
 use std::fs;
 use std::process::Command;
 
-/// `scene check` of a file with that text.
+/// Runs `scene check` on a file with this text.
 fn check(text: impl AsRef<[u8]>) -> Told {
     let bench = Bench::default();
     bench.write("my.toml", text);
@@ -76,7 +76,7 @@ fn check_refuses_what_optimize_refuses() {
     let setting = &json["refusals"][0]["settings"][0];
     assert_eq!(setting["key"], "physics.dt");
     assert_eq!(setting["value"], "0.05");
-    // Where no key of it is in the file, the settings are named.
+    // If none of its keys is in the file, the message lists the settings.
     let settings = "(physics.dt = 0.002, physics.substeps = 1); set physics.dt to";
     let told = check("[materials]\nstiffness = [1e-7, 1e6, 30]\n");
     told.fails(2, &[settings]);
@@ -165,7 +165,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     }
     cosmic("--help").ok();
     cosmic("--version").ok();
-    // Into a disk that is full.
+    // On a full disk.
     #[cfg(target_os = "linux")]
     {
         let full = fs::File::create("/dev/full").unwrap();

@@ -1,4 +1,4 @@
-//! `cosmic sweep script` as a user meets it: scripts that a shell takes, and that run.
+//! `cosmic sweep script`: the scripts are valid and run.
 #![cfg(unix)]
 
 use crate::background::signal;
@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
-/// A sweep of five runs, of which number 1 is done.
+/// A sweep of five runs, with run 1 done.
 fn bench() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
@@ -33,7 +33,7 @@ fn bash(bench: &Bench, arguments: &[&str]) -> Output {
     shell(bench, arguments).output().unwrap()
 }
 
-/// Writes a script, which a shell must be able to read.
+/// Writes a script and checks its syntax.
 fn script(bench: &Bench, options: &str) -> String {
     let line = format!("sweep script s {options} --out script");
     assert_eq!(bench.ok(&line).out, "script\n");
@@ -118,7 +118,7 @@ fn a_script_for_parallel_does_what_is_left() {
     let there = Command::new("parallel").arg("--version").output();
     if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
         let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
-        // Past the test harness, which hides what passing tests print.
+        // Directly, because the test harness hides the output of passing tests.
         io::stderr().write_all(says.as_bytes()).unwrap();
         return;
     }
@@ -129,7 +129,7 @@ fn a_script_for_parallel_does_what_is_left() {
         (&told["left"], &told["counts"]["done"]),
         (&"".into(), &5.into())
     );
-    // A head and a line a task.
+    // A head and a line per task.
     assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
     assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
     let nothing = bench.cosmic("sweep script s --parallel");
@@ -166,7 +166,7 @@ fn a_manifest_for_kubernetes_has_what_a_job_needs() {
         container["name"]
     );
     assert_eq!(container["resources"]["limits"]["cpu"], "2");
-    // The container's script does the runs that are left, each pod its own.
+    // The script of the container does the unfinished runs, one in each pod.
     let task = container["args"][0].as_str().unwrap();
     for pod in ["0", "3"] {
         let mut sh = shell(&bench, &["-c", task]);

@@ -1,4 +1,4 @@
-//! `cosmic study` as a user meets it, with small robots: interrupted, resumed, with more seeds.
+//! `cosmic study` with small robots: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
 use crate::background::signal;
@@ -8,13 +8,13 @@ use cosmic::scene::Scene;
 use serde_json::Value;
 use std::fs;
 
-/// A robot of 3x3 nodes under every scene.
+/// Settings that give every scene a robot of 3x3 nodes.
 const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
     [controller]\nhidden = 4\n[volume]\nwidening_over = [4, 6]\n\
     [schedule]\niterations = 20\nattraction_from = 8\nsnap_at = 14\nhorizon = [32, 64]\n\
     [binarisation]\nthreshold_over = [1, 12]\n[loss]\nwindow = 16\nevery = 4\n";
 
-/// The lattice as it is, for the layouts that belong to it.
+/// Short runs with the original lattices, which some layouts need.
 const SHORT: &str = "[physics]\nsteps = 64\n[controller]\nhidden = 2\n\
     [schedule]\nhorizon = [16, 32]\n[loss]\nwindow = 16\n";
 
@@ -44,7 +44,7 @@ fn ended(said: &Told) -> usize {
 fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = study(&bench, "ablation", "a", "--seeds 2").ok();
-    // A line a run, and a line a file: nine figures, a document, two tables.
+    // A line per run, and a line per file: nine figures, a document, two tables.
     let lines = [ended(&said), said.out.lines().count()];
     assert_eq!(lines, [16, 12], "{said:?}");
     let document = bench.read("a/ablation.md");
@@ -71,7 +71,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// Parts that are not designed stay: the controller at its first weights, the materials of the start.
+/// Parts that are not designed do not change: the initial weights and the materials of the start.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -90,7 +90,7 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert!(filled.iter().zip(&held).all(kept), "{held:?}");
     assert!(held.contains(&0), "{held:?}");
     let solid = materials(&design("material-control"));
-    // 0.90 of 20 edges, less the widening of 0.03: 17.4.
+    // 0.90 of 20 edges, minus the widening of 0.03: 17.4.
     assert!(solid.iter().filter(|m| **m > 0).count() >= 18, "{solid:?}");
 }
 
@@ -120,7 +120,7 @@ fn threads_and_interruptions_change_nothing() {
     signal(&child, "TERM");
     let told = Told::of(child.wait_with_output().unwrap());
     told.fails(75, &["of 16 runs done; the same command goes on\n"]);
-    // The folder was tried out before the first run; nothing is in it yet.
+    // The folder was checked before the first run and is still empty.
     assert_eq!(fs::read_dir(bench.path("cut")).unwrap().count(), 0);
     let said = bench.ok(&cut);
     assert!(ended(&said) < 16, "{said:?}");
@@ -155,13 +155,13 @@ fn more_seeds_join_and_other_scenes_do_not() {
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // Right by itself, but not under the study's scenes.
+    // Valid by itself, but not for the scenes of the study.
     let says = "error: the settings of base.toml do not go with the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
 
-/// Results go beside the runs, and replace none but those that they repeat.
+/// Results are beside the runs and replace only results of the same settings.
 #[test]
 fn results_of_other_settings_are_not_replaced() {
     let bench = bench(SHORT);
@@ -208,9 +208,9 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     assert_eq!(document.matches(".svg)").count(), pictures);
 }
 
-/// Every trial's scene of a study, by the names of the trials.
+/// The scenes of all trials of a study, by the names of the trials.
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
-    // `true` stands for a Python that has MuJoCo.
+    // `true` replaces a Python with MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
     bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));
@@ -226,7 +226,7 @@ fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
         .collect()
 }
 
-/// So the eight trials of the ablation are all combinations. Planning a trial begins it.
+/// So the eight trials of the ablation cover all combinations. Planning also starts every trial once.
 #[test]
 fn no_trial_is_another_and_the_strict_ones_depart_in_nothing() {
     let bench = Bench::default();
@@ -283,7 +283,7 @@ fn a_study_of_one_s_own_is_a_file() {
             "| What does friction change? |",
         ],
     );
-    // A trial that joins keeps the runs of the others.
+    // A new trial keeps the runs of the others.
     let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
     bench.write("grounds.toml", format!("{OWN}{more}"));
     let said = bench.ok("study grounds.toml");
@@ -357,7 +357,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
     told.fails(2, &[says]);
 }
 
-/// A study that is planned, done by processes of `sweep run`, and written is the study in one go.
+/// A study that is planned, done by several `sweep run` and then written equals the study in one process.
 #[test]
 fn processes_do_the_runs_of_a_planned_study() {
     let bench = bench(LITTLE);
@@ -372,7 +372,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         if at_work.len() == 3 {
             for child in at_work.drain(..) {
                 let output = child.wait_with_output().unwrap();
-                // Another process may be at work on the run.
+                // Another process may be running this run.
                 assert!(matches!(output.status.code(), Some(0 | 2)), "{output:?}");
             }
         }
@@ -381,7 +381,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         bench.cosmic("sweep status cut-runs --json").json()["left"],
         ""
     );
-    // Every run was measured when it ended, so that writing simulates nothing.
+    // Every run was measured at its end, so writing does not simulate.
     let checks: Vec<_> = fs::read_dir(bench.path("cut-runs/runs")).unwrap().collect();
     let is_measured = |run: &fs::DirEntry| run.path().join("check.json").exists();
     assert_eq!(

@@ -1,4 +1,4 @@
-//! `cosmic sweep` as a user meets it: a frozen plan, runs shared by processes, merged results.
+//! `cosmic sweep`: fixed plans, runs shared by processes, merged results.
 #![cfg(unix)]
 
 use crate::common::{Bench, scene};
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 
-/// A sweep of a scene over three seeds, planned.
+/// A planned sweep of a scene with three seeds.
 fn planned(scene: &str, more: &str) -> Bench {
     let bench = Bench::with(scene);
     let said = bench.cosmic(&format!("sweep plan tiny.toml --seeds 3 --out s {more}"));
@@ -21,7 +21,7 @@ fn small() -> String {
     scene(24, 64, "")
 }
 
-/// The counts that `cosmic sweep status` ends with: runs that wait, are begun, done, diverged.
+/// The counts of waiting, begun, done and diverged runs from `cosmic sweep status`.
 fn counts(bench: &Bench) -> [u64; 4] {
     let told = bench.ok("sweep status s").out;
     let numbers = told.lines().last().unwrap().split(", ");
@@ -51,7 +51,7 @@ fn a_sweep_s_runs_are_those_of_optimize() {
     let said = bench.ok("sweep run s --index 1 --threads 2");
     assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
     let said = bench.cosmic("sweep run s --threads 2");
-    // The one that is done is not done again.
+    // The finished run is not repeated.
     assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
     has_undisturbed_results(&bench);
@@ -105,7 +105,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
-    // One that went on to its end and lost it again, with a row that it needs.
+    // A finished run that lost its summary and a history.
     fs::remove_file(run(1, "summary.json")).unwrap();
     fs::remove_file(run(1, "history.csv")).unwrap();
     sweep("run s --index 1").fails(4, &["history.csv"]);
@@ -118,7 +118,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);
 }
 
-/// The results of all runs of the plan in `s`, wall times aside, those of a sweep that nothing disturbed.
+/// Asserts that all runs of the sweep `s` equal undisturbed runs.
 fn has_undisturbed_results(bench: &Bench) {
     assert_eq!(counts(bench), [0, 0, 3, 0]);
     for seed in ["0", "1", "2"] {
@@ -130,7 +130,7 @@ fn has_undisturbed_results(bench: &Bench) {
     }
 }
 
-/// A run whose folder vanishes ends; the sweep goes on with the others.
+/// A run whose folder disappears ends; the sweep does the others.
 #[test]
 fn a_vanished_folder_ends_its_run_alone() {
     let bench = planned(&scene(40, 192, ""), "");
@@ -144,7 +144,7 @@ fn a_vanished_folder_ends_its_run_alone() {
     has_undisturbed_results(&bench);
 }
 
-/// Where the sweep's folder vanishes, the process ends, and does not make the folder anew.
+/// If the folder of the sweep disappears, the process ends without making it again.
 #[test]
 fn a_vanished_sweep_ends_the_process() {
     let bench = planned(&scene(40, 192, ""), "");
@@ -160,7 +160,7 @@ fn a_vanished_sweep_ends_the_process() {
     has_undisturbed_results(&bench);
 }
 
-/// A file that may not grow beyond some bytes meets what a full disk meets: a write that fails.
+/// A limit on the file size makes writes fail as on a full disk.
 #[test]
 fn a_full_disk_ends_runs_and_loses_nothing() {
     let bench = planned(&scene(40, 192, ""), "");
@@ -203,11 +203,11 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
     let taken = both.iter().chain([&third]);
     let indices: BTreeSet<u64> = taken.map(|said| said["index"].as_u64().unwrap()).collect();
     assert_eq!(indices, BTreeSet::from([0, 1, 2]));
-    // The fourth finds nothing left.
+    // The fourth call finds no run.
     assert_eq!(bench.cosmic(auto).json()["index"], Value::Null);
 }
 
-/// A run that is taken at first, and given back while the others are at work.
+/// A run that is taken at first, and given back while others run.
 #[test]
 fn a_sweep_goes_on_until_nothing_is_left() {
     let bench = planned(&scene(40, 192, ""), "");
@@ -265,7 +265,7 @@ fn a_killed_process_gives_its_run_back() {
     bench.await_lines("s/runs/tiny-0/history.jsonl", 0);
     let taken = bench.cosmic("sweep run s --index 0");
     let is_running = child.try_wait().unwrap().is_none();
-    // Unless it ended meanwhile, the run is not to be had.
+    // The run is taken, unless it has ended meanwhile.
     if is_running {
         taken.fails(2, &["being run by another process"]);
     }
@@ -364,7 +364,7 @@ fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     assert!(rows.nth(5).unwrap().starts_with(row), "{table}");
 }
 
-/// Whatever the order in which runs are done.
+/// For any order of the runs.
 #[test]
 fn merged_results_do_not_depend_on_the_order() {
     let bench = planned(&small(), "--iterations 3");
@@ -413,7 +413,7 @@ fn a_pruned_sweep_has_the_same_results() {
     assert!(size("tiny-1", "design.json").is_ok());
     assert_eq!((merged(), bench.cosmic("sweep status s").out), before);
     assert_eq!(bench.cosmic("sweep prune s").out, "0 runs, 0 bytes\n");
-    // Nothing of it is done again.
+    // No run is repeated.
     let said = bench.ok("sweep run s");
     assert_eq!(said.error.lines().count(), 1, "{said:?}");
 }

@@ -1,4 +1,4 @@
-//! `cosmic verify` as a user meets it.
+//! `cosmic verify`.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -25,7 +25,7 @@ const EXTREMES: [&str; 12] = [
     "lattice",
 ];
 
-/// Before minutes of work, not after.
+/// The check comes before minutes of work.
 #[test]
 fn a_folder_that_cannot_be_is_refused_first() {
     let told = Bench::with(SMALL).cosmic("verify tiny.toml --out tiny.toml");
@@ -48,7 +48,7 @@ fn a_scene_is_verified_into_a_folder() {
     let titles = ["Accuracy of trajectories", "Gradients", "Stability"];
     assert!(sections.iter().map(|s| &s["title"]).eq(&titles));
 
-    // The scene's own integrator is a row, and marked as what the scene asks for.
+    // The integrator of the scene has a row, marked as the default.
     let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
     let marked = rows.iter().filter(|row| row["standing"] == "default");
     let [marked] = marked.collect::<Vec<_>>()[..] else {
@@ -82,7 +82,7 @@ fn a_scene_is_verified_into_a_folder() {
     stability(&sections[2]);
 }
 
-/// Every kind of robot is tried. What is expected to be unstable is called so, and only that.
+/// Every kind of extreme robot is tried. Exactly those that should be unstable are reported as unstable.
 fn stability(section: &Value) {
     let tables = section["tables"].as_array().unwrap();
     let names = ["stable_steps", "extremes"];
