@@ -7,7 +7,7 @@ use std::fs;
 
 /// Other processes try to resume a run while its owner works. The run is not changed.
 fn besieged(options: &str) {
-    let bench = Bench::new(60, 256);
+    let bench = Bench::new(100, 256);
     let whole = bench.run("whole", options);
     assert!(whole.out.starts_with("run: whole\n"), "{whole:?}");
     let mut owner = bench.start(&format!("optimize tiny.toml --out a {options}"));

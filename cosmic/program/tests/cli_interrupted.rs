@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 const ITERATIONS: usize = 100;
 
 fn slow() -> Bench {
-    Bench::new(ITERATIONS, 256)
+    Bench::new(ITERATIONS, 512)
 }
 
 /// The results of the same run without interruptions.
@@ -92,7 +92,7 @@ fn killed_at_any_moment_it_ends_with_the_same_bytes() {
 #[test]
 fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
     let more = "[gradient]\nprecision = \"f32\"\n";
-    let bench = Bench::with(&(scene(ITERATIONS, 256, "") + more));
+    let bench = Bench::with(&(scene(ITERATIONS, 512, "") + more));
     bench.run("whole", "");
     let summary = bench.json("whole/summary.json");
     let departures = summary["departures"].to_string();

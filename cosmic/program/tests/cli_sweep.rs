@@ -133,7 +133,7 @@ fn has_undisturbed_results(bench: &Bench) {
 /// A run whose folder disappears ends; the sweep does the others.
 #[test]
 fn a_vanished_folder_ends_its_run_alone() {
-    let bench = planned(&scene(40, 192, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s/runs/tiny-0"), bench.path("gone")).unwrap();
@@ -147,7 +147,7 @@ fn a_vanished_folder_ends_its_run_alone() {
 /// If the folder of the sweep disappears, the process ends without making it again.
 #[test]
 fn a_vanished_sweep_ends_the_process() {
-    let bench = planned(&scene(40, 192, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s"), bench.path("moved")).unwrap();
@@ -163,7 +163,7 @@ fn a_vanished_sweep_ends_the_process() {
 /// A limit on the file size makes writes fail as on a full disk.
 #[test]
 fn a_full_disk_ends_runs_and_loses_nothing() {
-    let bench = planned(&scene(40, 192, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     // In blocks of 512 bytes: enough for the scene and the first iterations.
     let full = "trap '' XFSZ; ulimit -f 40; exec \"$0\" sweep run s --threads 1";
     let program = command("").get_program().to_owned();
@@ -195,7 +195,7 @@ fn warnings_name_their_runs() {
 
 #[test]
 fn processes_share_a_sweep_and_no_run_is_done_twice() {
-    let bench = planned(&scene(40, 192, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let auto = "sweep run s --index auto --threads 1 --json";
     let children = [(); 2].map(|()| bench.start(auto));
     let both = children.map(|child| Told::of(child.wait_with_output().unwrap()).json());
@@ -210,7 +210,7 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
 /// A run that is taken at first, and given back while others run.
 #[test]
 fn a_sweep_goes_on_until_nothing_is_left() {
-    let bench = planned(&scene(40, 192, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     // An empty claim is one that another host has just made.
     fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
     bench.write("s/claims/tiny-0/1", String::new());
