@@ -129,27 +129,26 @@ fn threads_and_interruptions_change_nothing() {
 
 #[test]
 fn more_seeds_join_and_other_scenes_do_not() {
-    let bench = bench(SHORT);
-    let of = |name: &str, seeds: &str| {
-        let more = format!("--iterations 2 --seeds {seeds}");
-        study(&bench, "findings", name, &more).ok()
+    let bench = Bench::default();
+    bench.write("grounds.toml", OWN);
+    let grounds = |name: &str, more: &str| {
+        let line = format!("study grounds.toml --out {name} --runs {name}-runs {more}");
+        bench.cosmic(&line)
     };
-    of("a", "1 --first-seed 1");
-    let alone = bench.read("a/findings.md");
-    let undecided = "undecided: one seed's change has no error";
-    assert_eq!(alone.matches(undecided).count(), 21, "{alone}");
-    let said = of("a", "2");
-    assert_eq!(ended(&said), 24, "{said:?}");
-    of("b", "2");
-    assert_eq!(bench.results("a"), bench.results("b"));
-    let said = study(&bench, "findings", "a", "--seeds 2");
-    said.fails(
-        2,
-        &[
-            "iterations=2 in the results there",
-            "another folder by --out",
-        ],
+    grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
+    has(
+        &bench.read("a/grounds.md"),
+        &["undecided: one seed's change has no error"],
     );
+    let said = grounds("a", "--iterations 2").ok();
+    assert_eq!(ended(&said), 4, "{said:?}");
+    grounds("b", "--iterations 2").ok();
+    assert_eq!(bench.results("a"), bench.results("b"));
+    let says = [
+        "iterations=2 in the results there",
+        "another folder by --out",
+    ];
+    grounds("a", "").fails(2, &says);
     let refused = |base: &str, says: &str| {
         bench.write("base.toml", base);
         study(&bench, "findings", "c", "").fails(2, &[says]);
