@@ -23,7 +23,7 @@ fn a_decimal_comma_has_its_own_error() {
     let place = ["comma.toml:3:11"];
     bench.fails("scene check comma.toml", 2, &[&says[..], &place].concat());
     bench.write("text.toml", "[physics]\ngravity = \"9,81\"\n");
-    let says = ["is a text: \"9,81\"", "use a decimal point: 9.81"];
+    let says = ["is a string: \"9,81\"", "use a decimal point: 9.81"];
     bench.fails("scene check text.toml", 2, &says);
     bench.write("list.toml", "[volume]\nsolid = [0,5, 0,6]\n");
     let told = bench.cosmic("scene check list.toml");
