@@ -5,9 +5,9 @@ use crate::errors::{caught, raised, refused};
 use crate::loss::{Failure, PythonLoss, taken};
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
-use cosmic::Registry;
 use cosmic::record::{self, DesignFile, RunPlan};
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
@@ -140,6 +140,12 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let make = || codesign(&record::run::read_scene(folder, &Registry::default())?, loss, failure);
+    let make = || {
+        codesign(
+            &record::run::read_scene(folder, &Registry::default())?,
+            loss,
+            failure,
+        )
+    };
     caught(|| or_failure(failure, py.detach(make)).map(Some))
 }

@@ -2,11 +2,11 @@
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
+use cosmic::Registry;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
-use cosmic::Registry;
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -26,7 +26,10 @@ fn text(path: &Path) -> String {
 /// The arrays and texts of a finished run.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let run = caught(|| py.detach(|| RunFiles::read(&folder, &Registry::default())).map_err(raised))?;
+    let run = caught(|| {
+        py.detach(|| RunFiles::read(&folder, &Registry::default()))
+            .map_err(raised)
+    })?;
     let (design, trajectory) = (&run.robot.design, &run.trajectory);
     let weights = &design.controller;
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
@@ -78,7 +81,12 @@ pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
 /// A page with the moving robot of a run.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
-    let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder, &Registry::default())?));
+    let page = || {
+        Ok(cosmic_lab::report::player_page(&RunFiles::read(
+            &folder,
+            &Registry::default(),
+        )?))
+    };
     caught(|| py.detach(page).map_err(raised))
 }
 

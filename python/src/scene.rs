@@ -57,7 +57,8 @@ impl Scene {
     /// For `pickle` and `copy`: the scene as text, including the nodes and edges of a custom lattice.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
-        let text = serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
+        let text =
+            serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
