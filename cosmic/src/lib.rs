@@ -4,6 +4,7 @@
 //! The order of the modules is the architecture: each uses only those above it.
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
+//! - [`keys`] declares the keys of files and the columns of tables.
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`policy`].
@@ -24,6 +25,7 @@ pub mod parallel;
 pub mod random;
 mod registry;
 pub mod reading;
+pub mod keys;
 pub mod lattice;
 pub mod settings;
 pub mod laws;

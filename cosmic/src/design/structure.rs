@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Material;
 use crate::geometry::crossings;
+use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
@@ -21,22 +22,24 @@ const RANK: f64 = 1e-9;
 /// the number; this many bars take a few seconds.
 pub const MOST_RANKED: usize = 2000;
 
-/// What there is to say of the bars of a layout.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Structure {
-    /// Connected pieces of bars.
-    pub pieces: usize,
-    /// Nodes with a bar.
-    pub nodes: usize,
-    /// Ends of bars where no other bar is, nor payload.
-    pub free_ends: usize,
-    /// Pairs of bars that cross between their ends.
-    pub crossings: usize,
-    /// Nodes with a bar in the lowest row.
-    pub feet: usize,
-    /// Ways to move the nodes that change no bar's length at first order, beside those of a rigid body,
-    /// if bars turn freely about their ends. `None` if there are more than [`MOST_RANKED`] bars.
-    pub floppy_modes: Option<usize>,
+keys! {
+    /// How the bars of a layout are connected.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    struct Structure {
+        /// Connected pieces of bars.
+        pieces: usize, "whole number", columns ["pieces"];
+        /// Nodes with a bar.
+        nodes: usize, "whole number", columns ["nodes"];
+        /// Ends of bars without another bar or a payload.
+        free_ends: usize, "whole number", columns ["free_ends"];
+        /// Pairs of bars that cross between their ends.
+        crossings: usize, "whole number", columns ["crossings"];
+        /// Nodes of the lowest row with a bar.
+        feet: usize, "whole number", columns ["feet"];
+        /// Independent motions of the nodes that stretch no bar to first order, without rigid motions, if bars
+        /// turn freely about their ends. `null` for more than 2000 bars, because counting would take too long.
+        floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
+    }
 }
 
 impl Structure {

@@ -3,12 +3,11 @@
 
 mod walk;
 mod rows;
-mod table;
 mod appended;
-mod read;
 mod write;
 
-pub use read::{read, read_lines};
-pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE};
+pub use rows::{
+    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, read, read_lines,
+};
 pub use walk::Walk;
 pub(super) use write::History;

@@ -2,9 +2,8 @@
 
 use super::appended::Appended;
 use super::rows::{
-    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows,
+    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows, header, line,
 };
-use super::table;
 use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
@@ -46,7 +45,7 @@ impl History {
         history.designs.cut(ends[1])?;
         history.table.cut(ends[2])?;
         if begins {
-            history.table.append(table::HEADER)?;
+            history.table.append(&header())?;
         }
         Ok(history)
     }
@@ -58,7 +57,7 @@ impl History {
     pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
-        self.table.append(&table::line(&row))?;
+        self.table.append(&line(&row))?;
         self.lines.append(&FORMAT.line(&row))
     }
 
