@@ -1,7 +1,5 @@
 //! The result: the choice of the delivered controller, and its measured displacement.
 
-use std::borrow::Cow;
-
 use rayon::prelude::*;
 
 use super::begin::CoDesign;
@@ -27,7 +25,7 @@ const KEEP_EVERY: usize = 16;
 pub struct Delivery {
     /// The design: a layout after the snap.
     pub design: Design<[f64; 3]>,
-    /// The material of every edge; before the snap its dominant material.
+    /// The material of every edge; before the snap, its dominant material.
     pub materials: Vec<Material>,
     /// The controller.
     pub controller: Controller<f64>,
@@ -37,27 +35,26 @@ pub struct Delivery {
     pub displacement: Vector<f64>,
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
-    /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
-    /// a task other than distance, minus the losses. With two goals, the quantiles of the merit for
-    /// the goal that the robot does worse at.
+    /// Displacements along the ground from the perturbed starts by which the controller was chosen, m. For tasks
+    /// other than distance, minus the losses. With two goals, the merits for the worse goal.
     pub selection: Quantiles,
-    /// The number that the best of several starts is chosen by: the median of `selection`, or its
-    /// 10 % quantile if the robot is unreliable there.
+    /// The score by which the best of several starts is chosen: the median of `selection`, or its 10 % quantile
+    /// if the robot is unreliable there.
     pub selection_score: f64,
-    /// Whether the median of `spread` describes the robot; for a task other than distance, whether
-    /// the median loss does.
+    /// Whether the median of `spread` describes the robot; for tasks other than distance, whether the median loss
+    /// does.
     pub reliability: Reliability,
-    /// With two goals: displacements with the goal behind, from the starts of `spread`, m. Negative
+    /// With two goals: displacements with the goal behind the robot, from the starts of `spread`, m. Negative
     /// displacements are towards that goal.
     pub behind: Option<Quantiles>,
     /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
-    /// Displacements from the starts of `spread` with the clock alone, m: the controller observes the robot
-    /// as it is at the start.
+    /// Displacements from the starts of `spread` without feedback, m: the controller observes the clock, and the
+    /// robot as it is at the start.
     pub clock_alone: Quantiles,
     /// Displacements of the last iterate from the starts of `spread`, m.
     pub last: Quantiles,
-    /// For a task other than distance: minus the losses from the starts of `spread`.
+    /// For tasks other than distance: minus the losses from the starts of `spread`.
     pub merit: Option<Quantiles>,
     /// Share of solid material.
     pub volume: f64,
@@ -77,16 +74,14 @@ pub struct Delivery {
 }
 
 impl CoDesign {
-    /// Chooses the controller to deliver and measures it in full rollouts.
-    ///
-    /// Before the snap the robot has the soft mixtures of its edges.
+    /// Chooses the controller to deliver and measures it in full rollouts. Before the snap the edges of the robot
+    /// are mixtures.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
         delivery.expect("nothing stops it")
     }
 
-    /// [`deliver`](Self::deliver) that can be stopped: between its parts it asks whether to stop. If so, the
-    /// result is `None`.
+    /// As [`deliver`](Self::deliver), but asks between its parts whether to stop. Returns `None` if it stopped.
     pub fn deliver_unless(
         &self,
         progress: &Progress,
@@ -160,8 +155,7 @@ impl CoDesign {
         })
     }
 
-    /// The merit of a robot from the unperturbed start; `along` is its displacement along the
-    /// ground.
+    /// The merit of a robot from the unperturbed start; `along` is its displacement along the ground.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -171,8 +165,8 @@ impl CoDesign {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
         }
-        self.reach(design, controller, &self.nominal(self.start.clone()))
-            .merit
+        let nominal = Domain::of(&self.task, self.start.clone());
+        self.reach(design, controller, &nominal).merit
     }
 
     /// The numbers that controllers are ranked by: the score, then the median.
@@ -180,7 +174,7 @@ impl CoDesign {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Displacements of a robot whose controller observes the start at all times.
+    /// Displacements of a robot without feedback.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -188,17 +182,13 @@ impl CoDesign {
         domains: &[Domain],
     ) -> Quantiles {
         let task = self.task.without_feedback(&self.start);
-        // Of one task, so that they run side by side.
-        let domain = |domain: &Domain| Domain {
-            task: Cow::Borrowed(&task),
-            start: domain.start.clone(),
-        };
+        let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
         let domains: Vec<Domain> = domains.iter().map(domain).collect();
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of
-    /// a seed, m.
+    /// Displacements of a robot in full rollouts from the perturbed starts by which the result of a seed is
+    /// judged, m.
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -218,7 +208,7 @@ impl CoDesign {
         let merit = match same.first() {
             Some(candidate) => candidate.merit,
             None if is_chosen => self.evaluate(progress).merit,
-            // There is no other candidate.
+            // There is no other candidate to compare with.
             None => f64::NAN,
         };
         let mut entrants = vec![Candidate {
@@ -233,7 +223,7 @@ impl CoDesign {
         entrants
     }
 
-    /// Rolls every candidate out in the domains that controllers are chosen by.
+    /// Measures every candidate in the domains by which controllers are chosen.
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
@@ -242,8 +232,7 @@ impl CoDesign {
         }
     }
 
-    /// The merits of controllers over the domains that controllers are chosen by; known merits are
-    /// not computed again.
+    /// The merits of controllers over the domains by which controllers are chosen. Known merits are reused.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -253,7 +242,8 @@ impl CoDesign {
         entrants.iter().map_while(spread).collect()
     }
 
-    /// The domains that controllers are chosen by: scattered where the robot is to be robust.
+    /// The domains by which controllers are chosen: random domains if the robot has to be robust, otherwise
+    /// perturbed starts.
     fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
@@ -264,26 +254,18 @@ impl CoDesign {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from starts with every coordinate moved up or down by the scene's
-    /// perturbation.
+    /// The nominal task from starts in which every coordinate is moved up or down by the perturbation of the
+    /// scene.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
         let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
-        let domain = |_| self.nominal(start());
+        let domain = |_| Domain::of(&self.task, start());
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from a start.
-    fn nominal(&self, start: State<f64>) -> Domain<'_> {
-        Domain {
-            task: Cow::Borrowed(&self.task),
-            start,
-        }
-    }
-
-    /// The quantiles of every controller over the same domains, computed in parallel, in the order
-    /// of the controllers.
+    /// The quantiles of every controller over the same domains, in the order of the controllers. Computed in
+    /// parallel.
     fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
@@ -291,32 +273,25 @@ impl CoDesign {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
-        // A group shares its task, so that its rollouts run side by side in lanes.
+        // The rollouts of a group share a task, so that they run in lanes.
         let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
         let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
-        let jobs: Vec<_> = controllers
-            .iter()
-            .flat_map(|&c| groups.iter().map(move |group| (c, *group)))
+        let jobs = controllers.iter();
+        let jobs: Vec<_> = jobs
+            .flat_map(|c| groups.iter().map(move |group| (*c, *group)))
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
             let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
-            self.reach_many(
-                &[design],
-                controller,
-                &group[0].task,
-                &starts,
-                GradientPrecision::F64,
-            )
+            let precision = GradientPrecision::F64;
+            self.reach_many(&[design], controller, &group[0].task, &starts, precision)
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
         let of = |reached: &[Reached]| Reaches {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
-            behind: reached[0]
-                .behind
-                .map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
+            behind: (reached[0].behind).map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
@@ -366,7 +341,7 @@ mod tests {
         }
     }
 
-    /// Compares peaks and quantiles with a rollout that is observed at every step.
+    /// Compares the loads with those of a rollout that is observed at every step.
     #[test]
     fn delivered_loads_cover_every_step() {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
@@ -393,7 +368,7 @@ mod tests {
         };
         let told = delivery.loads.unwrap().speed.peak;
         assert_eq!(told, peak(&loads(1)));
-        // Some of the steps alone do not show the peak.
+        // The steps that `trajectory` keeps do not include the peak.
         assert!(told > peak(&loads(16)));
     }
 
@@ -407,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_candidate_that_is_the_last_iterate_is_rolled_out_once() {
+    fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let mut progress = codesign.begin(1).unwrap();
         let plain = codesign.deliver(&progress);
@@ -419,12 +394,12 @@ mod tests {
             codesign.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
-        // If the controller keeps changing, both may be delivered.
+        // After another update, the candidate and the last iterate are different entrants.
         progress.controller.numbers_mut()[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
     }
 
-    /// Two controllers of one robot. The controller with the better median is unreliable.
+    /// Two controllers of one robot, of which the one with the better median is unreliable.
     #[test]
     fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut scene = tiny();
@@ -468,7 +443,7 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // Its 10 % quantile is low, or its unperturbed rollout differs.
+        // The 10 % quantile is low, or the unperturbed rollout differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

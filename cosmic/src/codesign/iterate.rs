@@ -1,4 +1,4 @@
-//! Algorithm 1, an iteration at a time.
+//! One iteration of algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
 use super::delivery::Delivery;
@@ -10,13 +10,13 @@ use crate::objective::{measures, violations};
 use crate::scene::Pass;
 
 impl CoDesign {
-    /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early,
-    /// to save and to resume, call [`iterate`](Self::iterate) on a [`Progress`], or use
-    /// `record::optimise_with`, which saves to a folder.
+    /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early, to save or to
+    /// resume, call [`iterate`](Self::iterate) on a [`Progress`], or use `record::optimise_with`, which saves to
+    /// a folder.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin); the time step is checked after every iteration.
-    /// [`Error::NotFinite`](crate::Error::NotFinite) as in [`Progress::check_loss`].
+    /// The errors of [`begin`](Self::begin), also after every iteration if the time step has become unstable; the
+    /// errors of [`Progress::check_loss`].
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
@@ -63,7 +63,7 @@ impl CoDesign {
         record
     }
 
-    /// Draws edges with a clear material towards it.
+    /// Moves edges with a clear material towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
         let mixtures = self.design(progress);
         let (confidence, nudge) = now.attraction();
@@ -72,7 +72,7 @@ impl CoDesign {
         }
     }
 
-    /// Gives every edge one material, within the widened volume bounds.
+    /// Gives every edge one material, within the widened volume bounds. Tries some alternatives in rollouts.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let design = self.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
@@ -84,12 +84,10 @@ impl CoDesign {
         progress.design = Design::Layout(layout);
     }
 
-    /// A record with the values known at the start of an iteration.
+    /// A record with the values that are known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let measures = measures(
-            &self.design(progress).mixtures(),
-            self.scene.projection.delta,
-        );
+        let design = self.design(progress);
+        let measures = measures(&design.mixtures(), self.scene.projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

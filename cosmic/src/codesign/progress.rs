@@ -13,22 +13,22 @@ use crate::policy::Controller;
 use crate::scene::Pass;
 use crate::simulator::{StepCheck, StepLimit};
 
-/// Iterations after which a run ends if its loss has never been a number.
+/// Iterations after which a run ends if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
 
 /// The whole state of an optimisation: saved and read back, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all random numbers: first weights, a tilted start, perturbed starts, domains.
+    /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
     pub seed: u64,
-    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a
-    /// one-hot robot. `None` for the scene's start.
+    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a layout. `None` for
+    /// the start of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
-    /// True if the caller supplied the loss. No file can hold such a loss.
+    /// True if the caller supplied the loss. Files cannot hold such a loss.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub own_loss: bool,
-    /// Number of the last iteration done.
+    /// The number of the last iteration done.
     pub iteration: usize,
     /// The design: vectors until the snap, a layout from then on.
     #[serde(flatten)]
@@ -41,21 +41,21 @@ pub struct Progress {
     pub adam: AdamState,
     /// Multipliers and penalties.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design: the thresholds come down from them.
+    /// The binarisation measures of the first design, from which the thresholds fall.
     pub first_measures: [f64; 4],
     /// The violations at the last update of the multipliers.
     pub violations: [f64; 4],
-    /// Edges whose material after the snap is not the dominant one before it.
+    /// The number of edges to which the snap gave another material than the dominant one.
     pub flips: usize,
-    /// Gradients skipped because they or their loss were not finite.
+    /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
-    /// The fine-tuning's controllers with the longest single rollouts, best first.
+    /// The controllers of the fine-tuning with the best single rollouts, best first.
     pub candidates: Vec<Candidate>,
-    /// The running means of the design gradients of both projections; empty before the first
-    /// design pass, and without a memory.
+    /// The running means of the design gradients of both projections; empty before the first design pass, and if
+    /// `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller to return to, from the start of settling on.
+    /// The controller to return to; `None` before settling starts.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
@@ -66,9 +66,9 @@ impl Progress {
         self.entered.unwrap_or(0)
     }
 
-    /// Stops the run if the loss has never been a number: after ten or more iterations no gradient
-    /// could be used, and the loss of this iteration is not finite either. Later iterations would not
-    /// change that, because neither design nor controller has changed.
+    /// Stops the run if the loss was never finite: after ten or more iterations no gradient could be used, and the
+    /// loss of this iteration is not finite either. Later iterations would not change that, because neither design
+    /// nor controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -91,10 +91,10 @@ impl Progress {
         }
     }
 
-    /// Checks that all lists of a saved state have the lengths of another state of the same scene.
+    /// Checks that all lists of this saved state are as long as those of another state of the same scene.
     ///
     /// # Errors
-    /// [`Error::Misfit`](crate::error::Error::Misfit) with `file` and the first length that differs.
+    /// [`Error::Misfit`] with `file` and the first length that differs.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let fits = |what: &str, found: usize, expected: usize| {
             fits(file, &format!("entries in `{what}`"), found, expected)
@@ -138,14 +138,13 @@ impl Progress {
 pub struct Candidate {
     /// The iteration that produced it.
     pub iteration: usize,
-    /// Displacement along the ground in a full rollout, m; for a task other than distance, minus
-    /// the loss.
+    /// Displacement along the ground in a full rollout, m; for tasks other than distance, minus the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains that controllers are chosen by. `None` before these
-    /// rollouts, and if too many of them diverged.
+    /// Quantiles of the merit over the domains by which controllers are chosen. `None` before these rollouts, and
+    /// if too many of them diverged.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
@@ -153,13 +152,12 @@ pub struct Candidate {
 /// The controller that settling returns to after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
-    /// The last controller that lost nothing.
+    /// The last good controller.
     pub controller: Controller<f64>,
-    /// The merit that later controllers are compared with: at first the median of the best
-    /// candidate, or its own rollout if that is far below, then the best single rollout. Unit as in
-    /// [`Candidate::merit`].
+    /// The merit with which later controllers are compared, in the unit of [`Candidate::merit`]. At first it is the
+    /// median of the best candidate, or its own rollout if that is far below. Later it is the best single rollout.
     pub merit: f64,
-    /// Factor on the learning rate, halved by every update that is taken back.
+    /// Factor on the learning rate. Every update that is taken back halves it.
     pub trust: f64,
 }
 

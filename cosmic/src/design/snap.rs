@@ -185,7 +185,7 @@ impl Counts {
         let whole = |bounds: Range| {
             // 0.03 * 100 is not 3: a bound that a whole number meets to rounding is met.
             let slack = 1e-9;
-            let (least, most) = bounds.map(|share| share * edges as f64).into();
+            let [least, most] = bounds.map(|share| share * edges as f64).into();
             let inside =
                 [(least - slack).ceil(), (most + slack).floor()].map(|n| n.max(0.0) as usize);
             if inside[0] <= inside[1] {

@@ -20,7 +20,6 @@
 //! crosses once at the start of a rollout and once for every observed state; a step changes no frame.
 
 mod vector;
-mod serial;
 mod operators;
 mod points;
 mod matrix;

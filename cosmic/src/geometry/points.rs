@@ -80,8 +80,8 @@ impl<const D: usize> Bounds<D> {
             high: Vector([f64::NEG_INFINITY; D]),
         };
         points.into_iter().fold(none, |bounds, point| Self {
-            low: bounds.low.min(point),
-            high: bounds.high.max(point),
+            low: bounds.low.zip_with(point, f64::min),
+            high: bounds.high.zip_with(point, f64::max),
         })
     }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The numbers from `low` to `high`; in files `[low, high]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "(f64, f64)", into = "(f64, f64)")]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Range {
     /// The least number.
     pub low: f64,
@@ -59,14 +59,8 @@ impl From<[f64; 2]> for Range {
     }
 }
 
-impl From<(f64, f64)> for Range {
-    fn from((low, high): (f64, f64)) -> Self {
-        Self { low, high }
-    }
-}
-
-impl From<Range> for (f64, f64) {
+impl From<Range> for [f64; 2] {
     fn from(range: Range) -> Self {
-        (range.low, range.high)
+        [range.low, range.high]
     }
 }

@@ -1,6 +1,7 @@
 //! Straight segments, and which of them cross.
 
 use super::points::Bounds;
+use super::range::Range;
 use super::vector::Vector;
 
 /// The smallest area of a triangle that does not count as degenerate, relative to the squares of
@@ -127,22 +128,20 @@ impl Segment<2> {
 pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let segment = |&[i, j]: &[usize; 2]| Segment::new(nodes[i], nodes[j]);
     let segments: Vec<Segment> = edges.iter().map(segment).collect();
-    let extent = |segment: &Segment| Bounds {
-        low: segment.from.min(segment.to),
-        high: segment.from.max(segment.to),
+    // The span of every edge along both axes.
+    let span = |segment: &Segment| {
+        [0, 1].map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])))
     };
-    let extents: Vec<Bounds> = segments.iter().map(extent).collect();
-    let axis = usize::from(crowding(&extents, 1) < crowding(&extents, 0));
+    let spans: Vec<[Range; 2]> = segments.iter().map(span).collect();
+    let axis = usize::from(crowding(&spans, 1) < crowding(&spans, 0));
     let mut order: Vec<usize> = (0..edges.len()).collect();
-    order.sort_by(|&i, &j| extents[i].low.0[axis].total_cmp(&extents[j].low.0[axis]));
+    order.sort_by(|&i, &j| spans[i][axis].low.total_cmp(&spans[j][axis].low));
     let mut pairs = Vec::new();
     for (k, &i) in order.iter().enumerate() {
-        let (Bounds { low, high }, beside) = (extents[i], 1 - axis);
         let later = order[k + 1..].iter();
-        for &j in later.take_while(|j| extents[**j].low.0[axis] <= high.0[axis]) {
-            let other = &extents[j];
-            let overlap =
-                other.low.0[beside] <= high.0[beside] && low.0[beside] <= other.high.0[beside];
+        for &j in later.take_while(|j| spans[**j][axis].low <= spans[i][axis].high) {
+            let [one, other] = [i, j].map(|edge| spans[edge][1 - axis]);
+            let overlap = other.low <= one.high && one.low <= other.high;
             if overlap && segments[i].crosses(&segments[j]) {
                 pairs.push([i.min(j), i.max(j)]);
             }
@@ -153,15 +152,10 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
 }
 
 /// How many edges overlap along an axis, on average.
-fn crowding(extents: &[Bounds], axis: usize) -> f64 {
-    let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for Bounds { low, high } in extents {
-        let (low, high) = (low.0[axis], high.0[axis]);
-        sum += high - low;
-        least = least.min(low);
-        most = most.max(high);
-    }
-    sum / (most - least)
+fn crowding(spans: &[[Range; 2]], axis: usize) -> f64 {
+    let along = || spans.iter().map(|span| span[axis]);
+    let all = Range::of(along().flat_map(|span| [span.low, span.high]));
+    along().map(|span| span.size()).sum::<f64>() / all.size()
 }
 
 #[cfg(test)]

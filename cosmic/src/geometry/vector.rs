@@ -5,12 +5,20 @@ use std::fmt;
 use std::ops::{Index, IndexMut};
 
 use autodiff::Real;
+use serde::{Deserialize, Serialize};
 
-/// A vector, or a point, of `D` numbers (or arrays of numbers).
+/// A vector, or a point, of `D` numbers (or arrays of numbers). In files it is an array.
 ///
-/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels may call them:
-/// [`Kernel`](autodiff::Kernel) says why.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels can call them; see
+/// [`Kernel`](autodiff::Kernel).
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(
+    transparent,
+    bound(
+        serialize = "[T; D]: Serialize",
+        deserialize = "[T; D]: Deserialize<'de>"
+    )
+)]
 pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
@@ -234,18 +242,6 @@ impl<const D: usize> Vector<f64, D> {
     #[must_use]
     pub fn towards(self, other: Self, share: f64) -> Self {
         self + (other - self) * share
-    }
-
-    /// The smaller component of two vectors, one by one.
-    #[must_use]
-    pub fn min(self, other: Self) -> Self {
-        self.zip_with(other, f64::min)
-    }
-
-    /// The larger component of two vectors, one by one.
-    #[must_use]
-    pub fn max(self, other: Self) -> Self {
-        self.zip_with(other, f64::max)
     }
 
     /// The order of two points along the axis in which `size` is largest, and where they are level along the
