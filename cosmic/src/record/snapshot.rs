@@ -1,4 +1,4 @@
-//! `snapshot.json`: the plan and the state of a run, all that resuming needs.
+//! `snapshot.json`: the plan and the state of a run, which is all that resuming needs.
 
 use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
@@ -16,21 +16,21 @@ pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// The task of a run, or of several starts.
+/// The plan of a run, or of several starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunPlan {
     /// The name of the scene.
     pub name: String,
-    /// The scene; in the file as TOML.
+    /// The scene, which is TOML in the file.
     #[serde(with = "toml")]
     pub scene: Scene,
     /// The seed, or the first of several.
     pub seed: u64,
-    /// How many seeds are tried.
+    /// The number of seeds.
     pub starts: NonZeroUsize,
-    /// The run stops after so many iterations, if the scene has more.
+    /// The most iterations of the run, or `None` for all iterations of the scene.
     pub iterations: Option<NonZeroUsize>,
-    /// Whether all starts are carried out.
+    /// How several starts are searched.
     #[serde(default, skip_serializing_if = "Search::is_full")]
     pub search: Search,
 }
@@ -39,10 +39,10 @@ pub struct RunPlan {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Search {
-    /// All starts are carried out.
+    /// All starts are finished.
     #[default]
     Full,
-    /// Successive halving: weak starts are dropped early, by the scene's `[search]`.
+    /// Successive halving: weak starts are dropped early, by `[search]` of the scene.
     Halving,
 }
 
@@ -53,7 +53,7 @@ impl Search {
 }
 
 impl RunPlan {
-    /// A whole run of one start.
+    /// A run of one start with all iterations of the scene.
     pub fn new(name: &str, scene: Scene, seed: u64) -> Self {
         Self {
             name: name.to_owned(),
@@ -65,7 +65,7 @@ impl RunPlan {
         }
     }
 
-    /// Checks that the run in a folder has this plan. `physics.unstable_step` may differ, because
+    /// Checks that this plan, of the run in a folder, is the expected one. `physics.unstable_step` may differ, because
     /// [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
     ///
     /// # Errors
@@ -77,9 +77,8 @@ impl RunPlan {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "{}: the folder holds another run (scene `{}`, seed {}) than the one that belongs there \
-             (scene `{}`, seed {}, with other settings or another number of iterations); move it \
-             elsewhere",
+            "{}: the folder holds another run (scene `{}`, seed {}) than expected (scene `{}`, seed {}, \
+             perhaps with other settings or another number of iterations); move the folder elsewhere",
             folder.display(),
             self.name,
             self.seed,
@@ -101,8 +100,7 @@ impl RunPlan {
     }
 }
 
-/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file
-/// is needed.
+/// A scene in JSON: its text, and the truss of its lattice if there is one, so that no other file is needed.
 pub mod toml {
     use super::Scene;
     use crate::error;
@@ -122,7 +120,7 @@ pub mod toml {
         truss: Truss,
     }
 
-    /// Writes the scene's TOML as a string, or as an object beside the truss of its lattice.
+    /// Writes the TOML of the scene as a string, or as an object that holds the truss too.
     ///
     /// # Errors
     /// The errors of the serializer.
@@ -138,12 +136,12 @@ pub mod toml {
         }
     }
 
-    /// Reads the scene from what [`serialize`] writes.
+    /// Reads a scene that [`serialize`] wrote.
     ///
     /// # Errors
-    /// What is wrong with the TOML, with its line and column.
+    /// The errors in the TOML, with line and column.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
-        // By its own visitor: an error is then at the place of the scene in the file.
+        // With a visitor, errors have the position of the scene in the file.
         from.deserialize_any(AnyForm)
     }
 
@@ -167,7 +165,7 @@ pub mod toml {
         }
     }
 
-    /// An error in a part of a sentence; its own report is a page.
+    /// An error in one line; the report of a malformed file is longer.
     fn told<E: Error>(error: error::Error) -> E {
         match error {
             error::Error::Malformed {
@@ -187,14 +185,14 @@ pub mod toml {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Snapshot<'a> {
     pub(super) plan: Cow<'a, RunPlan>,
-    /// Wall time so far, interruptions left out, s.
+    /// Wall time so far without interruptions, s.
     pub(super) seconds: f64,
-    /// `None` for several starts: each of them has its own snapshot.
+    /// `None` for several starts, because each start has its own snapshot.
     pub(super) progress: Option<Cow<'a, Progress>>,
 }
 
 impl Snapshot<'_> {
-    /// Replaces a folder's snapshot by a plan and a state after so many seconds.
+    /// Replaces the snapshot in a folder.
     pub(super) fn save(
         folder: &Path,
         plan: &RunPlan,
@@ -209,22 +207,21 @@ impl Snapshot<'_> {
         snapshot.write(folder)
     }
 
-    /// Replaces a folder's snapshot.
+    /// Replaces the snapshot in a folder by this one.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         write_json(&folder.join(SNAPSHOT), FORMAT, self)
     }
 
-    /// The plan and the state, checked against an optimisation of the plan's scene. Messages name
-    /// `file`.
+    /// The plan and the state, after a check that they fit the optimisation. Errors name `file`.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the optimisation has another scene or another loss; those of
-    /// [`CoDesign::first`] and [`Progress::fits`].
+    /// [`Error::Usage`] if the optimisation has another scene or another loss; the errors of [`CoDesign::first`] and
+    /// [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
         let plan = self.plan.into_owned();
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
-                "{}: the optimisation is not of the run's scene",
+                "{}: the optimisation and the run have different scenes",
                 file.display()
             )));
         }
@@ -239,7 +236,7 @@ impl Snapshot<'_> {
                 }
             } else {
                 Error::Usage(format!(
-                    "{file}: the run is for its scene's objective, and no other loss"
+                    "{file}: the run is for the objective of its scene; it cannot continue with another loss"
                 ))
             });
         }
@@ -257,7 +254,7 @@ impl Snapshot<'_> {
         Ok((plan, progress))
     }
 
-    /// The scene of a folder's snapshot; `None` if there is no snapshot.
+    /// Reads the scene from the snapshot of a folder; `None` if there is no snapshot.
     ///
     /// # Errors
     /// The errors of [`read_json`].
@@ -279,7 +276,7 @@ impl Snapshot<'_> {
         Ok(Some(read.plan.scene))
     }
 
-    /// A folder's snapshot.
+    /// Reads the snapshot of a folder.
     ///
     /// # Errors
     /// The errors of [`read_json`]; [`Error::Read`] for a folder that is not a run.
@@ -292,8 +289,8 @@ impl Snapshot<'_> {
     }
 }
 
-/// The plan in the bytes of a snapshot, after all checks of resuming. Messages name `path`. `accept`
-/// may refuse a plan before any memory of its size is allocated.
+/// Parses the plan of a snapshot and does all checks of resuming. Errors name `path`. `accept` may refuse a plan before
+/// memory is allocated for it.
 ///
 /// # Errors
 /// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.

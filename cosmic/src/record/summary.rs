@@ -1,4 +1,4 @@
-//! `summary.json`: the result of a run, written last.
+//! `summary.json`: the result of a run, which is written last.
 
 use super::RunPlan;
 use super::files::{no_run, read_json};
@@ -18,10 +18,10 @@ use std::path::{Path, PathBuf};
 /// The format of a summary.
 pub const FORMAT: Format = Format::new("cosmic-summary", 1);
 
-/// The name of the summary in the folder of a run. A folder with a summary is that of a finished run.
+/// The name of the summary in the folder of a run. A run with a summary is finished.
 pub const SUMMARY: &str = "summary.json";
 
-/// Where the last states of a diverged result are kept.
+/// The name of the file with the last states of a diverged result.
 pub const DIVERGED: &str = "diverged.json";
 
 keys! {
@@ -145,8 +145,8 @@ keys! {
     }
 }
 
-/// The ratio of two displacements. `None` if the ratio means nothing, because the divisor is below a
-/// centimetre (the robot stays in place) or because the robot walks backwards.
+/// The ratio of two displacements. `None` if the divisor is below 1 cm (the robot stays in place) or the dividend is
+/// negative (the robot walks backwards), because the ratio would be misleading.
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
@@ -159,19 +159,19 @@ impl Summary {
         self.cells().into_iter().map(Cell::number).collect()
     }
 
-    /// The [`ratio`] of a robot's open-loop displacement, without feedback, to its displacement. Also
-    /// `None` for an unreliable robot.
+    /// The [`ratio`] of the robot's displacement without feedback to its displacement. Also `None` for an unreliable
+    /// robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
     }
 
-    /// True for a design that is known to be undecided.
+    /// True if the design is known to be undecided.
     pub fn is_undecided(&self) -> bool {
         self.undecided == Some(true)
     }
 
-    /// Why the robot is unreliable; `None` for a reliable one, and in files of earlier versions.
+    /// Why the robot is unreliable; `None` for a reliable robot, and in files of earlier versions.
     pub fn unreliable(&self) -> Option<&str> {
         self.reliability.as_ref()?.reason()
     }
@@ -181,13 +181,12 @@ impl Summary {
         self.reliability.as_ref().map(Reliability::word)
     }
 
-    /// True for a robot that is known to be unreliable.
+    /// True if the robot is known to be unreliable.
     pub fn is_unreliable(&self) -> bool {
         self.unreliable().is_some()
     }
 
-    /// The number that the best of several starts is chosen by; the median for files of earlier
-    /// versions.
+    /// The score by which the best of several starts is chosen; the median in files of earlier versions.
     pub(super) fn score(&self) -> Option<f64> {
         match self.reliability {
             Some(_) => self.displacement_selection_score,
@@ -240,7 +239,7 @@ impl Summary {
         }
     }
 
-    /// The summary of a finished run.
+    /// Reads the summary of a finished run.
     ///
     /// # Errors
     /// The errors of [`read_json`]; [`Error::Read`] for a run that is not finished.
@@ -264,7 +263,7 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// Why a run has no result, and what to do.
+/// Says why a run has no result, and what to do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
@@ -276,13 +275,10 @@ fn unfinished(folder: &Path) -> String {
     format!("the run is not finished; {}", go_on(folder, own_loss))
 }
 
-/// The options in force that differ from the paper: those of the scene that the run used, and those
-/// that no scene can express.
+/// The options in effect that differ from the paper: those of the scene that the run used, and those that are not
+/// part of a scene.
 fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
-    let schedule = &plan.scene.schedule;
-    let decided_before = progress
-        .entered
-        .is_some_and(|entered| entered == schedule.snap_at);
+    let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
     let idle = |option: &str| {
         let of_start = progress.entered.is_some() && option.starts_with("start.");
         let of_design = decided_before
@@ -296,20 +292,18 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
                 "binarisation.method",
             ]
             .contains(&option);
-        let of_loss = progress.own_loss
-            && ["loss.", "objective."]
-                .iter()
-                .any(|s| option.starts_with(s));
+        let of_loss =
+            progress.own_loss && (option.starts_with("loss.") || option.starts_with("objective."));
         of_start || of_design || of_loss
     };
     let mut departures = plan.scene.departures();
     departures.retain(|departure| !idle(&departure.option));
     let named = |option: &str, says: &str| Departure {
-        option: option.to_string(),
-        says: says.to_string(),
+        option: option.to_owned(),
+        says: says.to_owned(),
     };
     if progress.entered.is_some() {
-        let says = "the run began with a robot that was there already, kept in start.json";
+        let says = "the run began with an existing robot, which is in start.json";
         departures.push(named("start", says));
     }
     if progress.own_loss {

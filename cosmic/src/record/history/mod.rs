@@ -1,5 +1,5 @@
-//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
-//! the designs of some of them, and how they walk.
+//! `history.jsonl` and `history.csv` get a line at the end of each iteration; `designs.jsonl` gets the designs of some
+//! iterations and how they walk.
 
 mod walk;
 mod rows;

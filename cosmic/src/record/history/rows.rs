@@ -23,7 +23,7 @@ pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
 /// The design vectors of some iterations, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 
-/// Iterations from one line of `designs.jsonl` to the next; the first iteration has one too.
+/// Iterations from one line of `designs.jsonl` to the next. The first iteration has a line too.
 const DESIGNS_EVERY: usize = 10;
 
 /// A line of `designs.jsonl`.
@@ -31,10 +31,10 @@ const DESIGNS_EVERY: usize = 10;
 pub struct DesignRow {
     /// The iteration that produced the design.
     pub iteration: usize,
-    /// Design vectors, one per edge, to four decimals: enough for pictures, too few to resume from.
+    /// Design vectors, one per edge, to four decimals. That is enough for pictures but not for resuming.
     pub z: Vec<[f64; 3]>,
-    /// How the robot walks with the controller of that iteration; `None` if the rollout diverged, and in
-    /// files of earlier versions.
+    /// The walk of the robot with the controller of the iteration; `None` if the rollout diverged, and in files of
+    /// earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub walk: Option<Walk>,
 }
@@ -48,7 +48,7 @@ impl DesignRow {
     }
 }
 
-/// Number of lines of `designs.jsonl` up to an iteration, in a run that entered after `entered`.
+/// The number of lines of `designs.jsonl` up to an iteration, in a run that entered after iteration `entered`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;

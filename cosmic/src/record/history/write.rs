@@ -1,4 +1,4 @@
-//! Writing a history: every iteration appends one row.
+//! Writing a history.
 
 use super::appended::Appended;
 use super::rows::{
@@ -8,7 +8,7 @@ use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
 
-/// The files of a history, open for more rows. The lock on the folder is held elsewhere.
+/// The files of a history, open for more lines. The caller holds the lock on the folder.
 #[derive(Debug)]
 pub(in crate::record) struct History {
     lines: Appended,
@@ -19,12 +19,12 @@ pub(in crate::record) struct History {
 }
 
 impl History {
-    /// Opens the history of a run that entered after iteration `entered`, and removes the rows after
-    /// `iteration`. If no rows are left, the history begins anew.
+    /// Opens the history of a run that entered after iteration `entered`, and removes the lines after `iteration`. If
+    /// no lines are left, the history begins again.
     ///
     /// # Errors
-    /// [`Error::Read`](crate::Error::Read) for a missing file, [`Error::Misfit`](crate::Error::Misfit)
-    /// for missing rows, without a change to any file; [`Error::Write`](crate::Error::Write).
+    /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
+    /// lines; no file has changed then. [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -35,7 +35,7 @@ impl History {
             designs: open(DESIGNS)?,
             entered,
         };
-        // The table's header is one more line.
+        // The header of the table is one more line.
         let ends = [
             history.lines.end(rows)?,
             history.designs.end(design_rows(entered, entered + rows))?,
@@ -61,7 +61,7 @@ impl History {
         self.lines.append(&FORMAT.line(&row))
     }
 
-    /// True if the design after an iteration is kept: after the run's first, and after every tenth.
+    /// True for the iterations whose designs are kept: the first one of the run and every tenth.
     pub(in crate::record) fn keeps_design(&self, iteration: usize) -> bool {
         let rows = |iteration| design_rows(self.entered, iteration);
         rows(iteration) != rows(iteration - 1)
@@ -75,7 +75,7 @@ impl History {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
-    /// Flushes the rows to the disk. A snapshot written after this never counts rows that are lost.
+    /// Flushes the lines to the disk, so that a snapshot that is written later never counts lines that were lost.
     ///
     /// # Errors
     /// [`Error::Write`](crate::Error::Write).
@@ -93,7 +93,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
+    fn lines_read_back_and_the_table_has_a_cell_for_every_column() {
         let folder = tempfile::tempdir().unwrap();
         let mut scene = tiny();
         scene.schedule.iterations = 4;
@@ -131,7 +131,7 @@ mod tests {
             .collect();
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
-        // A run is resumed after nine iterations; the other files have no rows.
+        // A run is resumed after nine iterations. The other files need lines to cut.
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }
