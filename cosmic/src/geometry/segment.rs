@@ -1,19 +1,18 @@
-//! Straight segments, and which of them cross.
+//! Straight segments and their crossings.
 
 use super::points::Bounds;
 use super::range::Range;
 use super::vector::Vector;
 
-/// The smallest area of a triangle that does not count as degenerate, relative to the squares of
-/// its sides.
+/// The smallest area of a triangle that is not degenerate, relative to the squares of its sides.
 const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment<const D: usize = 2> {
-    /// Where it begins.
+    /// The first end.
     pub from: Vector<f64, D>,
-    /// Where it ends.
+    /// The second end.
     pub to: Vector<f64, D>,
 }
 
@@ -50,10 +49,10 @@ impl<const D: usize> Segment<D> {
         from.up() + (to.up() - from.up()) * share
     }
 
-    /// The part of the segment inside a box; `None` if there is none, or if an end of it is not finite.
+    /// The part of the segment inside a box; `None` if it is outside, or if an end of the part is not finite.
     pub fn within(&self, bounds: &Bounds<D>) -> Option<Self> {
         let Self { from, to } = self;
-        // Shares of the way, by Liang and Barsky.
+        // Both ends as shares of the segment, by the method of Liang and Barsky.
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for k in 0..D {
             let way = to.0[k] - from.0[k];
@@ -67,7 +66,7 @@ impl<const D: usize> Segment<D> {
                 last = last.min(one.max(other));
             }
         }
-        // Held to the bounds: from far away their share is rounded.
+        // Clamped to the bounds, because the shares of very long segments are rounded.
         let at = |share: f64| {
             let end = from.towards(*to, share);
             Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
@@ -120,8 +119,8 @@ impl Segment<2> {
 /// The pairs of edges that [cross](Segment::crosses), for nodes at these places. The pairs are in ascending
 /// order, and each has the smaller index first.
 ///
-/// Sweeps along one axis and compares only edges that overlap along it, which are few pairs if the edges
-/// are short. An edge with a NaN crosses nothing.
+/// Sweeps along one axis and compares only edges that overlap along it. If the edges are short, these are few pairs. An edge
+/// with a NaN crosses nothing.
 ///
 /// # Panics
 /// If an edge has a node that does not exist.
@@ -151,7 +150,7 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
     pairs
 }
 
-/// How many edges overlap along an axis, on average.
+/// The mean number of edges that overlap at a place along an axis.
 fn crowding(spans: &[[Range; 2]], axis: usize) -> f64 {
     let along = || spans.iter().map(|span| span[axis]);
     let all = Range::of(along().flat_map(|span| [span.low, span.high]));
@@ -164,7 +163,7 @@ mod tests {
     use crate::geometry::{Bounds, Vector};
     use crate::random::{Purpose, stream, symmetric};
 
-    /// Gives each segment its own two nodes.
+    /// The crossings of segments, each with its own two nodes.
     fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
         let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
         let ends = segments
@@ -214,13 +213,13 @@ mod tests {
     }
 
     #[test]
-    fn segments_end_where_their_bounds_do() {
+    fn segments_end_at_the_bounds() {
         let bounds = Bounds::of([[-64.0, -64.0], [544.0, 304.0]].map(Vector::new));
         let within = |ends| of(ends).within(&bounds);
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // Shares of 1e9, rounded at 1e-16.
+        // Shares of 1e9 m, rounded at 1e-16.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),
