@@ -1,8 +1,6 @@
 //! Keys of files and columns of tables. Each is declared once: the struct, the file, the table and the
 //! documentation follow from one declaration.
 
-use crate::geometry::Vector;
-
 /// A key of a JSON file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
@@ -69,50 +67,27 @@ impl Cell {
     }
 }
 
-/// A value that fills one or more columns.
-pub(crate) trait Cells {
-    fn cells(&self) -> Vec<Cell>;
-}
-
-impl Cells for Cell {
-    fn cells(&self) -> Vec<Cell> {
-        vec![*self]
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
     }
 }
 
-impl Cells for f64 {
-    fn cells(&self) -> Vec<Cell> {
-        vec![Cell::Number(*self)]
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Count(count)
     }
 }
 
-impl Cells for usize {
-    fn cells(&self) -> Vec<Cell> {
-        vec![Cell::Count(*self)]
+impl From<&'static str> for Cell {
+    fn from(word: &'static str) -> Self {
+        Self::Word(word)
     }
 }
 
-impl Cells for &'static str {
-    fn cells(&self) -> Vec<Cell> {
-        vec![Cell::Word(self)]
-    }
-}
-
-impl Cells for Vector<f64> {
-    fn cells(&self) -> Vec<Cell> {
-        self.iter().flat_map(Cells::cells).collect()
-    }
-}
-
-impl<T: Cells> Cells for Option<T> {
-    fn cells(&self) -> Vec<Cell> {
-        self.as_ref().map_or(vec![Cell::Missing], Cells::cells)
-    }
-}
-
-impl<T: Cells, const N: usize> Cells for [T; N] {
-    fn cells(&self) -> Vec<Cell> {
-        self.iter().flat_map(Cells::cells).collect()
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Missing, T::into)
     }
 }
 
@@ -134,7 +109,8 @@ impl<T: Cells, const N: usize> Cells for [T; N] {
 /// }
 /// ```
 ///
-/// The columns show the field. `columns ["a", "b"] of |file: &Summary| ...` shows other values in them.
+/// The columns show the field, or the entries of the field if there are several columns. `columns ["a"] of |file: &Summary|
+/// ...` shows another value.
 macro_rules! keys {
     (
         $(#[$about:meta])+
@@ -184,12 +160,19 @@ macro_rules! keys {
             }
         }
     };
+    (@cells $self:ident, $field:ident, [$column:literal]) => {
+        vec![$crate::keys::Cell::from($self.$field)]
+    };
+    (@cells $self:ident, $field:ident, [$column:literal] of $of:expr) => {{
+        let of: fn(&Self) -> _ = $of;
+        vec![$crate::keys::Cell::from(of($self))]
+    }};
     (@cells $self:ident, $field:ident, $columns:tt) => {
-        $crate::keys::Cells::cells(&$self.$field)
+        $self.$field.into_iter().map($crate::keys::Cell::from).collect()
     };
     (@cells $self:ident, $field:ident, $columns:tt of $of:expr) => {{
         let of: fn(&Self) -> _ = $of;
-        $crate::keys::Cells::cells(&of($self))
+        of($self).into_iter().map($crate::keys::Cell::from).collect()
     }};
     (@parts $self:ident, $field:ident, $Part:ty, $flat:ident) => {
         match &$self.$field {

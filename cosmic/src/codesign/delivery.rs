@@ -14,7 +14,7 @@ use crate::lattice::State;
 use crate::policy::Controller;
 use crate::random::{Purpose, stream};
 use crate::scene::{GradientPrecision, SelectionKind};
-use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
@@ -92,10 +92,10 @@ impl CoDesign {
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
         go_on()?;
-        // The last iterate comes first: it wins a tie.
+        // The last iterate comes first, so it wins a tie.
         let ranked = selections.iter().zip(&entrants);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
-        let chosen = &entrants[best];
+        let (chosen, selection) = (&entrants[best], selections[best]);
         let controller = &chosen.controller;
 
         let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
@@ -106,52 +106,50 @@ impl CoDesign {
         let steps = self.scene.physics.steps;
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
-        let guarded = (self.task).guarded(&design, controller, &self.start, &span);
+        let Guarded {
+            trajectory,
+            divergence,
+        } = (self.task).guarded(&design, controller, &self.start, &span);
         go_on()?;
-        let trajectory = &guarded.trajectory;
-        let moved = match guarded.divergence {
+        let moved = match divergence {
             Some(_) => Vector::NAN,
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
         let merit = self.unperturbed(&design, controller, moved.forward());
-        let body = self.task.body(&design);
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
         let layout = design.layout();
-        let [volume, actuator_volume] = volumes(&design.mixtures());
         let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
         go_on()?;
-        let simulator = &self.task.simulator;
-        let bars = match layout {
-            Some(layout) if guarded.divergence.is_none() => {
-                simulator.loads(layout, &body, controller, &self.start, steps)
-            }
-            _ => Vec::new(),
-        };
+        let layout = layout.filter(|_| divergence.is_none());
+        let (simulator, body) = (&self.task.simulator, self.task.body(&design));
+        let bars =
+            layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
+        let bars = bars.unwrap_or_default();
         go_on()?;
+        let [volume, actuator_volume] = volumes(&design.mixtures());
         Some(Delivery {
             design: progress.design.clone(),
+            materials: design.materials(),
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved.forward(),
-            selection: selections[best],
-            selection_score: self.merit().score(&selections[best], merit),
+            selection,
+            selection_score: self.merit().score(&selection, merit),
             reliability: self.merit().reliability(&spreads[0].merit, merit),
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
-            loads: (layout.filter(|_| !bars.is_empty()))
-                .map(|layout| simulator.loads_of(layout, &bars, trajectory)),
-            bars,
-            structure,
-            materials: design.materials(),
             volume,
             actuator_volume,
-            trajectory: guarded.trajectory,
-            divergence: guarded.divergence,
+            structure,
+            loads: layout.map(|layout| simulator.loads_of(layout, &bars, &trajectory)),
+            bars,
+            trajectory,
+            divergence,
         })
     }
 

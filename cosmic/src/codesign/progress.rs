@@ -231,7 +231,7 @@ keys! {
                 "mma_stability_newton_steps", "mma_stability_residual",
                 "mma_stability_elastic_V_most", "mma_stability_elastic_V_least",
                 "mma_stability_elastic_V_act_most", "mma_stability_elastic_V_act_least"
-            ] of |r: &Record| r.mma.each_ref().map(|mma| solved(mma.as_ref()));
+            ] of |r: &Record| r.mma.iter().flat_map(|mma| solved(mma.as_ref())).collect::<Vec<_>>();
         /// Gradients skipped in this iteration because they or their loss were not finite.
         skipped: usize, "whole number", columns ["skipped"];
         /// The time step compared with the vibrations of the design after the iteration. In the table: `dt` over

@@ -164,7 +164,7 @@ pub fn flipped(
 }
 
 /// The numbers of solid edges and of actuators in a layout.
-fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
+pub(super) fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
     let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
     [
         count(Material::is_solid),
@@ -219,7 +219,7 @@ impl Counts {
 
 #[cfg(test)]
 mod tests {
-    use super::{VolumeBounds, alternatives, flips, snap};
+    use super::{VolumeBounds, alternatives, flips, snap, solid_and_actuators as counts};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::design::{LayoutRules, Mixture};
     use crate::geometry::{Range, Vector};
@@ -250,10 +250,15 @@ mod tests {
     fn free(edges: usize) -> LayoutRules {
         ruled(&EdgeRules::default(), edges)
     }
-    const HALF: VolumeBounds = VolumeBounds {
-        solid: Range::new(0.5, 0.5),
-        actuator: Range::new(0.25, 0.25),
-    };
+
+    const HALF: VolumeBounds = bounds([0.5, 0.5], [0.25, 0.25]);
+
+    const fn bounds(solid: [f64; 2], actuator: [f64; 2]) -> VolumeBounds {
+        VolumeBounds {
+            solid: Range::new(solid[0], solid[1]),
+            actuator: Range::new(actuator[0], actuator[1]),
+        }
+    }
 
     /// If the dominant materials are within the bounds, nothing is flipped.
     #[test]
@@ -274,8 +279,7 @@ mod tests {
             row[material as usize] = 0.6;
             let mixture = [Mixture(row); 110];
             let materials = snap(&mixture, &bounds, &free(110));
-            let solid = materials.iter().filter(|m| m.is_solid()).count();
-            let actuators = materials.iter().filter(|&&m| m == Actuator).count();
+            let [solid, actuators] = counts(&materials);
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
             assert!(flips(&mixture, &materials) > 0);
@@ -285,13 +289,9 @@ mod tests {
     #[test]
     fn bounds_between_two_whole_numbers_take_the_nearest() {
         for (solid, edges) in [([0.5, 0.5], 2), ([0.36, 0.36], 2), ([0.56, 0.58], 3)] {
-            let bounds = VolumeBounds {
-                solid: solid.into(),
-                actuator: Range::new(0.0, 1.0),
-            };
+            let bounds = bounds(solid, [0.0, 1.0]);
             let materials = snap(&[Mixture([0.0, 1.0, 0.0]); 5], &bounds, &free(5));
-            let solids = materials.iter().filter(|m| m.is_solid()).count();
-            assert_eq!(solids, edges, "{solid:?} of 5 edges");
+            assert_eq!(counts(&materials)[0], edges, "{solid:?} of 5 edges");
         }
     }
 
@@ -305,10 +305,7 @@ mod tests {
         ]
         .map(Mixture);
         let layout = [Skeleton, Void, Actuator, Void];
-        let wide = VolumeBounds {
-            solid: Range::new(0.25, 0.75),
-            actuator: Range::new(0.25, 0.25),
-        };
+        let wide = bounds([0.25, 0.75], [0.25, 0.25]);
         let all = |mixture: &[_; 4], bounds| alternatives(mixture, &layout, bounds, &free(4), 100);
         let layouts = all(&mixture, &wide);
         let differs = |other: &Vec<Material>| {
@@ -347,29 +344,25 @@ mod tests {
             [0.1, 0.9, 0.0],
         ]
         .map(Mixture);
-        let half = VolumeBounds {
-            solid: Range::new(0.25, 0.25),
-            actuator: Range::new(0.0, 0.0),
-        };
+        let (ruled, free) = (ruled(&rules, 4), free(4));
+        let quarter = bounds([0.25, 0.25], [0.0, 0.0]);
+        let layout = [Skeleton, Void, Void, Void];
         assert_eq!(
-            snap(&mixture, &half, &free(4)),
+            snap(&mixture, &quarter, &free),
             [Void, Void, Void, Skeleton]
         );
-        assert_eq!(
-            snap(&mixture, &half, &ruled(&rules, 4)),
-            [Skeleton, Void, Void, Void]
-        );
-        let any = VolumeBounds {
-            solid: Range::new(0.0, 1.0),
-            actuator: Range::new(0.0, 0.0),
+        assert_eq!(snap(&mixture, &quarter, &ruled), layout);
+        let found = |rules| {
+            alternatives(
+                &mixture,
+                &layout,
+                &bounds([0.0, 1.0], [0.0, 0.0]),
+                rules,
+                100,
+            )
         };
-        let layout = [Skeleton, Void, Void, Void];
-        let found = alternatives(&mixture, &layout, &any, &ruled(&rules, 4), 100);
-        assert_eq!(found, [[Skeleton, Void, Skeleton, Skeleton]]);
-        assert_eq!(
-            alternatives(&mixture, &layout, &any, &free(4), 100).len(),
-            4
-        );
+        assert_eq!(found(&ruled), [[Skeleton, Void, Skeleton, Skeleton]]);
+        assert_eq!(found(&free).len(), 4);
     }
 
     /// The alternatives are in one piece too.
@@ -392,12 +385,9 @@ mod tests {
                 let dominant: Vec<_> = mixture.iter().map(Mixture::dominant).collect();
                 torn += usize::from(rules.faults(&dominant) > 0);
                 let snapped = snap(&mixture, &bounds, &rules);
-                let share = |is: fn(&Material) -> bool| {
-                    snapped.iter().filter(|m| is(m)).count() as f64 / 110.0
-                };
+                let [solid, actuators] = counts(&snapped).map(|n| n as f64 / 110.0);
                 assert_eq!(rules.faults(&snapped), 0);
-                assert!((0.47..=0.53).contains(&share(|m| m.is_solid())));
-                assert!((0.17..=0.25).contains(&share(|m| *m == Actuator)));
+                assert!((0.47..=0.53).contains(&solid) && (0.17..=0.25).contains(&actuators));
                 let others = alternatives(&mixture, &snapped, &bounds, &rules, 50);
                 assert!(!others.is_empty() && others.iter().all(|other| rules.faults(other) == 0));
             }
@@ -413,15 +403,12 @@ mod tests {
         assert!(!lattice.edges[kept].contains(&lattice.payload[0].node));
         lattice.rules.keep = vec![kept];
         let rules = LayoutRules::new(&lattice, &ONE_PIECE);
-        let any = VolumeBounds {
-            solid: Range::new(0.0, 1.0),
-            actuator: Range::new(0.0, 1.0),
-        };
+        let any = bounds([0.0, 1.0], [0.0, 1.0]);
         let mut mixture = vec![Mixture([0.98, 0.01, 0.01]); kept];
         mixture.push(Mixture([0.0, 0.4, 0.6]));
         let snapped = snap(&mixture, &any, &rules);
         assert_eq!(rules.faults(&snapped), 0);
         assert_eq!(snapped[kept], Actuator);
-        assert!(snapped.iter().filter(|m| m.is_solid()).count() <= 6);
+        assert!(counts(&snapped)[0] <= 6);
     }
 }

@@ -135,6 +135,7 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{filled, layout_materials, start};
+    use crate::design::snap::solid_and_actuators;
     use crate::design::{Design, Material};
     use crate::error::Result;
     use crate::lattice::Lattice;
@@ -194,12 +195,7 @@ mod tests {
         let lattice = Lattice::sample(6, 6, 0.0);
         for layout in [Layout::Tall, Layout::Short] {
             let materials = layout_materials(layout, &lattice).unwrap();
-            let solid = materials.iter().filter(|m| m.is_solid()).count();
-            let actuators = materials
-                .iter()
-                .filter(|&&m| m == Material::Actuator)
-                .count();
-            assert_eq!((solid, actuators), (55, 22));
+            assert_eq!(solid_and_actuators(&materials), [55, 22]);
             let settings = StartSettings {
                 layout,
                 kind: StartKind::Layout,

@@ -145,6 +145,20 @@ keys! {
     }
 }
 
+impl Start {
+    /// A start with its summary; `None` if it was dropped or diverged.
+    pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
+        Self {
+            seed,
+            displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
+            displacement_selection_score: summary.and_then(Summary::score),
+            displacement_p50: summary.and_then(|s| s.displacement_p50),
+            reliability: summary.and_then(|s| s.reliability.clone()),
+            dropped_at,
+        }
+    }
+}
+
 /// The ratio of two displacements. `None` if the divisor is below 1 cm (the robot stays in place) or the dividend is
 /// negative (the robot walks backwards), because the ratio would be misleading.
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {

@@ -69,14 +69,7 @@ pub(in crate::record) fn search(
             diverged.get_or_insert((seed, error));
             None
         });
-        starts.push(Start {
-            seed,
-            displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
-            displacement_selection_score: summary.as_ref().and_then(Summary::score),
-            displacement_p50: summary.as_ref().and_then(|s| s.displacement_p50),
-            reliability: summary.as_ref().and_then(|s| s.reliability.clone()),
-            dropped_at,
-        });
+        starts.push(Start::new(seed, summary.as_ref(), dropped_at));
         seconds += match &summary {
             Some(summary) => summary.seconds,
             None => Snapshot::read(&folder_of(folder, seed))?.seconds,
