@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
+use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::schedule::Schedule;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
-use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
 use crate::policy::Controller;
@@ -17,12 +16,9 @@ use crate::task::Task;
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {
-    pub(super) scene: Scene,
-    pub(super) task: Task,
-    pub(super) loss: Arc<dyn AnyLoss>,
+    pub(super) evaluator: Evaluator,
     /// True if the caller supplied the loss in place of the scene's objective.
-    pub(super) own_loss: bool,
-    pub(super) start: State<f64>,
+    own_loss: bool,
     /// The optimiser of the design. Each projection has its own state.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
@@ -93,32 +89,19 @@ impl CoDesign {
     }
 
     fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
-        // A run writes its scene and reads it again, so the scene must be valid as a file.
-        scene.check()?;
-        check_loss(&*loss, scene)?;
-        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let evaluator = Evaluator::new(scene, loss)?;
+        let lattice = &evaluator.task.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
         let mma = Mma::new(scene.mma.clone(), &lower, &upper)
             .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))?;
         Ok(Self {
-            loss,
             own_loss: true,
-            start: lattice.state_at_rest(),
             mma,
             adam: Adam(scene.adam.clone()),
-            rules: LayoutRules::new(&lattice, &scene.design),
-            task: Task::new(
-                lattice,
-                &scene.physics,
-                &scene.controller,
-                &scene.materials,
-                &scene.projection,
-            )
-            .with_memory(scene.gradient.budget())
-            .with_one_piece(scene.design.one_piece),
-            scene: scene.clone(),
+            rules: LayoutRules::new(lattice, &scene.design),
             checked: None,
+            evaluator,
         })
     }
 
@@ -129,7 +112,7 @@ impl CoDesign {
     /// time step is unstable for the start and the scene does not allow that.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let progress = self.first(seed)?;
-        self.step_check(&progress).accept(&self.scene.physics)?;
+        self.step_check(&progress).accept(&self.scene().physics)?;
         Ok(progress)
     }
 
@@ -147,7 +130,7 @@ impl CoDesign {
         design: Design<[f64; 3]>,
         controller: Controller<f64>,
     ) -> Result<Progress> {
-        let snap_at = self.scene.schedule.snap_at;
+        let snap_at = self.scene().schedule.snap_at;
         let (design, entered) = match design {
             Design::Layout(layout) => {
                 let whole = self.rules.without_loose_bars(&layout);
@@ -168,7 +151,7 @@ impl CoDesign {
                 "the controller to begin with has weights that are not finite".into(),
             ));
         }
-        if entered >= self.scene.schedule.iterations {
+        if entered >= self.scene().schedule.iterations {
             return Err(Error::Usage(format!(
                 "the design to begin with is a layout, and the scene ends with its snap (iteration \
                  {snap_at}), so there is no fine-tuning; raise `schedule.iterations`"
@@ -181,14 +164,14 @@ impl CoDesign {
             ..self.progress(seed, design, controller)
         };
         progress.fits(&first, "the robot to begin with")?;
-        self.step_check(&progress).accept(&self.scene.physics)?;
+        self.step_check(&progress).accept(&self.scene().physics)?;
         Ok(progress)
     }
 
     /// Refuses design vectors outside 0 to 1, and layouts that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
-        let rules = &self.task.lattice.rules;
+        let rules = &self.evaluator.task.lattice.rules;
         for (edge, z) in z.iter().enumerate() {
             if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
                 return refuse(format!(
@@ -217,14 +200,20 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
+        let controller =
+            Controller::xavier(&self.scene().controller, &self.evaluator.task.lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
     /// The start of a seed.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
-        let beta = self.scene.projection.beta;
-        start(&self.scene.start, &self.task.lattice, beta, seed)
+        let beta = self.scene().projection.beta;
+        start(
+            &self.scene().start,
+            &self.evaluator.task.lattice,
+            beta,
+            seed,
+        )
     }
 
     /// The state of a robot before its first iteration.
@@ -235,8 +224,8 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.task.mixtures(Projection::Performance, &z);
-        let first_measures = measures(&mixtures, self.scene.projection.delta).constrained();
+        let mixtures = self.evaluator.task.mixtures(Projection::Performance, &z);
+        let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,
             entered: None,
@@ -244,7 +233,7 @@ impl CoDesign {
             iteration: 0,
             mma: [(); 2].map(|()| self.mma.init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
-            lagrangian: AugmentedLagrangian::new(self.scene.binarisation.penalty),
+            lagrangian: AugmentedLagrangian::new(self.scene().binarisation.penalty),
             first_measures,
             violations: [0.0; 4],
             flips: 0,
@@ -259,69 +248,35 @@ impl CoDesign {
 
     /// The scene.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.evaluator.scene
     }
 
     /// The simulated task.
     pub fn task(&self) -> &Task {
-        &self.task
+        &self.evaluator.task
     }
 
-    /// True if robots are ranked by their displacement; see [`Loss::is_far`].
-    pub fn is_far(&self) -> bool {
-        self.loss.is_far()
+    /// The evaluator of robots.
+    pub fn evaluator(&self) -> &Evaluator {
+        &self.evaluator
     }
 
     /// Compares the time step with the vibrations of the current design and of the robots that domain
     /// randomisation draws around it.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
-        let design = self.design(progress);
+        let design = self.evaluator.design(progress);
         match &self.checked {
             Some((checked, check)) if *checked == design => *check,
-            _ => self.step_check_of(&design),
+            _ => self.evaluator.step_check_of(&design),
         }
     }
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
-        let design = self.task.projected(Projection::Performance, &start);
-        Ok(self.step_check_of(&design))
+        let design = self.task().projected(Projection::Performance, &start);
+        Ok(self.evaluator.step_check_of(&design))
     }
-
-    fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
-        let faster = self.scene.robust.faster();
-        self.task.step_check(design, &self.start.x, faster)
-    }
-
-    /// The simulated design: the mixtures of the performance projection, or the layout (D7).
-    pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        self.task
-            .projected(Projection::Performance, &progress.design)
-    }
-}
-
-/// Refuses a loss that observes no node, or steps that a rollout does not have.
-fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
-    let horizon = |iteration| Schedule { scene, iteration }.horizon();
-    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
-    lengths.push(scene.physics.steps);
-    lengths.dedup();
-    for steps in lengths {
-        let observed = loss.observed(steps);
-        if !observed.is_sorted() || observed.last() != Some(&steps) {
-            return Err(Error::Usage(format!(
-                "in a rollout of {steps} steps the loss observes {observed:?}; expected steps that ascend \
-                 and end with {steps}"
-            )));
-        }
-    }
-    if loss.nodes() == 0 {
-        return Err(Error::Usage(
-            "the loss observes no node; it must observe at least one".into(),
-        ));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

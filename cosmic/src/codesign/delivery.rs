@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
@@ -73,7 +73,7 @@ pub struct Delivery {
     pub divergence: Option<Divergence>,
 }
 
-impl CoDesign {
+impl Evaluator {
     /// Chooses the controller to deliver and measures it in full rollouts. Before the snap the edges of the robot
     /// are mixtures.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
@@ -311,6 +311,7 @@ mod tests {
     use std::cell::Cell;
 
     use crate::codesign::schedule::Schedule;
+    use crate::codesign::settle::settle;
     use crate::codesign::tests::{LIVELY, after, tiny};
     use crate::codesign::{Candidate, CoDesign, Quantiles};
     use crate::design::Material;
@@ -328,9 +329,9 @@ mod tests {
                 asked.set(asked.get() + 1);
                 asked.get() == question
             };
-            codesign.deliver_unless(&progress, &is_stopped)
+            codesign.evaluator.deliver_unless(&progress, &is_stopped)
         };
-        assert_eq!(stops_at(0), Some(codesign.deliver(&progress)));
+        assert_eq!(stops_at(0), Some(codesign.evaluator.deliver(&progress)));
         let questions = asked.get();
         assert!(questions > 3);
         for question in 1..=questions {
@@ -344,13 +345,18 @@ mod tests {
     fn delivered_loads_cover_every_step() {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
         let (codesign, progress) = after(&scene, 9, 1);
-        let delivery = codesign.deliver(&progress);
-        let design = codesign.design(&progress);
+        let delivery = codesign.evaluator.deliver(&progress);
+        let design = codesign.evaluator.design(&progress);
         let loads = |every: usize| {
             let observed = (0..=scene.physics.steps).step_by(every).collect();
             let span = Span::from_start(observed);
             let task = codesign.task();
-            let seen = task.rollout(&design, &delivery.controller, &codesign.start, &span);
+            let seen = task.rollout(
+                &design,
+                &delivery.controller,
+                &codesign.evaluator.start,
+                &span,
+            );
             let moments = task.moments(&design, &delivery.controller, &seen);
             let bar =
                 |(edge, m): (usize, &Material)| m.is_solid().then(|| BarLoad::of(edge, &moments));
@@ -373,7 +379,7 @@ mod tests {
     #[test]
     fn an_undecided_design_has_neither_structure_nor_loads() {
         let codesign = CoDesign::new(&tiny()).unwrap();
-        let delivery = codesign.deliver(&codesign.begin(1).unwrap());
+        let delivery = codesign.evaluator.deliver(&codesign.begin(1).unwrap());
         assert!(delivery.along.is_finite());
         assert_eq!((delivery.structure, delivery.loads), (None, None));
         assert!(delivery.bars.is_empty());
@@ -383,18 +389,18 @@ mod tests {
     fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let mut progress = codesign.begin(1).unwrap();
-        let plain = codesign.deliver(&progress);
+        let plain = codesign.evaluator.deliver(&progress);
         codesign.note_candidate(&mut progress, 1.0);
-        assert_eq!(codesign.entrants(&progress).len(), 1);
-        assert_eq!(codesign.deliver(&progress), plain);
-        codesign.judge_candidates(&mut progress);
+        assert_eq!(codesign.evaluator.entrants(&progress).len(), 1);
+        assert_eq!(codesign.evaluator.deliver(&progress), plain);
+        codesign.evaluator.judge_candidates(&mut progress);
         assert_eq!(
-            codesign.entrants(&progress)[0].spread,
+            codesign.evaluator.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
         // After another update, the candidate and the last iterate are different entrants.
         progress.controller.numbers_mut()[0] += 0.1;
-        assert_eq!(codesign.entrants(&progress).len(), 2);
+        assert_eq!(codesign.evaluator.entrants(&progress).len(), 2);
     }
 
     /// Two controllers of one robot, of which the one with the better median is unreliable.
@@ -420,11 +426,16 @@ mod tests {
             let mut progress = progress.clone();
             progress.controller = last.controller.clone();
             progress.candidates = vec![rival.clone(), steady.clone(), last.clone()];
-            let delivered = codesign.deliver(&progress).controller;
+            let delivered = codesign.evaluator.deliver(&progress).controller;
             let is = |c: &Candidate| c.controller == delivered;
             assert!(is(&rival) || is(&steady));
             let mut settled = progress.clone();
-            assert!(codesign.settle(&mut settled, &Schedule::at(codesign.scene(), 12), 0.1));
+            assert!(settle(
+                &codesign.evaluator,
+                &mut settled,
+                &Schedule::at(codesign.scene(), 12),
+                0.1
+            ));
             assert_eq!(settled.controller, delivered);
             is(&rival)
         };

@@ -23,20 +23,21 @@ impl CoDesign {
             let record = self.iterate(&mut progress);
             observe(&record);
             progress.check_loss(&record)?;
-            self.step_check(&progress).accept(&self.scene.physics)?;
+            self.step_check(&progress)
+                .accept(&self.evaluator.scene.physics)?;
         }
-        Ok(self.deliver(&progress))
+        Ok(self.evaluator.deliver(&progress))
     }
 
     /// True if all iterations are done.
     pub fn is_done(&self, progress: &Progress) -> bool {
-        progress.iteration >= self.scene.schedule.iterations
+        progress.iteration >= self.evaluator.scene.schedule.iterations
     }
 
     /// One iteration of algorithm 1.
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
-        let scene = self.scene.clone();
+        let scene = self.evaluator.scene.clone();
         let now = Schedule::at(&scene, iteration);
         let mut record = self.blank_record(progress, &now);
         match now.phase() {
@@ -58,14 +59,14 @@ impl CoDesign {
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;
         let check = self.step_check(progress);
-        self.checked = Some((self.design(progress), check));
+        self.checked = Some((self.evaluator.design(progress), check));
         record.time_step = Some(check);
         record
     }
 
     /// Moves edges with a clear material towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
-        let mixtures = self.design(progress);
+        let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();
         if let Some(z) = progress.design.undecided_mut() {
             attract(z, &mixtures.mixtures(), confidence, nudge);
@@ -74,20 +75,22 @@ impl CoDesign {
 
     /// Gives every edge one material, within the widened volume bounds. Tries some alternatives in rollouts.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
-        let design = self.design(progress);
+        let design = self.evaluator.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
-        let (rules, trials) = (&self.rules, self.scene.schedule.snap_trials);
+        let (rules, trials) = (&self.rules, self.evaluator.scene.schedule.snap_trials);
         let snapped = snap(mixtures, &bounds, rules);
         let others = alternatives(mixtures, &snapped, &bounds, rules, trials);
-        let (layout, _) = self.farthest(snapped, others, &progress.controller);
+        let (layout, _) = self
+            .evaluator
+            .farthest(snapped, others, &progress.controller);
         progress.flips = flips(mixtures, &layout);
         progress.design = Design::Layout(layout);
     }
 
     /// A record with the values that are known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let design = self.design(progress);
-        let measures = measures(&design.mixtures(), self.scene.projection.delta);
+        let design = self.evaluator.design(progress);
+        let measures = measures(&design.mixtures(), self.evaluator.scene.projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

@@ -6,6 +6,7 @@ use super::begin::CoDesign;
 use super::progress::{Candidate, Progress, Record};
 use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::{Phase, Schedule};
+use super::settle::settle;
 use super::slope::{At, Slope};
 use super::slopes::Sought;
 use crate::design::{Design, clamp};
@@ -39,11 +40,11 @@ impl CoDesign {
         now: &Schedule,
         record: &mut Record,
     ) {
-        let at = self.point(progress, now);
+        let at = self.evaluator.point(progress, now);
         let full = self.is_evaluated(now);
         let (slopes, evaluated) = rayon::join(
-            || self.design_slopes(&at),
-            || full.then(|| self.evaluate(progress)),
+            || self.evaluator.design_slopes(&at),
+            || full.then(|| self.evaluator.evaluate(progress)),
         );
         note_displacement(record, evaluated);
         let first = slopes.iter().flatten().next();
@@ -58,13 +59,13 @@ impl CoDesign {
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
 
         let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
-        let share = self.scene.schedule.stability_share;
+        let share = self.evaluator.scene.schedule.stability_share;
         let before = progress.design.vectors().into_owned();
         let mut z = before.clone();
         let shares = [1.0 - share, share];
         for (k, slope) in slopes.into_iter().enumerate() {
             let Some(mut slope) = slope else { continue };
-            let settings = &self.scene.gradient;
+            let settings = &self.evaluator.scene.gradient;
             record.design_gradient[k] = Some(slope.bound(settings.design_norm));
             slope.averaged(&mut progress.design_mean[k], settings.design_memory);
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
@@ -87,7 +88,7 @@ impl CoDesign {
         clamp(&mut z);
         progress.design = Design::Undecided(z);
         if self.is_augmented() {
-            let growth = self.scene.binarisation.penalty_growth;
+            let growth = self.evaluator.scene.binarisation.penalty_growth;
             let (lagrangian, before) = (&mut progress.lagrangian, &progress.violations);
             lagrangian.update(&record.violations, before, growth);
         }
@@ -103,8 +104,8 @@ impl CoDesign {
         known: Option<Reached>,
         record: &mut Record,
     ) {
-        let at = self.point(progress, now);
-        let design = self.design(progress);
+        let at = self.evaluator.point(progress, now);
+        let design = self.evaluator.design(progress);
         let full = self.is_evaluated(now);
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
@@ -114,8 +115,8 @@ impl CoDesign {
             Sought::Controller(&design)
         };
         let ([mut slope], evaluated) = rayon::join(
-            || self.slopes([sought], &at),
-            || known.or_else(|| full.then(|| self.evaluate(progress))),
+            || self.evaluator.slopes([sought], &at),
+            || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
         );
         note_displacement(record, evaluated);
         record.displacement_horizon = Some(self.judged(slope.displacement, sought, &at));
@@ -123,14 +124,14 @@ impl CoDesign {
         record.loss_horizon = Some(slope.loss);
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             self.note_candidate(progress, reached.merit);
-            if self.settle(progress, now, reached.merit) {
+            if settle(&self.evaluator, progress, now, reached.merit) {
                 return;
             }
         }
         if rate == 0.0 {
             return;
         }
-        record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
+        record.controller_gradient = Some(slope.bound(self.evaluator.scene.adam.gradient_norm));
         let (state, weights) = (&mut progress.adam, progress.controller.numbers_mut());
         let updated = self.adam.update(state, weights, &slope.gradient, rate);
         record.skipped += usize::from(updated.is_err());
@@ -151,7 +152,7 @@ impl CoDesign {
         let candidates = &mut progress.candidates;
         let place = candidates.partition_point(|c| c.merit >= merit);
         candidates.insert(place, candidate);
-        candidates.truncate(self.scene.selection.candidates);
+        candidates.truncate(self.evaluator.scene.selection.candidates);
     }
 
     /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. The rollout of a
@@ -159,7 +160,7 @@ impl CoDesign {
     /// Few robots that walk are so fast, but all robots that fly apart are. Displacements over drawn domains are
     /// means and are not checked.
     fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
-        let physics = &self.scene.physics;
+        let physics = &self.evaluator.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
             return displacement;
         };
@@ -170,10 +171,12 @@ impl CoDesign {
         if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
             return displacement;
         }
-        let mut task = self.task.clone();
+        let mut task = self.evaluator.task.clone();
         task.physics.steps = steps;
-        let design = sought.design(&self.task, &at.inputs.z);
-        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
+        let design = sought.design(&self.evaluator.task, &at.inputs.z);
+        let again = self
+            .evaluator
+            .try_many(&[design], &at.inputs.controller, &task)[0];
         match again.along().is_nan() {
             true => f64::NAN,
             false => displacement,
@@ -181,7 +184,8 @@ impl CoDesign {
     }
 
     fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
+        (!is_ranked_by_distance(&self.evaluator.scene, &*self.evaluator.loss))
+            .then_some(slope.merit)
     }
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
@@ -190,13 +194,13 @@ impl CoDesign {
 
     /// The measures of the performance projection (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixtures = self.task.mixtures(Projection::Performance, z);
-        measures(&mixtures, self.scene.projection.delta)
+        let mixtures = self.evaluator.task.mixtures(Projection::Performance, z);
+        measures(&mixtures, self.evaluator.scene.projection.delta)
     }
 
     /// True if the binarisation measures are terms of the augmented Lagrangian, false if they are constraints.
     fn is_augmented(&self) -> bool {
-        self.scene.binarisation.method == BinarisationMethod::Augmented
+        self.evaluator.scene.binarisation.method == BinarisationMethod::Augmented
     }
 
     /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. The
@@ -222,7 +226,7 @@ impl CoDesign {
             let [a, b, c, d] = measures.constrained();
             [measures.volume, measures.actuator_volume, a, b, c, d]
         });
-        let scale = self.scene.mma.volume_row_scale;
+        let scale = self.evaluator.scene.mma.volume_row_scale;
         let mut rows = self.volume_rows(&[solid, actuator], now);
         for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
             gradient.iter_mut().for_each(|g| *g *= scale);
@@ -234,7 +238,7 @@ impl CoDesign {
 
     /// The constraints of the volume bounds.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
-        let scale = self.scene.mma.volume_row_scale;
+        let scale = self.evaluator.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
         let mut rows = Constraints::default();

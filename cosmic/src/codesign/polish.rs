@@ -25,7 +25,9 @@ impl CoDesign {
             return None;
         };
         let finalists = self.finalists(progress, now, layout);
-        let (best, reached) = self.farthest(layout.to_vec(), finalists, &progress.controller);
+        let (best, reached) =
+            self.evaluator
+                .farthest(layout.to_vec(), finalists, &progress.controller);
         if best != layout {
             progress.design = Design::Layout(best);
             // The candidates are controllers of the robot before the change.
@@ -41,22 +43,27 @@ impl CoDesign {
         now: &Schedule,
         layout: &[Material],
     ) -> Vec<Vec<Material>> {
-        let schedule = &self.scene.schedule;
-        let [Slope { gradient, .. }] = self.slopes([Sought::Shares], &self.point(progress, now));
+        let schedule = &self.evaluator.scene.schedule;
+        let [Slope { gradient, .. }] = self
+            .evaluator
+            .slopes([Sought::Shares], &self.evaluator.point(progress, now));
         if !gradient.iter().all(|slope| slope.is_finite()) {
             return Vec::new();
         }
         let (slopes, _) = gradient.as_chunks();
-        let holds = Holds::new(&self.scene.projection, &self.task.lattice);
+        let holds = Holds::new(
+            &self.evaluator.scene.projection,
+            &self.evaluator.task.lattice,
+        );
         let cost = |edge: usize, from: Material, to: Material| {
             let slope = |m: Material| m.of(&slopes[edge]);
             (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
         };
         let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
         let tried = flipped(layout, &bounds, &self.rules, trials, cost);
-        let mut short = self.task.clone();
+        let mut short = self.evaluator.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
-        let reached = self.reached(&tried, &progress.controller, &short);
+        let reached = self.evaluator.reached(&tried, &progress.controller, &short);
         let merits = reached.iter().map(|r| r.merit);
         let mut ranked: Vec<_> = merits.zip(tried).collect();
         // The sort is stable, so the first of equals wins. A diverged rollout (NaN) comes last.
@@ -101,9 +108,12 @@ mod tests {
         for seed in 0..4 {
             let (codesign, mut progress) = after(&scene, 9, seed);
             assert!(!progress.candidates.is_empty());
-            let (before, merit) = (progress.clone(), codesign.evaluate(&progress).merit);
+            let (before, merit) = (
+                progress.clone(),
+                codesign.evaluator.evaluate(&progress).merit,
+            );
             codesign.polish(&mut progress, &Schedule::at(&scene, 10));
-            let reached = codesign.evaluate(&progress).merit;
+            let reached = codesign.evaluator.evaluate(&progress).merit;
             if progress == before {
                 continue;
             }
@@ -112,7 +122,7 @@ mod tests {
             assert_eq!(changes(&before, &progress), 1);
             assert_eq!(progress.controller, before.controller);
             assert!(progress.candidates.is_empty());
-            let [solid, actuators] = volumes(&codesign.design(&progress).mixtures());
+            let [solid, actuators] = volumes(&codesign.evaluator.design(&progress).mixtures());
             let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
             assert!(bounds.solid.contains(solid) && bounds.actuator.contains(actuators));
         }
@@ -127,7 +137,7 @@ mod tests {
             let (codesign, at_snap) = after(&scene, 7, seed);
             let (_, progress) = after(&scene, scene.schedule.iterations, seed);
             let flips = changes(&at_snap, &progress);
-            (flips, codesign.deliver(&progress).along)
+            (flips, codesign.evaluator.deliver(&progress).along)
         };
         let mut better = 0;
         for seed in 0..4 {

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use autodiff::Real;
 use rayon::prelude::*;
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
@@ -57,7 +57,7 @@ pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
 
-impl CoDesign {
+impl Evaluator {
     /// A full rollout of the current robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
         self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
@@ -169,12 +169,23 @@ impl CoDesign {
             let pairs = starts.iter().zip(seen);
             (pairs.map(|(start, seen)| self.reached_in(start, seen.as_ref()))).collect()
         };
-        let ahead = towards_goal(task);
+        self.towards_goals(task, towards_goal, Reached::with_behind)
+    }
+
+    /// Rolls robots out towards every goal of the scene, and joins the results of each robot.
+    pub(super) fn towards_goals<T>(
+        &self,
+        task: &Task,
+        roll: impl Fn(&Task) -> Vec<T>,
+        join: impl Fn(T, T) -> T,
+    ) -> Vec<T> {
+        // All rollouts ahead come first: the bits of a gradient depend on the order.
+        let ahead = roll(task);
         if !self.scene.controller.two_goals {
             return ahead;
         }
-        let pairs = ahead.into_iter().zip(towards_goal(&task.turned_back()));
-        pairs.map(|(a, b)| a.with_behind(b)).collect()
+        let pairs = ahead.into_iter().zip(roll(&task.turned_back()));
+        pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
     /// The result of a rollout towards one goal; that of a diverged rollout is NaN.
@@ -296,9 +307,9 @@ mod tests {
         scene.materials.stiffness = [1e-7, 1.0, 1.0];
         let codesign = CoDesign::new(&scene).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let reached = codesign.evaluate(&progress);
+        let reached = codesign.evaluator.evaluate(&progress);
         assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
-        let delivery = codesign.deliver(&progress);
+        let delivery = codesign.evaluator.deliver(&progress);
         assert_eq!(delivery.divergence, None);
         assert_eq!(delivery.along, reached.along());
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
@@ -311,7 +322,9 @@ mod tests {
         scene.physics.speed_bound = None;
         let free = CoDesign::new(&scene).unwrap();
         let progress = free.begin(1).unwrap();
-        let all = free.watch(&progress, (0..=scene.physics.steps).collect());
+        let all = free
+            .evaluator
+            .watch(&progress, (0..=scene.physics.steps).collect());
         let states = all.unwrap().states;
         let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
@@ -321,17 +334,21 @@ mod tests {
         let mut moves = |bound| {
             scene.physics.speed_bound = bound;
             let codesign = CoDesign::new(&scene).unwrap();
-            let at = codesign.point(&progress, &Schedule::at(&scene, 1));
-            let walk = codesign.watch(&progress, vec![0, scene.physics.steps]);
+            let at = codesign
+                .evaluator
+                .point(&progress, &Schedule::at(&scene, 1));
+            let walk = codesign
+                .evaluator
+                .watch(&progress, vec![0, scene.physics.steps]);
             assert_eq!(
                 walk.is_none(),
-                codesign.evaluate(&progress).along().is_nan()
+                codesign.evaluator.evaluate(&progress).along().is_nan()
             );
-            let slopes = codesign.design_slopes(&at);
+            let slopes = codesign.evaluator.design_slopes(&at);
             (
-                codesign.evaluate(&progress),
+                codesign.evaluator.evaluate(&progress),
                 slopes,
-                codesign.deliver(&progress),
+                codesign.evaluator.deliver(&progress),
             )
         };
         let (reached, slopes, delivery) = moves(None);
@@ -367,13 +384,16 @@ mod tests {
             scene.gradient.precision = GradientPrecision::F32;
             let single = CoDesign::new(&scene).unwrap();
             let progress = double.begin(1).unwrap();
-            let [a, b] = [&double, &single].map(|codesign| codesign.evaluate(&progress));
+            let [a, b] = [&double, &single].map(|codesign| codesign.evaluator.evaluate(&progress));
             // 24 steps of about 100 operations on lengths of 0.3 m, each rounded at 6e-8, with random signs within
             // a step: 0.3 * 24 * 100^(1/2) * 6e-8.
             for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
                 assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
             }
-            assert_eq!(double.deliver(&progress), single.deliver(&progress));
+            assert_eq!(
+                double.evaluator.deliver(&progress),
+                single.evaluator.deliver(&progress)
+            );
         };
         check(tiny());
         let mut scene = tiny();
@@ -398,11 +418,11 @@ mod tests {
         (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
         let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
             let progress = codesign.begin(1).unwrap();
-            let reached = codesign.evaluate(&progress);
+            let reached = codesign.evaluator.evaluate(&progress);
             assert_eq!(reached.behind, Some(reached.along()));
             assert!(ahead(&reached) != 0.0);
             assert_eq!(reached.merit, -ahead(&reached).abs());
-            let delivery = codesign.deliver(&progress);
+            let delivery = codesign.evaluator.deliver(&progress);
             assert_eq!(delivery.behind, Some(delivery.spread));
             assert!(delivery.selection.p50 < 0.0);
         };
@@ -414,7 +434,7 @@ mod tests {
         // If the robot observes the goal, the results differ.
         scene.controller.goal_scale = 3.0;
         let codesign = CoDesign::new(&scene).unwrap();
-        let reached = codesign.evaluate(&codesign.begin(1).unwrap());
+        let reached = codesign.evaluator.evaluate(&codesign.begin(1).unwrap());
         let behind = reached.behind.unwrap();
         assert_ne!(behind, reached.along());
         assert_eq!(reached.merit, reached.along().min(-behind));

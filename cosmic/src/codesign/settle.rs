@@ -5,7 +5,7 @@
 //! distance. Such updates help to leave poor controllers, but they make the last iterate a matter of chance. So the
 //! last iterations return to the best controller and stay close to it.
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
 use super::quantiles::Quantiles;
 use super::reach::first_best;
@@ -14,66 +14,69 @@ use super::schedule::Schedule;
 /// The share of the merit that an update may lose.
 const LOSS: f64 = 0.05;
 
-impl CoDesign {
-    /// Returns to the best candidate in the first iteration that settles. Later it returns to the last good
-    /// controller if `merit`, the merit of the current controller, is too low. Returns true if the controller
-    /// changed, because the gradient of this iteration then belongs to another controller.
-    pub(super) fn settle(&self, progress: &mut Progress, now: &Schedule, merit: f64) -> bool {
-        if !now.settles() {
+/// Returns to the best candidate in the first iteration that settles. Later it returns to the last good
+/// controller if `merit`, the merit of the current controller, is too low. Returns true if the controller
+/// changed, because the gradient of this iteration then belongs to another controller.
+pub(super) fn settle(
+    evaluator: &Evaluator,
+    progress: &mut Progress,
+    now: &Schedule,
+    merit: f64,
+) -> bool {
+    if !now.settles() {
+        return false;
+    }
+    match &mut progress.settled {
+        None => {
+            if !begin_to_settle(evaluator, progress) {
+                return false;
+            }
+        }
+        // A merit may be negative, so the tolerance is a share of its absolute value.
+        Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
+            settled.controller.clone_from(&progress.controller);
+            settled.merit = settled.merit.max(merit);
             return false;
         }
-        match &mut progress.settled {
-            None => {
-                if !self.begin_to_settle(progress) {
-                    return false;
-                }
-            }
-            // A merit may be negative, so the tolerance is a share of its absolute value.
-            Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
-                settled.controller.clone_from(&progress.controller);
-                settled.merit = settled.merit.max(merit);
-                return false;
-            }
-            // The median of the best candidate may be far above its own unperturbed rollout. That is no reason to
-            // take an update back.
-            Some(settled) if progress.controller == settled.controller => {
-                settled.merit = merit;
-                return false;
-            }
-            Some(settled) => {
-                settled.trust *= 0.5;
-                progress.controller.clone_from(&settled.controller);
-            }
+        // The median of the best candidate may be far above its own unperturbed rollout. That is no reason to
+        // take an update back.
+        Some(settled) if progress.controller == settled.controller => {
+            settled.merit = merit;
+            return false;
         }
-        // Adam's momentum belongs to the controller before the change.
-        progress.adam.mean.fill(0.0);
-        true
+        Some(settled) => {
+            settled.trust *= 0.5;
+            progress.controller.clone_from(&settled.controller);
+        }
     }
+    // Adam's momentum belongs to the controller before the change.
+    progress.adam.mean.fill(0.0);
+    true
+}
 
-    /// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed starts.
-    /// Returns false if every candidate has a diverged rollout.
-    fn begin_to_settle(&self, progress: &mut Progress) -> bool {
-        self.judge_candidates(progress);
-        let judged = progress.candidates.iter();
-        let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
-        // Candidates are sorted by their single rollouts, which thus break ties between equal scores.
-        let best = first_best(judged.iter().map(|(spread, c)| self.rank(spread, c)));
-        let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
-            return false;
-        };
-        progress.controller.clone_from(&candidate.controller);
-        progress.settled = Some(Settled {
-            controller: candidate.controller.clone(),
-            merit,
-            trust: 1.0,
-        });
-        true
-    }
+/// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed starts.
+/// Returns false if every candidate has a diverged rollout.
+fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
+    evaluator.judge_candidates(progress);
+    let judged = progress.candidates.iter();
+    let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
+    // Candidates are sorted by their single rollouts, which thus break ties between equal scores.
+    let best = first_best(judged.iter().map(|(spread, c)| evaluator.rank(spread, c)));
+    let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
+        return false;
+    };
+    progress.controller.clone_from(&candidate.controller);
+    progress.settled = Some(Settled {
+        controller: candidate.controller.clone(),
+        merit,
+        trust: 1.0,
+    });
+    true
 }
 
 #[cfg(test)]
 mod tests {
-    use super::LOSS;
+    use super::{LOSS, settle};
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::after;
     use crate::codesign::{CoDesign, Delivery, Progress, Settled};
@@ -107,7 +110,7 @@ mod tests {
 
     fn optimised(scene: &Scene, seed: u64) -> (CoDesign, Progress, Delivery) {
         let (codesign, progress) = after(scene, scene.schedule.iterations, seed);
-        let delivery = codesign.deliver(&progress);
+        let delivery = codesign.evaluator.deliver(&progress);
         (codesign, progress, delivery)
     }
 
@@ -121,7 +124,7 @@ mod tests {
             let best = progress.settled.as_ref().unwrap();
             taken_back += usize::from(best.trust < 1.0);
             // The last update has rate 0, so the last controller has been measured.
-            let reached = codesign.evaluate(&progress).merit;
+            let reached = codesign.evaluator.evaluate(&progress).merit;
             let least = best.merit - LOSS * best.merit.abs();
             let same = progress.controller == best.controller;
             assert!(same || reached >= least, "{reached} < {least}");
@@ -143,19 +146,24 @@ mod tests {
         let scene = wild(0.5);
         let (codesign, mut progress, _) = optimised(&scene, 0);
         let now = Schedule::at(&scene, scene.schedule.iterations);
-        let merit = codesign.evaluate(&progress).merit;
+        let merit = codesign.evaluator.evaluate(&progress).merit;
         let settled = Settled {
             controller: progress.controller.clone(),
             merit: merit + 1.0,
             trust: 1.0,
         };
         progress.settled = Some(settled.clone());
-        assert!(!codesign.settle(&mut progress, &now, merit));
+        assert!(!settle(&codesign.evaluator, &mut progress, &now, merit));
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
         // An update that loses as much is taken back.
         progress.controller.numbers_mut()[0] += 1.0;
-        assert!(codesign.settle(&mut progress, &now, merit - 1.0));
+        assert!(settle(
+            &codesign.evaluator,
+            &mut progress,
+            &now,
+            merit - 1.0
+        ));
         assert_eq!(progress.controller, own.controller);
         assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));
     }
@@ -188,6 +196,6 @@ mod tests {
         let (codesign, mut progress, delivery) = optimised(&wild(0.5), 1);
         assert!(progress.candidates.iter().any(|c| c.spread.is_some()));
         progress.candidates.iter_mut().for_each(|c| c.spread = None);
-        assert_eq!(codesign.deliver(&progress), delivery);
+        assert_eq!(codesign.evaluator.deliver(&progress), delivery);
     }
 }

@@ -2,7 +2,7 @@
 
 use autodiff::{CotangentBound, Real, Var};
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
@@ -51,7 +51,7 @@ impl Sought<'_> {
     }
 }
 
-impl CoDesign {
+impl Evaluator {
     /// The point at which an iteration takes its gradients.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
@@ -184,17 +184,9 @@ impl CoDesign {
             };
             seen.iter().map(lost).collect()
         };
-        // All rollouts ahead come first: the bits of the gradient depend on the order.
-        let ahead = towards_goal(task);
-        if !self.scene.controller.two_goals {
-            return ahead;
-        }
-        let pairs = ahead.into_iter().zip(towards_goal(&task.turned_back()));
-        pairs
-            .map(|((loss, ahead), (back, behind))| {
-                (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
-            })
-            .collect()
+        self.towards_goals(task, towards_goal, |(loss, ahead), (back, behind)| {
+            (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
+        })
     }
 }
 
@@ -219,18 +211,32 @@ mod tests {
         scene.controller.goal_scale = 1.0;
         let codesign = CoDesign::new(&scene).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let inputs = codesign.inputs(&progress);
+        let inputs = codesign.evaluator.inputs(&progress);
         let horizon = Horizon::head(24);
-        let start = &codesign.start;
+        let start = &codesign.evaluator.start;
         let sought = Sought::Design(Projection::Performance);
         let value = |inputs: &Inputs<f64>| {
-            let design = sought.design(&codesign.task, &inputs.z);
-            codesign.losses_of(&codesign.task, &[design], inputs, start, &horizon)[0].0
+            let design = sought.design(&codesign.evaluator.task, &inputs.z);
+            codesign.evaluator.losses_of(
+                &codesign.evaluator.task,
+                &[design],
+                inputs,
+                start,
+                &horizon,
+            )[0]
+            .0
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let design = sought.design(&codesign.task, &inputs.z);
-                codesign.losses_of(&codesign.task, &[design], inputs, start, &horizon)[0].0
+                let design = sought.design(&codesign.evaluator.task, &inputs.z);
+                codesign.evaluator.losses_of(
+                    &codesign.evaluator.task,
+                    &[design],
+                    inputs,
+                    start,
+                    &horizon,
+                )[0]
+                .0
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -254,9 +260,11 @@ mod tests {
     fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
         let codesign = CoDesign::new(scene).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let mut at = codesign.point(&progress, &Schedule::at(scene, 1));
+        let mut at = codesign.evaluator.point(&progress, &Schedule::at(scene, 1));
         at.horizon = Horizon::head(steps);
-        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], &at);
+        let [slope] = codesign
+            .evaluator
+            .slopes([Sought::Design(Projection::Performance)], &at);
         slope
     }
 
@@ -291,10 +299,10 @@ mod tests {
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let design = double.design(&progress);
+        let design = double.evaluator.design(&progress);
         let at = At {
             domains: Vec::new(),
-            inputs: double.inputs(&progress),
+            inputs: double.evaluator.inputs(&progress),
             horizon: Horizon::head(24),
         };
         for sought in [
@@ -302,7 +310,8 @@ mod tests {
             Sought::Design(Projection::Stability),
             Sought::Controller(&design),
         ] {
-            let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], &at));
+            let [[a], [b]] =
+                [&double, &single].map(|codesign| codesign.evaluator.slopes([sought], &at));
             let off: f64 = (a.gradient.iter().zip(&b.gradient))
                 .map(|(a, b)| (a - b).powi(2))
                 .sum();
@@ -328,14 +337,15 @@ mod tests {
                     mode,
                     ..Horizon::head(20)
                 },
-                ..codesign.point(&progress, &Schedule::at(scene, 1))
+                ..codesign.evaluator.point(&progress, &Schedule::at(scene, 1))
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
-            let together = codesign.slopes(both, &at);
-            let alone = both.map(|sought| codesign.slopes([sought], &at).into_iter().next());
+            let together = codesign.evaluator.slopes(both, &at);
+            let alone =
+                both.map(|sought| codesign.evaluator.slopes([sought], &at).into_iter().next());
             assert_eq!(together.clone().map(Some), alone);
             assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(codesign.design_slopes(&at), together.map(Some));
+            assert_eq!(codesign.evaluator.design_slopes(&at), together.map(Some));
         };
         let mut scene = tiny();
         scene.start.tilt = 0.2;
@@ -351,7 +361,7 @@ mod tests {
 
     /// The largest frequency of a task's robot, 1/s.
     fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
-        let body = task.body(&codesign.design(progress));
+        let body = task.body(&codesign.evaluator.design(progress));
         let rest = &task.lattice.positions;
         Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
     }
@@ -363,13 +373,15 @@ mod tests {
         let progress = alone.begin(0).unwrap();
         let nominal = (
             alone.step_check(&progress),
-            frequency(&alone, &progress, &alone.task),
+            frequency(&alone, &progress, &alone.evaluator.task),
         );
         (scene.robust.samples, scene.robust.stiffness) = (32, 0.4);
         let drawing = CoDesign::new(&scene).unwrap();
         let progress = drawing.begin(0).unwrap();
         let check = drawing.step_check(&progress);
-        let drawn = drawing.domains(&progress, &Schedule::at(&scene, 1));
+        let drawn = drawing
+            .evaluator
+            .domains(&progress, &Schedule::at(&scene, 1));
         let drawn = drawn
             .iter()
             .map(|w| frequency(&drawing, &progress, &w.task));

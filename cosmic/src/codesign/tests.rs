@@ -94,13 +94,16 @@ fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;
     let (mut codesign, mut progress) = after(&scene, scene.schedule.snap_at - 1, seed);
-    let soft = codesign.design(&progress);
+    let soft = codesign.evaluator.design(&progress);
     codesign.iterate(&mut progress);
     let layout = progress.design.layout().unwrap();
     // The number of flips belongs to the chosen layout, not to one that it was compared with.
     assert_eq!(progress.flips, flips(&soft.mixtures(), layout));
-    assert_eq!(codesign.design(&progress), Design::Layout(layout.to_vec()));
-    codesign.evaluate(&progress).merit
+    assert_eq!(
+        codesign.evaluator.design(&progress),
+        Design::Layout(layout.to_vec())
+    );
+    codesign.evaluator.evaluate(&progress).merit
 }
 
 #[test]

@@ -120,7 +120,7 @@ impl Run {
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
             let lattice = &codesign.task().lattice;
-            let materials = codesign.design(&progress).materials();
+            let materials = codesign.evaluator().design(&progress).materials();
             let start =
                 DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
             start.write(&folder.join(START))?;
@@ -163,7 +163,10 @@ impl Run {
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
         let is_stopped = || observer.is_stopped();
-        let delivery = self.codesign.deliver_unless(&self.progress, &is_stopped);
+        let delivery = self
+            .codesign
+            .evaluator()
+            .deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
@@ -226,7 +229,7 @@ impl Run {
     fn walk(&self) -> Option<Walk> {
         let physics = &self.plan.scene.physics;
         let moments = Walk::moments(physics.steps, physics.dt);
-        let seen = self.codesign.watch(&self.progress, moments)?;
+        let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
         let spacing = self.codesign.task().lattice.spacing;
         Walk::of_moments(&seen, physics.dt, spacing)
     }
@@ -270,7 +273,7 @@ impl Run {
     /// The error of a run without a finite loss. If its robot diverges, that is the error, and the last states are
     /// written.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
-        let delivery = self.codesign.deliver(&self.progress);
+        let delivery = self.codesign.evaluator().deliver(&self.progress);
         if delivery.divergence.is_none() {
             return error;
         }
