@@ -193,8 +193,11 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
 fn put<R: Real, L: Lane<R>>(numbers: L, to: &mut [R], at: usize, starts: usize) {
     let mut all = [R::zero(); WIDEST];
     numbers.store(&mut all);
-    for k in 0..starts {
-        to[at + k] = all[k];
+    if starts == 1 {
+        // Spares a call of `memcpy`.
+        to[at] = all[0];
+    } else {
+        to[at..at + starts].copy_from_slice(&all[..starts]);
     }
 }
 

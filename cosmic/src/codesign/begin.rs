@@ -171,7 +171,7 @@ impl CoDesign {
     /// Refuses design vectors outside 0 to 1, and layouts that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
-        let rules = &self.evaluator.task.lattice.rules;
+        let rules = &self.task().lattice.rules;
         for (edge, z) in z.iter().enumerate() {
             if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
                 return refuse(format!(
@@ -200,20 +200,14 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let controller =
-            Controller::xavier(&self.scene().controller, &self.evaluator.task.lattice, seed);
+        let controller = Controller::xavier(&self.scene().controller, &self.task().lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
     /// The start of a seed.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
         let beta = self.scene().projection.beta;
-        start(
-            &self.scene().start,
-            &self.evaluator.task.lattice,
-            beta,
-            seed,
-        )
+        start(&self.scene().start, &self.task().lattice, beta, seed)
     }
 
     /// The state of a robot before its first iteration.
@@ -224,7 +218,7 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.evaluator.task.mixtures(Projection::Performance, &z);
+        let mixtures = self.task().mixtures(Projection::Performance, &z);
         let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,

@@ -390,7 +390,7 @@ mod tests {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let mut progress = codesign.begin(1).unwrap();
         let plain = codesign.evaluator.deliver(&progress);
-        codesign.note_candidate(&mut progress, 1.0);
+        progress.note_candidate(1.0, codesign.scene().selection.candidates);
         assert_eq!(codesign.evaluator.entrants(&progress).len(), 1);
         assert_eq!(codesign.evaluator.deliver(&progress), plain);
         codesign.evaluator.judge_candidates(&mut progress);

@@ -2,6 +2,7 @@
 
 use super::begin::CoDesign;
 use super::delivery::Delivery;
+use super::polish::polish;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
@@ -23,21 +24,20 @@ impl CoDesign {
             let record = self.iterate(&mut progress);
             observe(&record);
             progress.check_loss(&record)?;
-            self.step_check(&progress)
-                .accept(&self.evaluator.scene.physics)?;
+            self.step_check(&progress).accept(&self.scene().physics)?;
         }
         Ok(self.evaluator.deliver(&progress))
     }
 
     /// True if all iterations are done.
     pub fn is_done(&self, progress: &Progress) -> bool {
-        progress.iteration >= self.evaluator.scene.schedule.iterations
+        progress.iteration >= self.scene().schedule.iterations
     }
 
     /// One iteration of algorithm 1.
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
-        let scene = self.evaluator.scene.clone();
+        let scene = self.scene().clone();
         let now = Schedule::at(&scene, iteration);
         let mut record = self.blank_record(progress, &now);
         match now.phase() {
@@ -47,7 +47,7 @@ impl CoDesign {
             },
             Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
-                let reached = self.polish(progress, &now);
+                let reached = polish(&self.evaluator, &self.rules, progress, &now);
                 self.controller_pass(progress, &now, reached, &mut record);
             }
         }
@@ -77,12 +77,11 @@ impl CoDesign {
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let design = self.evaluator.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
-        let (rules, trials) = (&self.rules, self.evaluator.scene.schedule.snap_trials);
+        let (rules, trials) = (&self.rules, self.scene().schedule.snap_trials);
         let snapped = snap(mixtures, &bounds, rules);
         let others = alternatives(mixtures, &snapped, &bounds, rules, trials);
-        let (layout, _) = self
-            .evaluator
-            .farthest(snapped, others, &progress.controller);
+        let controller = &progress.controller;
+        let (layout, _) = self.evaluator.farthest(snapped, others, controller);
         progress.flips = flips(mixtures, &layout);
         progress.design = Design::Layout(layout);
     }
@@ -90,7 +89,7 @@ impl CoDesign {
     /// A record with the values that are known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
         let design = self.evaluator.design(progress);
-        let measures = measures(&design.mixtures(), self.evaluator.scene.projection.delta);
+        let measures = measures(&design.mixtures(), self.scene().projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

@@ -41,6 +41,7 @@ mod evaluator;
 mod reach;
 mod slope;
 mod slopes;
+mod constraints;
 mod delivery;
 mod begin;
 mod review;

@@ -1,35 +1,19 @@
 //! The two kinds of update: of the design by MMA, of the controller by Adam.
 
-use autodiff::Real;
-
 use super::begin::CoDesign;
-use super::progress::{Candidate, Progress, Record};
-use super::reach::{Reached, is_ranked_by_distance};
+use super::progress::{Progress, Record};
+use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
-use super::slope::{At, Slope};
+use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::{Design, clamp};
-use crate::inputs::{DESIGN, Inputs};
-use crate::objective::{Measures, measures};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
-use crate::scene::{BinarisationMethod, HorizonMode};
 
 /// Iterations from one full rollout to the next during the co-design. In the fine-tuning every iteration has a
 /// full rollout, because its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
-
-/// The share of the bound on speeds that few robots reach by walking: 1 m/s if the bound is 100 m/s.
-const WALKS: f64 = 0.01;
-
-/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene treats them as
-/// constraints.
-#[derive(Default)]
-struct Constraints {
-    values: Vec<f64>,
-    jacobian: Vec<Vec<f64>>,
-}
 
 impl CoDesign {
     /// Updates the design for the performance and for the stability projection, each with its own optimiser
@@ -52,20 +36,23 @@ impl CoDesign {
             Some(_) => Projection::Performance,
             None => Projection::Stability,
         };
-        let judged = |slope: &Slope| self.judged(slope.displacement, Sought::Design(seen), &at);
+        let judged = |slope: &Slope| {
+            self.evaluator
+                .judged(slope.displacement, Sought::Design(seen), &at)
+        };
         record.displacement_horizon = first.map(judged);
-        record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
+        record.merit_horizon = first.and_then(|slope| self.evaluator.merit_horizon(slope));
         let losses = || slopes.iter().flatten().map(|slope| slope.loss);
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
 
-        let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
-        let share = self.evaluator.scene.schedule.stability_share;
+        let (rows, terms) = self.evaluator.rows_and_terms(&at.inputs, progress, now);
+        let share = self.scene().schedule.stability_share;
         let before = progress.design.vectors().into_owned();
         let mut z = before.clone();
         let shares = [1.0 - share, share];
         for (k, slope) in slopes.into_iter().enumerate() {
             let Some(mut slope) = slope else { continue };
-            let settings = &self.evaluator.scene.gradient;
+            let settings = &self.scene().gradient;
             record.design_gradient[k] = Some(slope.bound(settings.design_norm));
             slope.averaged(&mut progress.design_mean[k], settings.design_memory);
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
@@ -87,8 +74,8 @@ impl CoDesign {
         }
         clamp(&mut z);
         progress.design = Design::Undecided(z);
-        if self.is_augmented() {
-            let growth = self.evaluator.scene.binarisation.penalty_growth;
+        if self.evaluator.is_augmented() {
+            let growth = self.scene().binarisation.penalty_growth;
             let (lagrangian, before) = (&mut progress.lagrangian, &progress.violations);
             lagrangian.update(&record.violations, before, growth);
         }
@@ -119,11 +106,11 @@ impl CoDesign {
             || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
         );
         note_displacement(record, evaluated);
-        record.displacement_horizon = Some(self.judged(slope.displacement, sought, &at));
-        record.merit_horizon = self.merit_horizon(&slope);
+        record.displacement_horizon = Some(self.evaluator.judged(slope.displacement, sought, &at));
+        record.merit_horizon = self.evaluator.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
-            self.note_candidate(progress, reached.merit);
+            progress.note_candidate(reached.merit, self.scene().selection.candidates);
             if settle(&self.evaluator, progress, now, reached.merit) {
                 return;
             }
@@ -131,124 +118,14 @@ impl CoDesign {
         if rate == 0.0 {
             return;
         }
-        record.controller_gradient = Some(slope.bound(self.evaluator.scene.adam.gradient_norm));
+        record.controller_gradient = Some(slope.bound(self.scene().adam.gradient_norm));
         let (state, weights) = (&mut progress.adam, progress.controller.numbers_mut());
         let updated = self.adam.update(state, weights, &slope.gradient, rate);
         record.skipped += usize::from(updated.is_err());
     }
 
-    /// Inserts the controller into the candidates, sorted by merit, unless it is one of them already.
-    pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
-        let is_same = |c: &Candidate| c.controller == progress.controller;
-        if !merit.is_finite() || progress.candidates.iter().any(is_same) {
-            return;
-        }
-        let candidate = Candidate {
-            iteration: progress.iteration,
-            merit,
-            controller: progress.controller.clone(),
-            spread: None,
-        };
-        let candidates = &mut progress.candidates;
-        let place = candidates.partition_point(|c| c.merit >= merit);
-        candidates.insert(place, candidate);
-        candidates.truncate(self.evaluator.scene.selection.candidates);
-    }
-
-    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. The rollout of a
-    /// gradient has no guard. If the mean speed of the payload is high, the rollout is repeated with the guard.
-    /// Few robots that walk are so fast, but all robots that fly apart are. Displacements over drawn domains are
-    /// means and are not checked.
-    fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
-        let physics = &self.evaluator.scene.physics;
-        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
-            return displacement;
-        };
-        let steps = match at.horizon.mode {
-            HorizonMode::Head => at.horizon.steps.min(physics.steps),
-            HorizonMode::Tail => physics.steps,
-        };
-        if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
-            return displacement;
-        }
-        let mut task = self.evaluator.task.clone();
-        task.physics.steps = steps;
-        let design = sought.design(&self.evaluator.task, &at.inputs.z);
-        let again = self
-            .evaluator
-            .try_many(&[design], &at.inputs.controller, &task)[0];
-        match again.along().is_nan() {
-            true => f64::NAN,
-            false => displacement,
-        }
-    }
-
-    fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!is_ranked_by_distance(&self.evaluator.scene, &*self.evaluator.loss))
-            .then_some(slope.merit)
-    }
-
     fn is_evaluated(&self, now: &Schedule) -> bool {
         now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
-    }
-
-    /// The measures of the performance projection (D10).
-    fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixtures = self.evaluator.task.mixtures(Projection::Performance, z);
-        measures(&mixtures, self.evaluator.scene.projection.delta)
-    }
-
-    /// True if the binarisation measures are terms of the augmented Lagrangian, false if they are constraints.
-    fn is_augmented(&self) -> bool {
-        self.evaluator.scene.binarisation.method == BinarisationMethod::Augmented
-    }
-
-    /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. The
-    /// gradient is empty if the measures are constraints. Volumes and measures are those of the performance
-    /// projection (D10), and have the same scale as constraints.
-    fn rows_and_terms(
-        &self,
-        inputs: &Inputs<f64>,
-        progress: &Progress,
-        now: &Schedule,
-    ) -> (Constraints, Vec<f64>) {
-        let thresholds = now.thresholds(&progress.first_measures);
-        if self.is_augmented() {
-            let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
-                let measures = self.measured(&inputs.z);
-                let terms = progress.lagrangian.terms(&measures, &thresholds);
-                [measures.volume, measures.actuator_volume, terms]
-            });
-            return (self.volume_rows(&[solid, actuator], now), terms);
-        }
-        let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
-            let measures = self.measured(&inputs.z);
-            let [a, b, c, d] = measures.constrained();
-            [measures.volume, measures.actuator_volume, a, b, c, d]
-        });
-        let scale = self.evaluator.scene.mma.volume_row_scale;
-        let mut rows = self.volume_rows(&[solid, actuator], now);
-        for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
-            gradient.iter_mut().for_each(|g| *g *= scale);
-            rows.values.push(scale * (value - threshold));
-            rows.jacobian.push(gradient);
-        }
-        (rows, Vec::new())
-    }
-
-    /// The constraints of the volume bounds.
-    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
-        let scale = self.evaluator.scene.mma.volume_row_scale;
-        let bounds = now.volume_bounds();
-        let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = Constraints::default();
-        for ((value, gradient), bound) in volumes.iter().zip([bounds.solid, bounds.actuator]) {
-            rows.values
-                .extend([scale * (value - bound.high), scale * (bound.low - value)]);
-            rows.jacobian
-                .extend([row(gradient, 1.0), row(gradient, -1.0)]);
-        }
-        rows
     }
 }
 

@@ -5,77 +5,77 @@
 //! gradient by the shares of the materials selects some changes, short rollouts select a quarter of these, and full
 //! rollouts choose the best one.
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Sought;
-use crate::design::{Design, Material, flipped};
+use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
 /// One of so many layouts passes from the short rollouts to the full ones.
 const HEAT: usize = 4;
 
-impl CoDesign {
-    /// Tries other materials for single edges with the current controller and keeps the layout with the best full
-    /// rollout. Returns the result of that rollout, if there was one.
-    pub(super) fn polish(&self, progress: &mut Progress, now: &Schedule) -> Option<Reached> {
-        let (true, Some(layout)) = (now.polishes(), progress.design.layout()) else {
-            return None;
-        };
-        let finalists = self.finalists(progress, now, layout);
-        let (best, reached) =
-            self.evaluator
-                .farthest(layout.to_vec(), finalists, &progress.controller);
-        if best != layout {
-            progress.design = Design::Layout(best);
-            // The candidates are controllers of the robot before the change.
-            progress.candidates.clear();
-        }
-        reached
+/// Tries other materials for single edges with the current controller and keeps the layout with the best full
+/// rollout. Returns the result of that rollout, if there was one.
+pub(super) fn polish(
+    evaluator: &Evaluator,
+    rules: &LayoutRules,
+    progress: &mut Progress,
+    now: &Schedule,
+) -> Option<Reached> {
+    let (true, Some(layout)) = (now.polishes(), progress.design.layout()) else {
+        return None;
+    };
+    let finalists = finalists(evaluator, rules, progress, now, layout);
+    let (best, reached) = evaluator.farthest(layout.to_vec(), finalists, &progress.controller);
+    if best != layout {
+        progress.design = Design::Layout(best);
+        // The candidates are controllers of the robot before the change.
+        progress.candidates.clear();
     }
+    reached
+}
 
-    /// The best quarter, by rollouts over the shortest horizon, of the layouts with the largest predicted gain.
-    fn finalists(
-        &self,
-        progress: &Progress,
-        now: &Schedule,
-        layout: &[Material],
-    ) -> Vec<Vec<Material>> {
-        let schedule = &self.evaluator.scene.schedule;
-        let [Slope { gradient, .. }] = self
-            .evaluator
-            .slopes([Sought::Shares], &self.evaluator.point(progress, now));
-        if !gradient.iter().all(|slope| slope.is_finite()) {
-            return Vec::new();
-        }
-        let (slopes, _) = gradient.as_chunks();
-        let holds = Holds::new(
-            &self.evaluator.scene.projection,
-            &self.evaluator.task.lattice,
-        );
-        let cost = |edge: usize, from: Material, to: Material| {
-            let slope = |m: Material| m.of(&slopes[edge]);
-            (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
-        };
-        let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
-        let tried = flipped(layout, &bounds, &self.rules, trials, cost);
-        let mut short = self.evaluator.task.clone();
-        short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
-        let reached = self.evaluator.reached(&tried, &progress.controller, &short);
-        let merits = reached.iter().map(|r| r.merit);
-        let mut ranked: Vec<_> = merits.zip(tried).collect();
-        // The sort is stable, so the first of equals wins. A diverged rollout (NaN) comes last.
-        let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
-        ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
-        ranked.truncate(ranked.len().div_ceil(HEAT));
-        ranked.into_iter().map(|(_, layout)| layout).collect()
+/// The best quarter, by rollouts over the shortest horizon, of the layouts with the largest predicted gain.
+fn finalists(
+    evaluator: &Evaluator,
+    rules: &LayoutRules,
+    progress: &Progress,
+    now: &Schedule,
+    layout: &[Material],
+) -> Vec<Vec<Material>> {
+    let Evaluator { scene, task, .. } = evaluator;
+    let schedule = &scene.schedule;
+    let [Slope { gradient, .. }] =
+        evaluator.slopes([Sought::Shares], &evaluator.point(progress, now));
+    if !gradient.iter().all(|slope| slope.is_finite()) {
+        return Vec::new();
     }
+    let (slopes, _) = gradient.as_chunks();
+    let holds = Holds::new(&scene.projection, &task.lattice);
+    let cost = |edge: usize, from: Material, to: Material| {
+        let slope = |m: Material| m.of(&slopes[edge]);
+        (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
+    };
+    let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
+    let tried = flipped(layout, &bounds, rules, trials, cost);
+    let mut short = task.clone();
+    short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
+    let reached = evaluator.reached(&tried, &progress.controller, &short);
+    let merits = reached.iter().map(|r| r.merit);
+    let mut ranked: Vec<_> = merits.zip(tried).collect();
+    // The sort is stable, so the first of equals wins. A diverged rollout (NaN) comes last.
+    let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
+    ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
+    ranked.truncate(ranked.len().div_ceil(HEAT));
+    ranked.into_iter().map(|(_, layout)| layout).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::polish;
     use crate::codesign::Progress;
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::{LIVELY, after};
@@ -112,7 +112,8 @@ mod tests {
                 progress.clone(),
                 codesign.evaluator.evaluate(&progress).merit,
             );
-            codesign.polish(&mut progress, &Schedule::at(&scene, 10));
+            let now = Schedule::at(&scene, 10);
+            polish(&codesign.evaluator, &codesign.rules, &mut progress, &now);
             let reached = codesign.evaluator.evaluate(&progress).merit;
             if progress == before {
                 continue;

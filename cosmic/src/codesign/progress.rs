@@ -66,6 +66,24 @@ impl Progress {
         self.entered.unwrap_or(0)
     }
 
+    /// Inserts the controller into the candidates, sorted by merit, unless it is one of them already. Keeps at most
+    /// `most` candidates.
+    pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
+        let is_same = |c: &Candidate| c.controller == self.controller;
+        if !merit.is_finite() || self.candidates.iter().any(is_same) {
+            return;
+        }
+        let candidate = Candidate {
+            iteration: self.iteration,
+            merit,
+            controller: self.controller.clone(),
+            spread: None,
+        };
+        let place = self.candidates.partition_point(|c| c.merit >= merit);
+        self.candidates.insert(place, candidate);
+        self.candidates.truncate(most);
+    }
+
     /// Stops the run if the loss was never finite: after ten or more iterations no gradient could be used, and the
     /// loss of this iteration is not finite either. Later iterations would not change that, because neither design
     /// nor controller has changed.

@@ -4,7 +4,7 @@ use autodiff::{CotangentBound, Real, Var};
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::Reached;
+use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
@@ -14,7 +14,7 @@ use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::random::{Purpose, stream_of};
-use crate::scene::GradientPrecision;
+use crate::scene::{GradientPrecision, HorizonMode};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -50,6 +50,9 @@ impl Sought<'_> {
         }
     }
 }
+
+/// The share of the bound on speeds that few robots reach by walking: 1 m/s if the bound is 100 m/s.
+const WALKS: f64 = 0.01;
 
 impl Evaluator {
     /// The point at which an iteration takes its gradients.
@@ -124,6 +127,37 @@ impl Evaluator {
                 }
             }
         })
+    }
+
+    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. The rollout of a
+    /// gradient has no guard. If the mean speed of the payload is high, the rollout is repeated with the guard.
+    /// Few robots that walk are so fast, but all robots that fly apart are. Displacements over drawn domains are
+    /// means and are not checked.
+    pub(super) fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
+        let physics = &self.scene.physics;
+        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
+            return displacement;
+        };
+        let steps = match at.horizon.mode {
+            HorizonMode::Head => at.horizon.steps.min(physics.steps),
+            HorizonMode::Tail => physics.steps,
+        };
+        if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
+            return displacement;
+        }
+        let mut task = self.task.clone();
+        task.physics.steps = steps;
+        let design = sought.design(&self.task, &at.inputs.z);
+        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
+        match again.along().is_nan() {
+            true => f64::NAN,
+            false => displacement,
+        }
+    }
+
+    /// The merit within the horizon; `None` if robots are ranked by their displacement.
+    pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
+        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
     }
 
     /// The gradients of one task in the number type `R`.
