@@ -12,7 +12,7 @@ impl<R: Real, const D: usize> Add for Vector<R, D> {
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
         for k in 0..D {
-            self.0[k] = self.0[k] + other.0[k];
+            self.0[k] += other.0[k];
         }
         self
     }
@@ -23,7 +23,7 @@ impl<R: Real, const D: usize> Sub for Vector<R, D> {
     #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
         for k in 0..D {
-            self.0[k] = self.0[k] - other.0[k];
+            self.0[k] -= other.0[k];
         }
         self
     }
