@@ -25,9 +25,6 @@ pub struct Evaluator {
 
 impl Evaluator {
     /// The evaluator of a scene for a loss.
-    ///
-    /// # Errors
-    /// The errors of [`Scene::check`]; [`Error::Usage`] for a loss that observes steps that a rollout does not have.
     pub(super) fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         // A run writes its scene and reads it again, so the scene must be valid as a file.
         scene.check()?;

@@ -149,9 +149,6 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// Copies files of one folder to another.
-///
-/// # Errors
-/// [`Error::Read`]; [`Error::Write`].
 pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     names.iter().try_for_each(|name| {
         let path = from.join(name);

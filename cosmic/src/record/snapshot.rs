@@ -67,9 +67,6 @@ impl RunPlan {
 
     /// Checks that this plan, of the run in a folder, is the expected one. `physics.unstable_step` may differ, because
     /// [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a run of another scene, seed or number of iterations.
     pub(super) fn check_same(&self, expected: &Self, folder: &Path) -> Result<()> {
         let mut own = self.clone();
         own.scene.physics.unstable_step = expected.scene.physics.unstable_step;
@@ -213,10 +210,6 @@ impl Snapshot<'_> {
     }
 
     /// The plan and the state, after a check that they fit the optimisation. Errors name `file`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the optimisation has another scene or another loss; the errors of [`CoDesign::first`] and
-    /// [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
         let plan = self.plan.into_owned();
         if *codesign.scene() != plan.scene {
@@ -255,9 +248,6 @@ impl Snapshot<'_> {
     }
 
     /// Reads the scene from the snapshot of a folder; `None` if there is no snapshot.
-    ///
-    /// # Errors
-    /// The errors of [`read_json`].
     pub(super) fn scene(folder: &Path) -> Result<Option<Scene>> {
         #[derive(Deserialize)]
         struct Planned {
@@ -277,9 +267,6 @@ impl Snapshot<'_> {
     }
 
     /// Reads the snapshot of a folder.
-    ///
-    /// # Errors
-    /// The errors of [`read_json`]; [`Error::Read`] for a folder that is not a run.
     pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
         let path = folder.join(SNAPSHOT);
         if !path.exists() {

@@ -51,9 +51,6 @@ impl History {
     }
 
     /// Appends an iteration.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
@@ -68,17 +65,11 @@ impl History {
     }
 
     /// Appends the design after an iteration that [keeps](Self::keeps_design) it.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn append_design(&mut self, row: &DesignRow) -> Result<()> {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
     /// Flushes the lines to the disk, so that a snapshot that is written later never counts lines that were lost.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)

@@ -31,9 +31,6 @@ pub(in crate::record) struct Lock {
 
 impl Lock {
     /// Locks an existing folder.
-    ///
-    /// # Errors
-    /// [`Error::Taken`]; [`Error::Write`].
     pub(in crate::record) fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
@@ -68,9 +65,6 @@ impl Lock {
 }
 
 /// Creates a folder, or uses an empty one, and locks it before the first write.
-///
-/// # Errors
-/// [`Error::Usage`] for a folder that is not empty; [`Error::Taken`]; [`Error::Write`].
 pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
     // The first check is without a lock, so that a refused folder does not change.
     refuse_used(folder)?;
@@ -82,9 +76,6 @@ pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
 }
 
 /// Locks the folder of a run and reads its snapshot. `None` for a finished run.
-///
-/// # Errors
-/// The errors of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
 pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
     let is_finished = || folder.join(SUMMARY).exists();
     if is_finished() {
@@ -102,9 +93,6 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
 }
 
 /// Reads the snapshot of a folder.
-///
-/// # Errors
-/// The errors of [`Snapshot::read`]. Errors about the content say how to continue without the snapshot.
 fn snapshot(folder: &Path) -> Result<Snapshot<'static>> {
     Snapshot::read(folder).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
