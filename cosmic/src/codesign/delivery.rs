@@ -225,7 +225,7 @@ impl Evaluator {
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // JSON has no minus infinity, the quantile of diverged rollouts.
+            // JSON cannot store minus infinity, which is the quantile next to diverged rollouts.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
         }
     }
@@ -312,7 +312,7 @@ mod tests {
 
     use crate::codesign::schedule::Schedule;
     use crate::codesign::settle::settle;
-    use crate::codesign::tests::{LIVELY, after, tiny};
+    use crate::codesign::tests::{LIVELY, after, begun, tiny};
     use crate::codesign::{Candidate, CoDesign, Quantiles};
     use crate::design::Material;
     use crate::scene::Scene;
@@ -320,8 +320,7 @@ mod tests {
 
     #[test]
     fn a_delivery_stops_between_its_parts() {
-        let codesign = CoDesign::new(&tiny()).unwrap();
-        let progress = codesign.begin(1).unwrap();
+        let (evaluator, progress) = begun(&tiny());
         let asked = Cell::new(0);
         let stops_at = |question: usize| {
             asked.set(0);
@@ -329,9 +328,9 @@ mod tests {
                 asked.set(asked.get() + 1);
                 asked.get() == question
             };
-            codesign.evaluator.deliver_unless(&progress, &is_stopped)
+            evaluator.deliver_unless(&progress, &is_stopped)
         };
-        assert_eq!(stops_at(0), Some(codesign.evaluator.deliver(&progress)));
+        assert_eq!(stops_at(0), Some(evaluator.deliver(&progress)));
         let questions = asked.get();
         assert!(questions > 3);
         for question in 1..=questions {
@@ -387,20 +386,19 @@ mod tests {
 
     #[test]
     fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
-        let codesign = CoDesign::new(&tiny()).unwrap();
-        let mut progress = codesign.begin(1).unwrap();
-        let plain = codesign.evaluator.deliver(&progress);
-        progress.note_candidate(1.0, codesign.scene().selection.candidates);
-        assert_eq!(codesign.evaluator.entrants(&progress).len(), 1);
-        assert_eq!(codesign.evaluator.deliver(&progress), plain);
-        codesign.evaluator.judge_candidates(&mut progress);
+        let (evaluator, mut progress) = begun(&tiny());
+        let plain = evaluator.deliver(&progress);
+        progress.note_candidate(1.0, evaluator.scene.selection.candidates);
+        assert_eq!(evaluator.entrants(&progress).len(), 1);
+        assert_eq!(evaluator.deliver(&progress), plain);
+        evaluator.judge_candidates(&mut progress);
         assert_eq!(
-            codesign.evaluator.entrants(&progress)[0].spread,
+            evaluator.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
         // After another update, the candidate and the last iterate are different entrants.
         progress.controller.numbers_mut()[0] += 0.1;
-        assert_eq!(codesign.evaluator.entrants(&progress).len(), 2);
+        assert_eq!(evaluator.entrants(&progress).len(), 2);
     }
 
     /// Two controllers of one robot, of which the one with the better median is unreliable.
@@ -408,8 +406,7 @@ mod tests {
     fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut scene = tiny();
         scene.schedule.settle = 1.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let mut progress = codesign.begin(1).unwrap();
+        let (evaluator, mut progress) = begun(&scene);
         let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
             progress.controller.numbers_mut()[0] += bias;
             let spread = Quantiles { p10, p50, p90: p50 };
@@ -426,14 +423,14 @@ mod tests {
             let mut progress = progress.clone();
             progress.controller = last.controller.clone();
             progress.candidates = vec![rival.clone(), steady.clone(), last.clone()];
-            let delivered = codesign.evaluator.deliver(&progress).controller;
+            let delivered = evaluator.deliver(&progress).controller;
             let is = |c: &Candidate| c.controller == delivered;
             assert!(is(&rival) || is(&steady));
             let mut settled = progress.clone();
             assert!(settle(
-                &codesign.evaluator,
+                &evaluator,
                 &mut settled,
-                &Schedule::at(codesign.scene(), 12),
+                &Schedule::at(&evaluator.scene, 12),
                 0.1
             ));
             assert_eq!(settled.controller, delivered);

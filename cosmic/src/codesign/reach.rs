@@ -287,7 +287,7 @@ mod tests {
     use super::{Reached, first_best, worse};
     use crate::codesign::CoDesign;
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::{LIVELY, Up, tiny};
+    use crate::codesign::tests::{LIVELY, Up, begun, tiny};
     use crate::lattice::State;
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
@@ -305,11 +305,10 @@ mod tests {
         scene.physics.speed_bound = None;
         scene.lattice.spacing = 0.001;
         scene.materials.stiffness = [1e-7, 1.0, 1.0];
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let reached = codesign.evaluator.evaluate(&progress);
+        let (evaluator, progress) = begun(&scene);
+        let reached = evaluator.evaluate(&progress);
         assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
-        let delivery = codesign.evaluator.deliver(&progress);
+        let delivery = evaluator.deliver(&progress);
         assert_eq!(delivery.divergence, None);
         assert_eq!(delivery.along, reached.along());
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");

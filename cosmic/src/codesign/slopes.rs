@@ -228,7 +228,7 @@ impl Evaluator {
 mod tests {
     use super::{At, Slope, Sought};
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{begun, tiny};
     use crate::codesign::{CoDesign, Progress};
     use crate::inputs::{CONTROLLER, DESIGN, Inputs};
     use crate::projection::Projection;
@@ -243,34 +243,19 @@ mod tests {
         let mut scene = tiny();
         (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
         scene.controller.goal_scale = 1.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let inputs = codesign.evaluator.inputs(&progress);
+        let (evaluator, progress) = begun(&scene);
+        let inputs = evaluator.inputs(&progress);
         let horizon = Horizon::head(24);
-        let start = &codesign.evaluator.start;
+        let start = &evaluator.start;
         let sought = Sought::Design(Projection::Performance);
         let value = |inputs: &Inputs<f64>| {
-            let design = sought.design(&codesign.evaluator.task, &inputs.z);
-            codesign.evaluator.losses_of(
-                &codesign.evaluator.task,
-                &[design],
-                inputs,
-                start,
-                &horizon,
-            )[0]
-            .0
+            let design = sought.design(&evaluator.task, &inputs.z);
+            evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let design = sought.design(&codesign.evaluator.task, &inputs.z);
-                codesign.evaluator.losses_of(
-                    &codesign.evaluator.task,
-                    &[design],
-                    inputs,
-                    start,
-                    &horizon,
-                )[0]
-                .0
+                let design = sought.design(&evaluator.task, &inputs.z);
+                evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -292,13 +277,10 @@ mod tests {
 
     /// The gradient by the design over `steps` steps in the domains of the first iteration.
     fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
-        let codesign = CoDesign::new(scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let mut at = codesign.evaluator.point(&progress, &Schedule::at(scene, 1));
+        let (evaluator, progress) = begun(scene);
+        let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
         at.horizon = Horizon::head(steps);
-        let [slope] = codesign
-            .evaluator
-            .slopes([Sought::Design(Projection::Performance)], &at);
+        let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
         slope
     }
 
@@ -364,22 +346,20 @@ mod tests {
     #[test]
     fn gradients_computed_together_are_bit_identical_to_single_ones() {
         let check = |scene: &Scene, mode: HorizonMode| {
-            let codesign = CoDesign::new(scene).unwrap();
-            let progress = codesign.begin(1).unwrap();
+            let (evaluator, progress) = begun(scene);
             let at = At {
                 horizon: Horizon {
                     mode,
                     ..Horizon::head(20)
                 },
-                ..codesign.evaluator.point(&progress, &Schedule::at(scene, 1))
+                ..evaluator.point(&progress, &Schedule::at(scene, 1))
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
-            let together = codesign.evaluator.slopes(both, &at);
-            let alone =
-                both.map(|sought| codesign.evaluator.slopes([sought], &at).into_iter().next());
+            let together = evaluator.slopes(both, &at);
+            let alone = both.map(|sought| evaluator.slopes([sought], &at).into_iter().next());
             assert_eq!(together.clone().map(Some), alone);
             assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(codesign.evaluator.design_slopes(&at), together.map(Some));
+            assert_eq!(evaluator.design_slopes(&at), together.map(Some));
         };
         let mut scene = tiny();
         scene.start.tilt = 0.2;

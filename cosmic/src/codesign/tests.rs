@@ -2,7 +2,7 @@
 
 use autodiff::{Memory, Real};
 
-use crate::codesign::{CoDesign, Progress, Record};
+use crate::codesign::{CoDesign, Evaluator, Progress, Record};
 use crate::design::{Design, flips};
 use crate::objective::Loss;
 use crate::scene::{LossKind, Scene};
@@ -55,6 +55,13 @@ pub(crate) fn tiny() -> Scene {
     scene.schedule.horizon = [24, 24];
     scene.loss.kind = LossKind::Final;
     scene
+}
+
+/// The evaluator of a scene, and the state before the first iteration.
+pub(super) fn begun(scene: &Scene) -> (Evaluator, Progress) {
+    let codesign = CoDesign::new(scene).unwrap();
+    let progress = codesign.begin(1).unwrap();
+    (codesign.evaluator, progress)
 }
 
 /// The robot of a seed after some iterations.
