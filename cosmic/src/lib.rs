@@ -3,7 +3,8 @@
 //!
 //! The order of the modules is the architecture: each uses only those above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct for each of the others.
+//! - [`scene`] has every number of an experiment, in one small struct for each of the others; [`registry`] has the laws,
+//!   losses, policies, lattices and scenes that a program adds.
 //! - [`keys`] declares the keys of files and the columns of tables.
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
@@ -23,7 +24,7 @@ pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
-mod registry;
+pub mod registry;
 pub mod reading;
 pub mod keys;
 pub mod lattice;
@@ -45,6 +46,7 @@ pub mod codesign;
 pub mod record;
 
 pub use error::{Error, Result};
+pub use registry::Registry;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -147,9 +147,9 @@ fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> O
 #[cfg(test)]
 mod tests {
     use super::{FORMAT, Halving, Rung, SEARCH, Standing, folder_of, median};
+    use crate::Registry;
     use crate::codesign::Record;
     use crate::codesign::tests::{Up, records, tiny};
-    use crate::objective;
     use crate::record::files::read_json;
     use crate::record::{RunPlan, Search, history, optimise};
     use crate::scene::Scene;
@@ -195,7 +195,6 @@ mod tests {
     /// The ranks differ from those by displacement.
     #[test]
     fn starts_are_ranked_by_a_user_s_loss_and_by_the_worse_of_two_goals() {
-        objective::add("up_for_halving", Up);
         let mut scene = tiny();
         scene.search.rungs = [4, 20, 20];
         (scene.search.keep, scene.search.window) = ([0.5; 3], 3);
@@ -224,8 +223,7 @@ mod tests {
         let mut two = scene.clone();
         (two.controller.two_goals, two.controller.goal_scale) = (true, 3.0);
         check(&two);
-        let own = "[objective]\nown_loss = \"up_for_halving\"";
-        scene.objective = Scene::parse("own", own).unwrap().objective;
-        check(&scene);
+        let own = scene.knowing(&Registry::default().with_loss("up", Up));
+        check(&own.set(&["objective.own_loss=up"]).unwrap());
     }
 }

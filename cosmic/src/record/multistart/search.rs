@@ -72,7 +72,7 @@ pub(in crate::record) fn search(
         starts.push(Start::new(seed, summary.as_ref(), dropped_at));
         seconds += match &summary {
             Some(summary) => summary.seconds,
-            None => Snapshot::read(&folder_of(folder, seed))?.seconds,
+            None => Snapshot::read(&folder_of(folder, seed), plan.scene.registry())?.seconds,
         };
         delivered.extend(summary);
     }
@@ -130,6 +130,7 @@ fn finish_left(
 #[cfg(test)]
 mod tests {
     use super::{create, rank, search};
+    use crate::Registry;
     use crate::codesign::tests::tiny;
     use crate::codesign::{CoDesign, Reliability};
     use crate::record::multistart::starts::folder_of;
@@ -179,7 +180,7 @@ mod tests {
             let stopped = optimise(&run, &plan, &mut StopsDelivery).unwrap_err();
             assert_eq!(stopped.exit_code(), 75, "{stopped}");
             assert!(!run.join("summary.json").exists());
-            resume(&run, &mut ()).unwrap();
+            resume(&run, &Registry::default(), &mut ()).unwrap();
             for file in ["design.json", "trajectory.json"] {
                 let [resumed, whole] =
                     [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
@@ -207,7 +208,9 @@ mod tests {
             "{says}"
         );
         fs::remove_file(stray).unwrap();
-        three.install(|| resume(&run, &mut ())).unwrap();
+        three
+            .install(|| resume(&run, &Registry::default(), &mut ()))
+            .unwrap();
         assert_eq!(designs(&run), designs(&whole));
     }
 
