@@ -183,7 +183,7 @@ fn the_forces_of_bending_are_the_energy_s_slope() {
         let bend = Bend { dt: 1.0, ..BEND };
         // Two edges of 400 N/m make 0.04 N m.
         let pulls = bend.eval([a, b, c, d, e, f, 400.0, 400.0]);
-        let slope = gradient(&Energy, &nodes);
+        let slope = gradient(|x| Energy.eval(x), &nodes);
         for (pull, slope) in pulls.iter().zip(slope) {
             // Softening moves a length of 0.1 by a share of 5e-11; forces are below 1 N.
             assert!((pull + slope).abs() < 1e-9, "{pulls:?}");
