@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use autodiff::{Kernel, Model, Program, Real, Rollout, gradient_of};
+use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
 use benches::adbench::{self, Case};
 use benches::machine::built_in;
 use benches::objectives::Problem;
@@ -197,9 +197,9 @@ fn scalar_tapes() -> CountTable {
     };
     let rows = vec![
         row("primal, scalar f64", |x| end(x)),
-        row("`Tape`", |x| gradient_of(end, x)[0]),
+        row("`Tape`", |x| gradient(end, x)[0]),
         row("primal, `Rollout`", |x| rolled(x)),
-        row("`Rollout`", |x| gradient_of(rolled, x)[0]),
+        row("`Rollout`", |x| gradient(rolled, x)[0]),
     ];
     CountTable {
         title: "Scalar tapes",
