@@ -220,7 +220,7 @@ fn plan_text(plan: &Plan) -> String {
     )
 }
 
-/// The pull of a layout's void edges, and the time saved without them.
+/// The pull of a layout's void edges.
 fn voids_text(voids: &Voids) -> String {
     let pull = |of: &str, pull: Option<Pull>| {
         pull.map_or(String::new(), |pull| {
@@ -230,14 +230,10 @@ fn voids_text(voids: &Voids) -> String {
             )
         })
     };
-    let saving = voids.saving.map_or(String::new(), |saving| {
-        let says = if voids.dropped { "saves" } else { "would save" };
-        format!("    leaving them out {says} {saving:.3} us a step\n")
-    });
     format!(
         "  void edges pull a node with at most {:.1e} N for every metre that they are stretched, \
          which moves\n{}{}    for as long as the motion does not multiply small changes: cosmic \
-         verify --accuracy\n{saving}",
+         verify --accuracy\n",
         voids.force,
         pull("nodes of the body", voids.body),
         pull("detached nodes", voids.detached),

@@ -174,10 +174,10 @@ pub(super) struct Many {
 
 impl Many {
     /// For a plan of which `over` runs are over.
-    pub(super) fn new<S>(
+    pub(super) fn new(
         output: &Output,
         interrupt: Interrupt,
-        plan: &SweepPlan<S>,
+        plan: &SweepPlan,
         over: usize,
     ) -> Self {
         Self {
@@ -214,7 +214,7 @@ impl Overseer for Many {
 }
 
 /// Scene and seed of a run.
-pub(super) fn title<S>(plan: &SweepPlan<S>, index: usize) -> String {
+pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
     let (scene, seed) = plan.parts(index);
     format!("{} seed {seed}", scene.name)
 }

@@ -459,7 +459,7 @@ fn what_cannot_be_is_refused() {
         (
             "plan tiny.toml --seeds 99999999999 --out u",
             2,
-            "99999999999 runs (scenes x seeds: 1 x 99999999999), where at most 1000000 are",
+            "99999999999 runs (scenes x seeds: 1 x 99999999999) are too many; at most 1000000 are",
         ),
         ("status nowhere", 4, "nowhere/plan.json"),
     ] {

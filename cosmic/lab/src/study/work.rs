@@ -3,7 +3,9 @@
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
-use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
+use crate::sweep::{
+    Overseer, PLAN, PlannedScene, PlannedStudy, RunState, SceneText, Sweep, SweepPlan,
+};
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::record::files::make_folder;
 use std::num::NonZeroUsize;
@@ -56,7 +58,7 @@ impl Study {
         if !self.runs.join(PLAN).exists() {
             return plan.freeze(&self.runs).map(|()| plan);
         }
-        let before: SweepPlan = SweepPlan::read(&self.runs)?;
+        let before = SweepPlan::read(&self.runs)?;
         let is_other = |then: &PlannedScene| {
             let is_it = |now: &PlannedScene| now.name == then.name && now.scene != then.scene;
             plan.scenes.iter().any(is_it)
@@ -82,7 +84,7 @@ impl Study {
         let scene = |trial: &Trial| PlannedScene {
             name: trial.name.clone(),
             swept: Vec::new(),
-            scene: trial.scene.clone(),
+            scene: SceneText::new(&trial.scene),
         };
         SweepPlan {
             study: Some(PlannedStudy {

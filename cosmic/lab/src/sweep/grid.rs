@@ -1,6 +1,6 @@
 //! The grid of a plan: every combination of some settings.
 
-use super::{PlannedScene, SweptValue};
+use super::{PlannedScene, SceneText, SweptValue};
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
 use cosmic::scene::Scene;
@@ -50,7 +50,7 @@ pub fn on_grid(
         Ok(PlannedScene {
             name: format!("{name}{}", combination.suffix),
             swept: swept(&scene, &combination.settings),
-            scene,
+            scene: SceneText::new(&scene),
         })
     });
     planned.collect()

@@ -59,7 +59,7 @@ impl Survey {
 }
 
 /// How far the runs of a sweep are.
-pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
+pub fn survey(sweep: &Path, plan: &SweepPlan) -> Survey {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
         let state = RunState::of(&folder);
@@ -70,7 +70,7 @@ pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
 }
 
 impl SurveyedRun {
-    fn new<S>(plan: &SweepPlan<S>, index: usize, state: RunState, iterations: usize) -> Self {
+    fn new(plan: &SweepPlan, index: usize, state: RunState, iterations: usize) -> Self {
         let (scene, seed) = plan.parts(index);
         let swept = scene.swept.iter().cloned();
         Self {
@@ -109,7 +109,7 @@ pub struct Merged {
 ///
 /// # Errors
 /// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
-pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
+pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
     let progress = RefCell::new(Progress {
         missing: 0,
@@ -150,14 +150,13 @@ struct Progress {
 
 /// `results.json`, its runs read as they are written.
 #[derive(Serialize)]
-#[serde(bound = "S: Sync")]
-struct Results<'p, S: Sync> {
-    runs: Runs<'p, S>,
+struct Results<'p> {
+    runs: Runs<'p>,
 }
 
-struct Runs<'p, S> {
+struct Runs<'p> {
     sweep: &'p Path,
-    plan: &'p SweepPlan<S>,
+    plan: &'p SweepPlan,
     keys: &'p [&'p str],
     progress: &'p RefCell<Progress>,
 }
@@ -165,7 +164,7 @@ struct Runs<'p, S> {
 /// Runs that are read at once.
 const AT_ONCE: usize = 256;
 
-impl<S: Sync> Runs<'_, S> {
+impl Runs<'_> {
     /// The runs from number `first` on, at most [`AT_ONCE`].
     fn read(&self, first: usize) -> Result<Vec<MergedRun>> {
         let (sweep, plan) = (self.sweep, self.plan);
@@ -184,7 +183,7 @@ impl<S: Sync> Runs<'_, S> {
     }
 }
 
-impl<S: Sync> Serialize for Runs<'_, S> {
+impl Serialize for Runs<'_> {
     fn serialize<T: Serializer>(&self, to: T) -> std::result::Result<T::Ok, T::Error> {
         let runs = self.plan.runs();
         let mut list = to.serialize_seq(Some(runs))?;

@@ -8,8 +8,7 @@ use cosmic::record::snapshot;
 use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use rayon::prelude::*;
-use serde::de::IgnoredAny;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::value::RawValue;
 use std::collections::BTreeSet;
@@ -21,16 +20,14 @@ pub const PLAN: &str = "plan.json";
 
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
-pub struct PlannedScene<S = Scene> {
+pub struct PlannedScene {
     /// Its name, unique within a sweep.
     pub name: String,
     /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene; in the file as TOML.
-    #[serde(deserialize_with = "S::read", serialize_with = "S::write")]
-    pub scene: S,
+    /// The scene.
+    pub scene: SceneText,
 }
 
 /// A key that a sweep varies, and its value in a scene.
@@ -42,102 +39,51 @@ pub struct SweptValue {
     pub value: Value,
 }
 
-/// What a plan holds of a scene: the scene, or nothing where names are enough.
-pub trait Planned: Sized {
-    /// Reads it from the scene's place in the file.
-    ///
-    /// # Errors
-    /// What is wrong there.
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error>;
+/// A scene as a plan's file holds it. It is parsed only when it is needed: a process may do one run of
+/// thousands.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct SceneText(Box<RawValue>);
 
-    /// Writes it.
-    ///
-    /// # Errors
-    /// The errors of the serializer.
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error>;
-}
-
-impl Planned for Scene {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        snapshot::toml::deserialize(from)
-    }
-
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
+impl SceneText {
+    /// The text of a scene, without the comments: they are nine tenths of it.
+    pub fn new(scene: &Scene) -> Self {
         let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
-        let mut whole = whole.map_err(serde::ser::Error::custom)?;
-        let scene = match &mut whole {
-            Value::Object(parts) => parts.get_mut("scene"),
-            text => Some(text),
+        let mut whole = whole.expect("a scene is strings and numbers");
+        let text = match whole.get("scene").is_some() {
+            true => &mut whole["scene"],
+            false => &mut whole,
         };
-        if let Some(text) = scene {
-            without_comments(text);
+        if let Value::String(text) = text {
+            let lines = text.lines();
+            let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+            *text = lines.map(|line| format!("{line}\n")).collect();
         }
-        whole.serialize(to)
-    }
-}
-
-/// A scene as it stands in the plan's file, and is read from there only where it is needed: a process may do
-/// one run of thousands.
-#[derive(Clone, Debug)]
-pub struct UnreadScene(Box<RawValue>);
-
-impl Planned for UnreadScene {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        Box::deserialize(from).map(Self)
+        let raw = RawValue::from_string(whole.to_string());
+        Self(raw.expect("a JSON value is written as JSON"))
     }
 
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        scene.0.serialize(to)
-    }
-}
-
-/// A planned scene that can be had whole.
-pub trait HasScene: Planned + Sync {
     /// The scene.
     ///
     /// # Errors
     /// [`Error::Usage`] for a scene that is malformed.
-    fn scene(&self) -> Result<Scene>;
-}
-
-impl HasScene for Scene {
-    fn scene(&self) -> Result<Scene> {
-        Ok(self.clone())
-    }
-}
-
-impl HasScene for UnreadScene {
-    fn scene(&self) -> Result<Scene> {
+    pub fn scene(&self) -> Result<Scene> {
         let mut from = serde_json::Deserializer::from_str(self.0.get());
         let refused = |error: serde_json::Error| Error::Usage(format!("{PLAN}: {error}"));
         snapshot::toml::deserialize(&mut from).map_err(refused)
     }
 }
 
-/// Leaves the comments of a scene's TOML out, nine tenths of it: a plan may have thousands of scenes.
-fn without_comments(text: &mut Value) {
-    if let Value::String(text) = text {
-        let lines = text.lines();
-        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-        *text = lines.map(|line| format!("{line}\n")).collect();
-    }
-}
-
-impl Planned for () {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        IgnoredAny::deserialize(from).map(drop)
-    }
-
-    fn write<T: Serializer>((): &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        to.serialize_unit()
+impl PartialEq for SceneText {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.get() == other.0.get()
     }
 }
 
 /// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
-pub struct SweepPlan<S = Scene> {
-    /// The study that the runs are of, if they are of one.
+pub struct SweepPlan {
+    /// The study that the runs belong to, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<PlannedStudy>,
     /// The first seed.
@@ -147,16 +93,10 @@ pub struct SweepPlan<S = Scene> {
     /// Stops every run after this many iterations, even if its scene has more.
     pub iterations: Option<NonZeroUsize>,
     /// The scenes.
-    pub scenes: Vec<PlannedScene<S>>,
+    pub scenes: Vec<PlannedScene>,
 }
 
-/// A plan whose scenes are read run by run.
-pub type UnreadPlan = SweepPlan<UnreadScene>;
-
-/// A plan without its scenes' content: enough to say how far its runs are.
-pub type PlanOutline = SweepPlan<()>;
-
-/// The study that a plan's runs are of: they are measured as its runs.
+/// The study that a plan's runs belong to. It determines how they are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStudy {
     /// The study's name.
@@ -173,13 +113,13 @@ impl PlannedStudy {
     /// Checks that this machine can measure.
     ///
     /// # Errors
-    /// [`Error::Usage`] if robots walk in MuJoCo and the Python lacks it.
+    /// [`Error::Usage`] if robots walk in MuJoCo and this Python does not have it.
     pub fn check(&self) -> Result<()> {
         let mut python = self.python.iter();
         python.try_for_each(|python| check_python(python.as_ref()))
     }
 
-    /// Measures a run that is done and writes the files of the measurements, except those that exist. Returns
+    /// Measures a finished run and writes the files of the measurements, except those that exist. Returns
     /// `None` if it was stopped.
     ///
     /// # Errors
@@ -197,23 +137,20 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two of one name, a name that is no folder's, too many runs or seeds, and
-    /// the errors of a scene that cannot be optimised.
+    /// The errors of [`check_shape`](Self::check_shape) and of scenes that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         self.check_shape()?;
         let begins = |planned: &PlannedScene| {
-            let begun = CoDesign::new(&planned.scene)?.begin(self.first_seed);
-            begun.map(drop)
+            let scene = planned.scene.scene()?;
+            CoDesign::new(&scene)?.begin(self.first_seed).map(drop)
         };
         self.scenes.par_iter().try_for_each(begins)
     }
-}
 
-impl<S: HasScene> SweepPlan<S> {
     /// The plan of one run.
     ///
     /// # Errors
-    /// The errors of [`HasScene::scene`].
+    /// The errors of [`SceneText::scene`].
     pub fn run(&self, index: usize) -> Result<RunPlan> {
         let (PlannedScene { name, scene, .. }, seed) = self.parts(index);
         Ok(RunPlan {
@@ -221,13 +158,11 @@ impl<S: HasScene> SweepPlan<S> {
             ..RunPlan::new(name, scene.scene()?, seed)
         })
     }
-}
 
-impl<S> SweepPlan<S> {
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// [`Error::Usage`] for a plan without scenes, two scenes of one name, a name that a folder cannot have, more
     /// than a million runs, and seeds beyond the largest.
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
@@ -238,7 +173,7 @@ impl<S> SweepPlan<S> {
         let runs = scenes.saturating_mul(seeds);
         if runs > MOST_RUNS {
             return refuse(format!(
-                "{runs} runs (scenes x seeds: {scenes} x {seeds}), where at most {MOST_RUNS} are \
+                "{runs} runs (scenes x seeds: {scenes} x {seeds}) are too many; at most {MOST_RUNS} are \
                  allowed"
             ));
         }
@@ -274,14 +209,14 @@ impl<S> SweepPlan<S> {
         keys
     }
 
-    /// The number of runs that are over, judged by their files.
+    /// The number of finished runs, judged by their files.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()
     }
 
     /// The scene and the seed of a run.
-    pub fn parts(&self, index: usize) -> (&PlannedScene<S>, u64) {
+    pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
         let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
         (&self.scenes[scene], self.first_seed + seed as u64)
     }
@@ -300,7 +235,7 @@ impl<S> SweepPlan<S> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::{PlannedScene, SweepPlan};
+    use super::{PlannedScene, SceneText, SweepPlan};
     use cosmic::scene::Scene;
     use std::num::NonZeroUsize;
     use std::path::Path;
@@ -309,7 +244,7 @@ pub(super) mod tests {
         let scene = |name: &&str| PlannedScene {
             name: (*name).to_owned(),
             swept: Vec::new(),
-            scene: Scene::paper(),
+            scene: SceneText::new(&Scene::paper()),
         };
         SweepPlan {
             study: None,

@@ -1,4 +1,4 @@
-//! Room: what is left of runs that are over when their results are enough.
+//! Removes files of finished runs to save disk space; their results stay.
 
 use super::{RunState, SweepPlan};
 use cosmic::error::{Error, Result};
@@ -24,7 +24,7 @@ pub struct Pruned {
 ///
 /// # Errors
 /// [`Error::Write`] for a file that cannot be removed.
-pub fn prune<S>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Pruned> {
+pub fn prune(sweep: &Path, plan: &SweepPlan) -> Result<Pruned> {
     let mut pruned = Pruned::default();
     for index in 0..plan.runs() {
         let folder = plan.folder(sweep, index);

@@ -1,7 +1,7 @@
 //! The work on a sweep: one run, the next run, or all that are left with a thread for each.
 
 use super::claim::{Answer, Claim, PACE, claim};
-use super::{HasScene, PLAN, RunState, SweepPlan};
+use super::{PLAN, RunState, SweepPlan};
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
@@ -54,14 +54,14 @@ pub trait Overseer: Sync {
 }
 
 /// A sweep at work.
-pub struct Sweep<'s, S> {
+pub struct Sweep<'s> {
     /// The folder.
     pub folder: &'s Path,
     /// The plan.
-    pub plan: &'s SweepPlan<S>,
+    pub plan: &'s SweepPlan,
 }
 
-impl<S: HasScene> Sweep<'_, S> {
+impl Sweep<'_> {
     /// Begins or resumes one run. If a process on another host has claimed it, a minute tells whether that
     /// process still works; `is_stopped` may end the wait.
     ///

@@ -1,4 +1,4 @@
-//! The program's checks of itself: its numbers against other ways to compute them, and their cost.
+//! Checks of the program's numbers against other ways to compute them, and their cost.
 
 mod accuracy;
 mod chaos;

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
+use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout};
 
 use super::clock::least_times;
 use super::probe::{Probe, relative_error};
@@ -20,7 +20,7 @@ use serde::Serialize;
 
 /// Steps of a measured rollout, unless the case has fewer.
 pub const MEASURED_STEPS: usize = 4096;
-/// Repeats of each measurement; the least time counts, as the least disturbed one.
+/// Repeats of each measurement; the shortest time counts, because it is the least disturbed one.
 const REPEATS: usize = 25;
 /// Starts that are run together.
 const STARTS: usize = 8;
@@ -34,6 +34,18 @@ pub struct Speed {
     pub times: Vec<(String, f64)>,
     /// The errors of gradients in f32 over the scene's first and last horizon.
     pub single_errors: [GradientError; 2],
+}
+
+/// The error of a gradient in f32 relative to the length of the gradient in f64. Both have the scene's
+/// bound on the cotangent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GradientError {
+    /// Steps of the horizon.
+    pub steps: usize,
+    /// By the design vectors.
+    pub design: f64,
+    /// By the controller's weights.
+    pub controller: f64,
 }
 
 impl Speed {
@@ -54,18 +66,6 @@ impl Speed {
         let works = [format!("{set}rollout"), by("design"), by("controller")];
         self.times.extend(works.into_iter().zip(times));
     }
-}
-
-/// The error of a gradient in f32 relative to the length of the gradient in f64. Both have the scene's
-/// bound on the cotangent.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct GradientError {
-    /// Steps of the horizon.
-    pub steps: usize,
-    /// By the design vectors.
-    pub design: f64,
-    /// By the controller's weights.
-    pub controller: f64,
 }
 
 /// Measures a case with a scene's loss: the case itself, a layout of its dominant materials within the
@@ -94,17 +94,13 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     speed.add_set("one_hot_f32_", microseconds(steps, one_hot.works::<f32>()));
     let eight = microseconds(STARTS * steps, subject.works_of_eight());
     speed.add_set("eight_starts_", eight);
-    let [own] = microseconds(steps, [work(|| one_hot.own_gradient::<f64>())]);
-    let [own_f32] = microseconds(steps, [work(|| one_hot.own_gradient::<f32>())]);
     let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
-    let others = [
-        ("one_hot_own_materials", own),
-        ("one_hot_f32_own_materials", own_f32),
+    for (name, time) in [
         ("one_of_two_designs", two_designs),
         ("two_matvecs", two_matvecs),
-    ];
-    let others = others.map(|(name, time)| (name.to_owned(), time));
-    speed.times.extend(others);
+    ] {
+        speed.times.push((name.to_owned(), time));
+    }
     speed
 }
 
@@ -115,7 +111,7 @@ fn work<'a, T>(run: impl Fn() -> T + 'a) -> Work<'a> {
     Box::new(move || drop(black_box(run())))
 }
 
-/// The least time of each work in microseconds per step. The works take turns.
+/// The shortest time of each work in microseconds per step. The works take turns.
 fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
     let times = least_times(REPEATS, &works, |work| work());
     std::array::from_fn(|k| times[k] * 1e6 / steps as f64)
@@ -179,8 +175,7 @@ impl<'a> Subject<'a> {
         let Probe { case, task, .. } = &self.probe;
         let inputs = self.probe.inputs.lift::<R>();
         let design = case.projected(case.projection, &inputs.z);
-        let span = self.span();
-        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &self.span());
         self.loss.loss(&seen)
     }
 
@@ -193,7 +188,7 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its shares.
+    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its mixtures.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
     }
@@ -204,23 +199,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The loss of a frozen layout and its gradient by the share of each edge's own material. The other
-    /// shares are constants: they are zero and stay so. The controller's outputs for passive edges are
-    /// left out.
-    pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
-        let given = self.probe.inputs.z.as_flattened();
-        self.probe.reverse(DESIGN, |inputs| {
-            let zero = Var::constant(R::zero());
-            let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
-            let shares = inputs.z.as_flattened().iter().zip(given);
-            let shares: Vec<Var<R>> = shares.map(own).collect();
-            let design = Design::of_shares(shares.as_chunks().0);
-            (self.probe.task).loss(&design, inputs, &self.loss, &self.horizon)
-        })
-    }
-
     /// The losses in the performance and in the stability projection, each with its gradient by the
-    /// design vectors, side by side as an optimisation takes them on one thread.
+    /// design vectors, side by side as an optimisation computes them on one thread.
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
         let Probe {
             case, task, inputs, ..
@@ -234,20 +214,6 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The mean loss of eight plain rollouts from other starts.
-    pub fn rollouts(&self) -> f64 {
-        let Probe { case, inputs, .. } = &self.probe;
-        let design = case.projected(case.projection, &inputs.z);
-        self.mean_loss(&design, &inputs.controller)
-    }
-
-    /// The mean loss of eight rollouts from other starts, and its gradient.
-    pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
-        self.probe.reverse(blocks, |inputs| {
-            self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
-        })
-    }
-
     fn mean_loss<R: Real>(&self, design: &Design<Mixture<R>>, controller: &Controller<R>) -> R {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
@@ -256,7 +222,7 @@ impl<'a> Subject<'a> {
         R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
-    /// The design to differentiate by some blocks. The shares of a layout are its design vectors.
+    /// The design to differentiate by some blocks. The design vectors of a layout are its mixtures.
     fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
         match case.design {
@@ -274,12 +240,21 @@ impl<'a> Subject<'a> {
         ]
     }
 
-    /// The works of eight starts together.
+    /// The mean loss of eight starts that run together, and its gradients by design and controller.
     fn works_of_eight(&self) -> [Work<'_>; 3] {
+        let gradient = |blocks: &[Block]| {
+            self.probe.reverse::<f64>(blocks, |inputs| {
+                self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
+            })
+        };
+        let Probe { case, inputs, .. } = &self.probe;
         [
-            work(|| self.rollouts()),
-            work(|| self.mean_gradient(DESIGN)),
-            work(|| self.mean_gradient(CONTROLLER)),
+            work(|| {
+                let design = case.projected(case.projection, &inputs.z);
+                self.mean_loss(&design, &inputs.controller)
+            }),
+            work(move || gradient(DESIGN)),
+            work(move || gradient(CONTROLLER)),
         ]
     }
 
@@ -349,12 +324,8 @@ impl Model for TwoMatvecs {
 
 #[cfg(test)]
 mod tests {
-    use approx::assert_relative_eq;
-
     use super::Subject;
     use crate::verify::probe::small;
-    use cosmic::case::Case;
-    use cosmic::inputs::DESIGN;
     use cosmic::scene::Scene;
 
     #[test]
@@ -363,29 +334,8 @@ mod tests {
         let subject = Subject::new(&case, &scene.loss);
         let error = subject.single_error(64, &scene.gradient);
         for share in [error.design, error.controller] {
-            // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
+            // Some ten roundings of 6e-8 a step. A gradient in f64 by mistake would be equal.
             assert!(share > 0.0 && share < 1e-4, "{share}");
         }
-    }
-
-    #[test]
-    fn the_gradient_by_own_materials_is_part_of_that_by_the_mixture() {
-        let mut scene = Scene::load("baseline_tall").unwrap();
-        scene.physics.steps = 64;
-        let case = Case::of_scene(&scene, 0).unwrap();
-        let subject = Subject::new(&case, &scene.loss);
-        let (value, all) = subject.gradient::<f64>(DESIGN);
-        let (same, own) = subject.own_gradient::<f64>();
-        assert_eq!(value, same);
-        for ((own, all), share) in own
-            .iter()
-            .zip(&all)
-            .zip(case.design.vectors().as_flattened())
-        {
-            // The sums of a node's forces are the same; those of a weight are gone.
-            let expected = if *share == 0.0 { 0.0 } else { *all };
-            assert_relative_eq!(*own, expected, max_relative = 1e-9);
-        }
-        assert!(own.iter().any(|&bar| bar != 0.0));
     }
 }

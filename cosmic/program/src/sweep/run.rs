@@ -7,9 +7,7 @@ use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic_lab::sweep::{
-    Ended, RunOutcome, RunState, Sweep, UnreadPlan, UnreadScene, parse_ranges,
-};
+use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, SweepPlan, parse_ranges};
 use serde_json::json;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -54,7 +52,7 @@ impl FromStr for Index {
 impl Run {
     pub(super) fn run(&self) -> Result<()> {
         let folder = &self.sweep;
-        let plan = &UnreadPlan::read(folder)?;
+        let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
         let interrupt = Interrupt::listen()?;
         if let Some(study) = &plan.study {
@@ -95,12 +93,7 @@ impl Index {
 }
 
 /// One run: that of a number, or the next.
-fn one(
-    sweep: &Sweep<UnreadScene>,
-    index: Option<usize>,
-    interrupt: Interrupt,
-    work: &Work,
-) -> Result<()> {
+fn one(sweep: &Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt.clone(), Vec::new());
     let is_stopped = || interrupt.is_asked();
@@ -120,12 +113,7 @@ fn one(
     }
 }
 
-fn several(
-    sweep: &Sweep<UnreadScene>,
-    runs: &[usize],
-    interrupt: Interrupt,
-    work: &Work,
-) -> Result<()> {
+fn several(sweep: &Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> Result<()> {
     let (plan, folder, output) = (sweep.plan, sweep.folder, &work.output);
     let overseer = Many::new(output, interrupt, plan, plan.over(folder));
     sweep.run_these(runs, work.threads, &overseer)?;
@@ -143,7 +131,7 @@ fn several(
     Ok(())
 }
 
-fn show(plan: &UnreadPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
+fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
     if output.json {
         let index = ended.as_ref().map(|ended| ended.index);
         let says = ended.as_ref().map(|ended| told(&ended.outcome));

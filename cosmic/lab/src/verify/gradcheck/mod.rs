@@ -4,10 +4,10 @@ mod table;
 
 use std::sync::Arc;
 
-use autodiff::Real;
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
 
-use super::probe::{Probe, duals, norm};
+use super::probe::{Probe, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
@@ -254,8 +254,13 @@ impl<'a> CaseLoss<'a> {
     fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
         let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
         let forward = |direction: &[f64]| {
+            let pairs = x.iter().zip(direction);
+            let dual = |(&value, &d)| Dual {
+                value,
+                tangent: [d],
+            };
             let mut inputs = self.probe.inputs.lift();
-            inputs.set_part(part, &duals::<f64, 1>(&x, [direction]));
+            inputs.set_part(part, &pairs.map(dual).collect::<Vec<_>>());
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {

@@ -1,19 +1,19 @@
 //! The trial of a robot with a time step.
 
-use crate::verify::probe::{energies, frequencies, most};
+use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
-use cosmic::simulator::{Divergence, Grade, Span};
+use cosmic::simulator::{Divergence, Grade, Span, Store};
 
-/// The perturbation of a free robot's nodes at the start, as a share of its shortest edge. It is small
-/// beside the edges, so that springs answer linearly, and large beside the softening of their length
-/// (D4) and all roundings.
+/// The perturbation of a free robot's nodes at the start, as a fraction of its shortest edge. It is small
+/// relative to the edges, so that springs answer linearly, and large relative to the softening of their
+/// length (D4) and all roundings.
 const MOVED: f64 = 1e-6;
 /// Growth of a free robot's energy that no stable step shows. A step conserves an energy that differs
-/// from the true one. At the share `s` of the limit the true energy swings by `1 / (1 - s^2)`, ten times
+/// from the true one. At the fraction `s` of the limit the true energy swings by `1 / (1 - s^2)`, ten times
 /// at 0.95; the first lengthening of the springs allows for as much again.
 const ENERGY: f64 = 1e3;
 /// The speed of a stable robot over that of anything that drives it, at most.
@@ -23,9 +23,9 @@ const SPEED: f64 = 10.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
     /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed if they
-    /// have none.
+    /// have no energy.
     Free,
-    /// The world of its case: its speed is watched, against that of what drives it.
+    /// The world of its case: its speed is watched, relative to the speed of what drives it.
     Driven,
 }
 
@@ -66,8 +66,8 @@ pub struct Found {
     pub grade: Grade,
     /// The outcome.
     pub outcome: Outcome,
-    /// Of a free robot the largest energy, otherwise the largest speed, in units of the largest that a
-    /// stable step allows.
+    /// The largest energy of a free robot, or the largest speed, in units of the largest that a stable step
+    /// allows.
     pub growth: f64,
     /// True if a number was not finite although no divergence was found.
     pub unannounced: bool,
@@ -108,11 +108,11 @@ impl Trial {
         }
     }
 
-    /// The same robot with a share of its limit as its time step.
-    pub fn at(&self, share: f64) -> Self {
+    /// The same robot with a fraction of its limit as its time step.
+    pub fn at(&self, fraction: f64) -> Self {
         let mut trial = self.clone();
-        trial.what = format!("{}, dt {share} of the limit", self.what);
-        trial.case.physics.dt = share * self.limit;
+        trial.what = format!("{}, dt {fraction} of the limit", self.what);
+        trial.case.physics.dt = fraction * self.limit;
         trial
     }
 
@@ -125,10 +125,8 @@ impl Trial {
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&design, &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
-        let growth = match self.world {
-            World::Free => energy_growth(&case, states),
-            World::Driven => None,
-        };
+        let free = self.world == World::Free;
+        let growth = free.then(|| energy_growth(&case, states)).flatten();
         let growth = growth.unwrap_or_else(|| self.speed_growth(&case, states));
         let finite = states.iter().all(is_finite);
         Found {
@@ -156,7 +154,7 @@ impl Trial {
         }
         case.physics.gravity = 0.0;
         // Far below, but near enough for sums with a height to keep their digits.
-        case.physics.ground_height = -1e3 * reach(&case);
+        case.physics.ground_height = -1e3 * longest_edge(&case);
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
         let mut stream = stream(0, Purpose::Verification);
@@ -176,7 +174,7 @@ impl Trial {
         let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
         let off_rest =
             edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() - rest).abs());
-        let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
+        let stroke = strain * longest_edge(case) + off_rest.fold(0.0, f64::max);
         let speeds = states.iter().flat_map(State::speeds);
         match most(speeds) {
             // Nothing moves.
@@ -187,7 +185,7 @@ impl Trial {
 }
 
 /// The longest rest length, m.
-fn reach(case: &Case) -> f64 {
+fn longest_edge(case: &Case) -> f64 {
     case.lattice.rest_length.iter().copied().fold(0.0, f64::max)
 }
 
@@ -199,7 +197,9 @@ fn is_finite(state: &State<f64>) -> bool {
 /// The most energy of any state over that of the start, in units of [`ENERGY`]; `None` if a force has no
 /// energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
-    let at_start = energies(case, std::slice::from_ref(&case.start))?[0];
-    let energies = energies(case, states)?;
-    Some(most(energies.into_iter()) / (ENERGY * at_start))
+    let body = case.body();
+    let store = Store::new(&case.lattice, &case.physics, &body);
+    let at_start = store.energy(&case.start)?;
+    let energies: Option<Vec<f64>> = states.iter().map(|state| store.energy(state)).collect();
+    Some(most(energies?.into_iter()) / (ENERGY * at_start))
 }
