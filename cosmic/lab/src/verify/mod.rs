@@ -8,7 +8,7 @@ mod gradients;
 mod plan;
 mod probe;
 mod speed;
-pub mod stability;
+mod stability;
 mod voids;
 
 pub use accuracy::accuracy;
@@ -18,4 +18,5 @@ pub use gradients::gradients;
 pub use plan::{Plan, Term};
 pub use probe::frequencies;
 pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
+pub use stability::stability;
 pub use voids::{Pull, Voids};

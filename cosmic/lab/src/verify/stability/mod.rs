@@ -15,7 +15,7 @@ use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use cosmic::simulator::stability::stable_step;
 use extremes::{case_trials, extreme_trials};
 use rayon::prelude::*;
-pub use trial::{Found, Outcome, Trial, World};
+use trial::{Found, Outcome, Trial};
 
 /// Tries a case and all extremes. Every trial is checked, and the case's own time step.
 pub fn stability(case: &Case) -> Section {

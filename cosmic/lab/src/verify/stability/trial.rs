@@ -21,7 +21,7 @@ const SPEED: f64 = 10.0;
 
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum World {
+pub(super) enum World {
     /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed if they
     /// have no energy.
     Free,
@@ -31,7 +31,7 @@ pub enum World {
 
 /// A robot with a time step.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub(super) struct Trial {
     /// The kind of extreme.
     pub(super) group: &'static str,
     /// The robot in words.
@@ -41,12 +41,12 @@ pub struct Trial {
     /// The robot's largest frequency at rest, 1/s.
     frequency: f64,
     /// The smallest unstable time step, s; infinite if nothing vibrates.
-    pub limit: f64,
+    pub(super) limit: f64,
 }
 
 /// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub(super) enum Outcome {
     /// Nothing grew.
     Bounded,
     /// Its energy, or its speed, grew beyond what a stable step allows.
@@ -57,31 +57,31 @@ pub enum Outcome {
 
 /// A trial's result.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub(super) struct Found {
     /// The trial.
-    pub trial: Trial,
+    pub(super) trial: Trial,
     /// The smallest unstable time step by the bound over the edges, s; infinite if nothing vibrates.
-    pub bound: f64,
+    pub(super) bound: f64,
     /// The result of the check of the time step beforehand.
-    pub grade: Grade,
+    pub(super) grade: Grade,
     /// The outcome.
-    pub outcome: Outcome,
+    pub(super) outcome: Outcome,
     /// The largest energy of a free robot, or the largest speed, in units of the largest that a stable step
     /// allows.
-    pub growth: f64,
+    pub(super) growth: f64,
     /// True if a number was not finite although no divergence was found.
-    pub unannounced: bool,
+    pub(super) unannounced: bool,
 }
 
 impl Found {
     /// True if the time step is below the limit.
-    pub fn expected_stable(&self) -> bool {
+    pub(super) fn expected_stable(&self) -> bool {
         self.trial.case.physics.dt < self.trial.limit
     }
 
     /// True if the outcome is as expected: a stable robot stays bounded, and an unstable one grows and
     /// was called unstable beforehand.
-    pub fn is_ok(&self) -> bool {
+    pub(super) fn is_ok(&self) -> bool {
         let unstable = !self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
         let warned = self.grade == Grade::Unstable;
@@ -91,7 +91,7 @@ impl Found {
 
 impl Trial {
     /// A robot with the time step of its case. A free robot is silenced.
-    pub fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
+    pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
             // Actuators without stroke, which would stretch springs that stiffen.
             case.materials.max_strain = [0.0; 3];
@@ -109,7 +109,7 @@ impl Trial {
     }
 
     /// The same robot with a fraction of its limit as its time step.
-    pub fn at(&self, fraction: f64) -> Self {
+    pub(super) fn at(&self, fraction: f64) -> Self {
         let mut trial = self.clone();
         trial.what = format!("{}, dt {fraction} of the limit", self.what);
         trial.case.physics.dt = fraction * self.limit;
@@ -117,7 +117,7 @@ impl Trial {
     }
 
     /// Runs it.
-    pub fn run(&self) -> Found {
+    pub(super) fn run(&self) -> Found {
         let case = self.prepared();
         let (task, design) = (case.task(), case.own_design());
         // For the lattice at rest, wherever its nodes start.
