@@ -9,7 +9,6 @@ mod plan;
 mod probe;
 mod speed;
 mod stability;
-mod voids;
 
 pub use accuracy::accuracy;
 pub use clock::{measured, peak_memory};
@@ -17,6 +16,5 @@ pub use gradcheck::{GradientCheck, Group, NegativeControl, check_gradients, chec
 pub use gradients::gradients;
 pub use plan::{Plan, Term};
 pub use probe::frequencies;
-pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
+pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
 pub use stability::stability;
-pub use voids::{Pull, Voids};

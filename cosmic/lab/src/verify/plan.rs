@@ -6,15 +6,14 @@
 
 use super::clock::least_times;
 use super::speed::Subject;
-use super::voids::{Voids, keep_all};
 use cosmic::case::Case;
-use cosmic::design::Design;
+use cosmic::design::{Design, Material};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses,
+    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses, VoidEdges,
 };
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
@@ -26,8 +25,8 @@ const STEPS: usize = 1024;
 const ROUNDS: usize = 15;
 /// The radius of gyration of the section (m) with which bending is put back.
 const SOME_BENDING: f64 = 0.01;
-/// A scale with which the controller observes numbers that are too small to act on.
-const LEAST_SCALE: f64 = 1e-150;
+/// A stiffness, a strain or a scale below any rounding but not zero, so that steps compute its term.
+const LEAST: f64 = 1e-150;
 
 /// A term of a rollout. Times are microseconds per step, and `None` if not measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -54,8 +53,6 @@ pub struct Plan {
     pub terms: Vec<Term>,
     /// Microseconds per step; `None` if not measured.
     pub step: Option<f64>,
-    /// The void edges of a layout; `None` for a mixture.
-    pub voids: Option<Voids>,
 }
 
 const HIDDEN: &str = "hidden layer";
@@ -66,19 +63,17 @@ const BY_DESIGN: &str = "gradient by the design";
 impl Plan {
     /// The plan of a case's rollout.
     pub fn of(case: &Case) -> Self {
-        let (body, voids) = (case.body(), Voids::of(case));
-        let rows = rows(case, &body, voids.as_ref());
+        let rows = rows(case, &case.body());
         Self {
             terms: rows.into_iter().map(|row| row.term).collect(),
             step: None,
-            voids,
         }
     }
 
     /// The plan with the times of all terms that can be put in or left out. The gradients are of `loss`.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
-        let (body, voids) = (case.body(), Voids::of(case));
-        let rows = rows(case, &body, voids.as_ref());
+        let body = case.body();
+        let rows = rows(case, &body);
         let as_planned: &Change = &|_| ();
         let changes = once(as_planned).chain(rows.iter().filter_map(|row| row.other.as_deref()));
         let variants: Vec<_> = changes.map(|change| variant(case, &body, change)).collect();
@@ -101,7 +96,6 @@ impl Plan {
         let mut plan = Self {
             terms,
             step: Some(step),
-            voids,
         };
         // A robot without outputs has no network, so leaving them out saved both layers.
         let output = plan.term(OUTPUT).cost;
@@ -187,9 +181,9 @@ impl<'f> Row<'f> {
 }
 
 /// All terms of a case's rollout.
-fn rows<'f>(case: &'f Case, body: &Body<f64>, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
+fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let mut rows = controller_rows(case, body);
-    rows.extend(force_rows(case, body, voids));
+    rows.extend(force_rows(case, body));
     rows.extend(ground_rows(case));
     let why = "not in updates of the design, which compute the gradient by the design alone";
     rows.push(row(BY_WEIGHTS, false, why));
@@ -235,12 +229,10 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
         row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
         row("presence of nodes", weighed, why_weighed)
             .or(weighed, |parts| parts.body.presence.clear()),
-        row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
-            parts.sight.offset_scale = LEAST_SCALE
-        }),
-        row("sight of velocities", v && strains, why_v).or(strains && !v, |parts| {
-            parts.sight.velocity_scale = LEAST_SCALE
-        }),
+        row("sight of positions", x && strains, why_x)
+            .or(strains && !x, |parts| parts.sight.offset_scale = LEAST),
+        row("sight of velocities", v && strains, why_v)
+            .or(strains && !v, |parts| parts.sight.velocity_scale = LEAST),
         row(OUTPUT, strains, format!("{some} edges strain"))
             .or(strains, |parts| keep_first(&mut parts.body.strain)),
         row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
@@ -249,7 +241,7 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     ]
 }
 
-fn force_rows<'f>(case: &'f Case, body: &Body<f64>, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
+fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     let physics = &case.physics;
     let (cubic, radius) = (physics.stiffening, physics.bending_radius);
     let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
@@ -264,14 +256,9 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>, voids: Option<&'f Voids>) ->
         1 => format!("{edges} edges, in whole lanes"),
         substeps => format!("{edges} edges, {substeps} times a step"),
     };
-    let void_edges = match voids {
-        None => row("void edges", true, "no edge of a mixture is void"),
-        Some(voids) => row("void edges", !voids.dropped, voids.why(case))
-            .or(true, |parts| parts.body = voids.other_body(case)),
-    };
     let mut rows = vec![
         row("springs", true, springs),
-        void_edges,
+        void_row(case),
         row("stiffening springs", cubic > 0.0, stiffens)
             .or(true, move |parts| parts.physics.stiffening = stiffer),
         row("bending of bars", radius > 0.0, resists)
@@ -283,6 +270,37 @@ fn force_rows<'f>(case: &'f Case, body: &Body<f64>, voids: Option<&'f Voids>) ->
         }));
     }
     rows
+}
+
+/// The void edges of a layout, which steps leave out if the scene drops them or they have no stiffness.
+fn void_row(case: &Case) -> Row<'_> {
+    let Some(materials) = case.design.layout() else {
+        return row("void edges", true, "no edge of a mixture is void");
+    };
+    let no_stiffness = Material::Void.of(&case.materials.stiffness) == 0.0;
+    let (kept, why) = match case.physics.void_edges {
+        VoidEdges::Drop => (false, "physics.void_edges is \"drop\""),
+        VoidEdges::Keep if no_stiffness => (false, "void has no stiffness"),
+        VoidEdges::Keep => (true, "physics.void_edges is \"keep\""),
+    };
+    let void = materials.iter().filter(|m| **m == Material::Void).count();
+    let why = format!("{void} of {}: {why}", materials.len());
+    row("void edges", kept, why).or(true, move |parts| {
+        let physics = PhysicsSettings {
+            void_edges: if kept {
+                VoidEdges::Drop
+            } else {
+                VoidEdges::Keep
+            },
+            ..case.physics.clone()
+        };
+        let design = case.own_design();
+        let body = Body::new(&design, &case.lattice, &case.materials, &physics);
+        parts.body.stiffness = body.stiffness;
+        if !kept {
+            keep_all(&mut parts.body.stiffness);
+        }
+    })
 }
 
 fn ground_rows(case: &Case) -> [Row<'_>; 4] {
@@ -326,6 +344,13 @@ fn ground_rows(case: &Case) -> [Row<'_>; 4] {
         row("profile of the ground", is_there && corners > 0, profile)
             .or(is_there, move |parts| parts.physics.ground.profile = other),
     ]
+}
+
+/// Replaces zeros by numbers that change nothing, so that steps compute all edges.
+fn keep_all(numbers: &mut [f64]) {
+    for number in numbers.iter_mut().filter(|number| **number == 0.0) {
+        *number = LEAST;
+    }
 }
 
 /// Keeps the first edge that strains, and no other.
