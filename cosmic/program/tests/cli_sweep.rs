@@ -338,7 +338,7 @@ fn a_grid_plans_every_combination() {
     has_columns_of_the_grid(&bench, &text);
     for (how, says) in [
         ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
-        ("--grid physics.gravity", "no `=` is there"),
+        ("--grid physics.gravity", "`=` is missing"),
     ] {
         plan(&format!("{how} --seeds 1 --out t")).fails(2, &[says]);
     }

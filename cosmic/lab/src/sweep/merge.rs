@@ -21,14 +21,14 @@ pub(super) const FORMAT: Format = Format {
     version: 1,
 };
 
-/// How far one run is.
+/// The progress of one run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurveyedRun {
     /// Its number in the plan.
     pub index: usize,
     /// Its scene's name.
     pub scene: String,
-    /// The run's values of the keys that the sweep varies, by key; empty without a grid.
+    /// The values of the keys that the sweep varies, by key; empty without a grid.
     pub swept: Map<String, Value>,
     /// Its seed.
     pub seed: u64,
@@ -38,7 +38,7 @@ pub struct SurveyedRun {
     pub iterations: usize,
 }
 
-/// How far the runs of a sweep are, in the plan's order.
+/// The progress of a sweep's runs, in the plan's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
     /// One entry per run.
@@ -51,14 +51,14 @@ impl Survey {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// The numbers of the runs that are not over.
+    /// The numbers of the unfinished runs.
     pub fn left(&self) -> Vec<usize> {
         let left = self.runs.iter().filter(|run| !run.state.is_over());
         left.map(|run| run.index).collect()
     }
 }
 
-/// How far the runs of a sweep are.
+/// Reads the progress of a sweep's runs.
 pub fn survey(sweep: &Path, plan: &SweepPlan) -> Survey {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
@@ -93,19 +93,19 @@ struct MergedRun {
     summary: Option<Summary>,
 }
 
-/// Merged results, and what they lack.
+/// The files of merged results, and the number of missing runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
     /// All results, as JSON.
     pub results: PathBuf,
     /// The table of the results, as CSV.
     pub table: PathBuf,
-    /// The number of runs that are not over.
+    /// The number of unfinished runs.
     pub missing: usize,
 }
 
-/// Writes the results of a sweep into its folder. The summaries pass through by the hundred: memory does not
-/// grow with them.
+/// Writes the results of a sweep into its folder. Summaries are read and written in blocks, so that memory does
+/// not grow with their number.
 ///
 /// # Errors
 /// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
@@ -130,7 +130,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
         table,
         failed,
     } = progress.into_inner();
-    // The cause, not that the file ends where it was met.
+    // The cause of a failure, not its effect on the file.
     failed.map_or(done, Err)?;
     write_text(&csv, &table)?;
     Ok(Merged {
@@ -140,7 +140,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     })
 }
 
-/// What is gathered while `results.json` is written.
+/// What is collected while `results.json` is written.
 struct Progress {
     missing: usize,
     /// `results.csv` so far.
@@ -148,7 +148,7 @@ struct Progress {
     failed: Option<cosmic::Error>,
 }
 
-/// `results.json`, its runs read as they are written.
+/// `results.json`. Its runs are read while they are written.
 #[derive(Serialize)]
 struct Results<'p> {
     runs: Runs<'p>,
@@ -161,7 +161,7 @@ struct Runs<'p> {
     progress: &'p RefCell<Progress>,
 }
 
-/// Runs that are read at once.
+/// Runs in a block.
 const AT_ONCE: usize = 256;
 
 impl Runs<'_> {
