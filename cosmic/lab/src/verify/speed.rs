@@ -43,10 +43,10 @@ pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     let steps = subject.steps();
     // The works take turns: a disturbance of the machine affects all of them.
     let works: [&dyn Fn(); 4] = [
-        &|| drop(black_box(subject.rollout::<f64>())),
-        &|| drop(black_box(subject.gradient::<f64>(DESIGN))),
-        &|| drop(black_box(subject.gradient::<f64>(CONTROLLER))),
-        &|| drop(black_box(matvecs.run(steps))),
+        &|| _ = black_box(subject.rollout::<f64>()),
+        &|| _ = black_box(subject.gradient::<f64>(DESIGN)),
+        &|| _ = black_box(subject.gradient::<f64>(CONTROLLER)),
+        &|| _ = black_box(matvecs.run(steps)),
     ];
     let times = least_times(REPEATS, &works, |work| work());
     let time = |k: usize| times[k] * 1e6 / steps as f64;
