@@ -57,7 +57,7 @@ fn some_keys_are_read_if_they_are_there() {
     assert_eq!(case.listed_steps, [2]);
 }
 
-/// Replaces a value of a case, or adds one to an object.
+/// Replaces a value of a case, or adds it to an object.
 fn set(json: &mut Value, pointer: &str, value: Value) {
     let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
     let parent = json.pointer_mut(parent).expect("the parent is there");
@@ -125,7 +125,7 @@ fn numbers_that_are_too_large_are_refused() {
 }
 
 #[test]
-fn sizes_that_do_not_fit_are_named_with_both() {
+fn sizes_that_do_not_fit_are_named() {
     for (pointer, name) in [
         ("/x0", "`x0`"),
         ("/v0", "`v0`"),
@@ -169,13 +169,13 @@ fn written_cases_read_back_the_same() {
     }
 }
 
-/// All settings of a robot are written: the robot read back is the same.
+/// A case file has all settings of a robot.
 #[test]
-fn a_robot_written_as_a_case_is_that_robot() {
+fn a_robot_written_as_a_case_reads_back_the_same() {
     let mut scene = cosmic::scene::Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
-    // A case is evaluated, and that never refuses.
+    // A case is evaluated with any time step.
     scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     scene.materials.penalisation = 3;
     scene.projection.hold_materials = 0.05;

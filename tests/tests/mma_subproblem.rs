@@ -46,7 +46,7 @@ fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 
-/// True once in so many times.
+/// True once in `count` draws on average.
 fn once_in(random: &mut ChaCha8Rng, count: u32) -> bool {
     random.random_range(0..count) == 0
 }

@@ -9,7 +9,7 @@ use cosmic::objective::{measures, violations};
 use cosmic::projection::{Holds, Projection, mixtures};
 use cosmic_tests::{own_reference_folder, references};
 
-/// A vector function made scalar by fixed weights of both signs.
+/// A vector function reduced to a scalar by fixed weights of both signs.
 struct Weighted<F>(F);
 
 impl<F: VectorFunction> Function for Weighted<F> {
