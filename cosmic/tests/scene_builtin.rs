@@ -1,4 +1,4 @@
-//! The built-in scenes against the folder they come from.
+//! The built-in scenes against the files of their folder.
 
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{BUILTIN, Named, Scene, StartKind};
@@ -99,7 +99,7 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         let scene = load(name);
         let profile = scene.physics.ground.resolved();
         assert_eq!(scene.physics.ground.profile.name(), name);
-        // The robot starts on level ground, and has some metres to go.
+        // The robot starts on level ground, and the terrain is some metres long.
         let last = scene.lattice.columns as f64 * scene.lattice.spacing;
         let [first, end] = [profile.points()[0], *profile.points().last().unwrap()];
         assert!(last < first[0] && first[1] == 0.0 && end[0] > 3.0);

@@ -6,7 +6,7 @@ use cosmic::{Error, error};
 use proptest::prelude::*;
 use std::fs;
 
-/// Message and full report of the refusal of a text, in which `^` marks the place of the fault.
+/// The message and the report of the error for a text in which `^` marks the place of the fault.
 fn refusal(text: &str) -> (String, String) {
     let (before, after) = text.split_once('^').unwrap();
     match Scene::parse("my.toml", &[before, after].concat()) {
@@ -60,7 +60,7 @@ fn a_profile_has_64_points_at_most() {
 }
 
 #[test]
-fn every_fault_is_reported_and_a_flood_is_cut() {
+fn every_fault_is_reported_up_to_a_limit() {
     let (_, report) = refusal("[physics]\ndt = ^9.0\nsteps = \"x\"\n[lattice]\nrows = 0");
     assert_eq!(report.matches("error: ").count(), 3, "{report}");
     let flood: String = (0..30).map(|n| format!("key{n} = 1\n")).collect();
@@ -69,7 +69,7 @@ fn every_fault_is_reported_and_a_flood_is_cut() {
 }
 
 #[test]
-fn unreadable_files_are_told_from_malformed_ones() {
+fn unreadable_files_and_malformed_files_are_different_errors() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| Scene::read(&folder.path().join(name)).unwrap_err();
     let code = |name: &str| read(name).exit_code();
@@ -92,7 +92,7 @@ fn unreadable_files_are_told_from_malformed_ones() {
     assert!(read("huge.toml").to_string().contains("1048576 bytes"));
 }
 
-/// Any text is read as a scene or refused with a place inside the text.
+/// Any text is read as a scene, or refused with a place inside the text.
 fn survives(text: &str) -> error::Result<()> {
     match Scene::parse("any", text) {
         Err(Error::Malformed { line, column, .. }) => {
@@ -103,7 +103,7 @@ fn survives(text: &str) -> error::Result<()> {
     }
 }
 
-/// Deeper than a recursive reader likes.
+/// Too deep for a recursive reader.
 const NESTED: &str = match str::from_utf8(&[b'['; 4000]) {
     Ok(text) => text,
     Err(_) => "",

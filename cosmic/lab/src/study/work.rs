@@ -22,7 +22,7 @@ pub struct Study {
     pub seeds: NonZeroUsize,
     /// Stops every run after this many iterations, for a shortened trial of the study.
     pub iterations: Option<NonZeroUsize>,
-    /// Settings under those of every built-in scene.
+    /// Settings below those of every built-in scene.
     pub base: Base,
     /// The folder of the results.
     pub out: PathBuf,
@@ -46,12 +46,12 @@ impl Study {
         )
     }
 
-    /// Freezes the plan in the folder of the runs, where any processes may do them. A plan that is there may be
-    /// replaced by one with other trials and other seeds.
+    /// Freezes the plan in the folder of the runs, which any process may do. An existing plan may be replaced by one
+    /// with other trials and other seeds.
     ///
     /// # Errors
-    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
-    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if an existing trial has
+    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python does not have it.
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan(&self.file.trials(&self.base)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
@@ -66,8 +66,8 @@ impl Study {
         if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
-                "{runs}: the runs there are of other scenes or another number of iterations; \
-                 name another folder by --runs"
+                "{runs}: its runs have other scenes or another number of iterations; name another \
+                 folder by --runs"
             )));
         }
         if before != plan {
@@ -116,7 +116,7 @@ impl Study {
         match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
-                "other processes are doing {left} runs; the same command goes on when they are done"
+                "other processes are doing {left} runs; repeat the command when they are done"
             ))),
         }
     }
