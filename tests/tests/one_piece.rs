@@ -1,15 +1,14 @@
 //! Nodes weighted by how solid their edges are: gradients, the snap, and nodes without a bar. Policies have the
 //! check of these gradients.
 
-use autodiff::{Real, Var, gradient_of};
+use autodiff::{Var, gradient_of};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::inputs::DESIGN;
-use cosmic::lattice::{Body, State};
-use cosmic::policy::Controller;
+use cosmic::lattice::State;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::simulator::Span;
 
 const STEPS: usize = 60;
 
@@ -157,38 +156,22 @@ fn nodes_without_a_bar_do_not_belong_to_the_robot() {
     }
 }
 
-/// Bodies of different nodes run in one call with the bits of each alone.
+/// Bodies with different present nodes run in one call with the bits of single runs.
 #[test]
 fn bodies_of_different_nodes_run_together() {
-    fn check<R: Real>(bodies: &[Body<R>], run: impl Fn(&[Body<R>]) -> Vec<Trajectory<R>>) {
-        let together = run(bodies);
-        assert_eq!(together.len(), bodies.len());
-        for (body, seen) in bodies.iter().zip(&together) {
-            let alone = run(std::slice::from_ref(body));
-            let same = |a: &R, b: &R| (*a - *b).is_zero();
-            let pairs = alone[0].states.iter().zip(&seen.states);
-            assert!(pairs.into_iter().all(|(a, b)| {
-                let numbers = a.x.iter().flatten().zip(b.x.iter().flatten());
-                numbers.into_iter().all(|(a, b)| same(a, b))
-            }));
-        }
-    }
     let case = robot();
     let task = case.task();
     let all_bars = vec![Material::Skeleton; case.lattice.edges.len()];
-    let layouts = [cell(&case), all_bars, cell(&case)];
-    let bodies = layouts.map(|layout| task.body(&Design::Layout(layout)));
-    assert_ne!(bodies[0].presence, bodies[1].presence);
-    let simulator =
-        cosmic::simulator::Simulator::new(&case.lattice, &case.physics, &case.observation);
-    let controller: &Controller<f64> = &case.controller;
-    check(&bodies, |bodies| {
-        let starts = vec![&case.start; bodies.len()];
-        simulator.rollout_many(
-            bodies,
-            controller,
-            &starts,
-            &Span::from_start(vec![20, STEPS]),
-        )
-    });
+    let designs = [cell(&case), all_bars, cell(&case)].map(Design::Layout);
+    let [first, second, _] = designs.each_ref().map(|design| task.body(design).presence);
+    assert_ne!(first, second);
+    let (starts, span) = (
+        vec![&case.start; designs.len()],
+        Span::from_start(vec![20, STEPS]),
+    );
+    let together = task.rollout_many(&designs, &case.controller, &starts, &span);
+    for (design, seen) in designs.iter().zip(&together) {
+        let alone = task.rollout(design, &case.controller, &case.start, &span);
+        assert_eq!(alone.states, seen.states);
+    }
 }

@@ -4,6 +4,7 @@ use crate::verify::probe::small;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
+use rayon::prelude::*;
 
 /// Robots that only tests try, and in how many trials.
 fn odd_robots() -> Vec<(Case, usize)> {
@@ -48,7 +49,7 @@ fn every_extreme_ends_as_expected() {
         assert_eq!(of_case.len(), count);
         trials.extend(of_case);
     }
-    let found: Vec<Found> = trials.iter().map(Trial::run).collect();
+    let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
     for row in &found {
         assert!(row.is_ok() && !row.unannounced, "{row:?}");
         let diverged = matches!(row.outcome, Outcome::Diverged(_));
