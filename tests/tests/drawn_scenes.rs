@@ -13,7 +13,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 /// A run with 1500 scenes passed once.
-const SCENES: u64 = 60;
+const SCENES: u64 = 40;
 
 fn one_of<T: Copy>(rng: &mut ChaCha8Rng, all: &[T]) -> T {
     all[rng.random_range(0..all.len())]

@@ -345,7 +345,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
     for (text, words) in [
         (
             "physics.contact = 'clay'",
-            "`physics.contact` names an unknown law: \"clay\"",
+            "`physics.contact` names an unknown law: 'clay'",
         ),
         ("physics.contact = 'clay'", "\"bounce\""),
         (
