@@ -89,7 +89,7 @@ fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     assert_eq!(check(dt.expect("a number")).grade(), Grade::Safe);
 }
 
-/// A mixture: void everywhere except on the first edge if `design` is 0, a layout if it is even.
+/// The mixtures of a design: void except for the first edge if `design` is 0, a layout if it is even.
 fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     let one_hot = |chosen: usize| std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
     let share = |e: usize| {

@@ -18,7 +18,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How often a holder raises its count, and after how long without a change the holder counts as gone.
+/// The time between two counts of a holder, and the time without a change after which the holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,

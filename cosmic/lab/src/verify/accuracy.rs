@@ -178,9 +178,9 @@ struct Run {
     precision: usize,
     /// True for the scene's own method, time step and number type.
     is_default: bool,
-    /// From the reference; `None` if not resolved.
+    /// The distance from the reference; `None` if not resolved.
     error: [Option<f64>; 4],
-    /// From a double-double run with the same settings.
+    /// The distance from a double-double run with the same settings.
     rounding: [f64; 4],
     /// Median processor time of the whole run, s.
     time: f64,

@@ -27,19 +27,19 @@ const TINY: f64 = 1e-15;
 const MOST_MEMORY: u64 = 3 << 30;
 /// Starts from which gradients are compared.
 const STARTS: usize = 8;
-/// The error of a gradient without two correct digits. Beyond it nothing can be checked.
+/// The error of a gradient without two correct digits. Rows with larger errors are not checked.
 const WORTHLESS: f64 = 1e-2;
 
-/// What limits a gradient.
+/// The main source of a gradient's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Limit {
-    /// Only the rounding of f64.
+    /// The rounding of f64.
     Rounding,
     /// The rounding of f32.
     Single,
     /// The half-width of differences.
     Width,
-    /// Early steps are left out.
+    /// The early steps that are left out.
     Truncation,
 }
 
@@ -94,7 +94,7 @@ static WAYS: [Way; 7] = [
     }),
 ];
 
-/// A way over a horizon.
+/// The measurement of a way over a horizon.
 #[derive(Debug)]
 struct Row {
     /// An index of [`WAYS`].
@@ -102,7 +102,7 @@ struct Row {
     steps: usize,
     /// Length of the error of the slopes along the directions over the length of the true slopes.
     error: f64,
-    /// The error that rounding explains in an exact way in f64.
+    /// The largest error of an exact f64 way that rounding explains.
     allowed: f64,
     /// Angle between the two vectors of slopes, degrees.
     angle: f64,
@@ -177,13 +177,13 @@ impl Row {
     }
 }
 
-/// A horizon, the true slopes over it, and what is known of the errors.
+/// A horizon with its true slopes and bounds on errors.
 struct Horizon {
     steps: usize,
     truth: Slopes,
-    /// The error that rounding explains in an exact way in f64.
+    /// The largest error of an exact f64 way that rounding explains.
     allowed: f64,
-    /// The half-width with which central differences are best.
+    /// The best half-width of central differences.
     width: f64,
 }
 
@@ -271,10 +271,10 @@ fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
     2.0 * half.clamp(0.0, 1.0).asin().to_degrees()
 }
 
-/// The gradients of a case: every way over every horizon.
+/// The measurements of every way over every horizon.
 struct Gradients {
     rows: Vec<Row>,
-    /// The count of numbers in the gradient.
+    /// The length of the gradient.
     numbers: usize,
     chaos: Chaos,
 }
@@ -381,7 +381,7 @@ impl Gradients {
         let title = "Error, time and memory over horizons";
         let (angle, whole) = ("between the two vectors of slopes", "of a whole gradient");
         let error = "length of the error of the slopes over the length of the slopes";
-        let allowed = "the error that rounding explains in an exact way in f64";
+        let allowed = "the largest error of an exact f64 way that rounding explains";
         let memory = "peak memory beyond what was held before";
         let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
         let is_failed = |row: &Row| row.status().starts_with("failed");
@@ -433,8 +433,8 @@ mod tests {
             let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
             assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
             let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
-            // Rounding of some hundred steps in each type; differences lose a third of the digits.
-            // Truncation is no rounding.
+            // Rounding of some hundred steps in each type. Differences lose a third of the digits. The error of
+            // truncation is large.
             let expected = match of.limit {
                 Limit::Rounding => 0.0..1e-10,
                 Limit::Single => 0.0..1e-2,

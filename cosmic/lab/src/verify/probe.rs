@@ -108,8 +108,7 @@ pub(super) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// The length of the difference of two vectors over the length of the second. If the second is zero,
-/// the length of the difference.
+/// The length of the difference of two vectors, relative to the length of the second vector unless that is zero.
 pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
     let off: Vec<f64> = got.iter().zip(right).map(|(a, b)| a - b).collect();
     let size = norm(right);

@@ -24,7 +24,7 @@ pub(super) type Slopes = [f64; DIRECTIONS];
 pub(super) struct Subject<'a> {
     probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// Of length one.
+    /// Unit vectors.
     directions: [Vec<f64>; DIRECTIONS],
 }
 
@@ -49,12 +49,12 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The count of numbers in the gradient.
+    /// The length of the gradient.
     pub(super) fn numbers(&self) -> usize {
         self.directions[0].len()
     }
 
-    /// Minus the payload's position along the ground after each of `steps`, which ascend.
+    /// Minus the payload's position along the ground after each of `steps`, which must ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let Probe { case, task, .. } = &self.probe;
         let design = case.projected(case.projection, &inputs.z);
@@ -65,7 +65,7 @@ impl<'a> Subject<'a> {
         states.map(|state| -ground.along(state.x[0])).collect()
     }
 
-    /// The inputs in another number type, each number moved along a direction as `step` says.
+    /// The inputs in another number type. `step` maps each number and its part of the direction to the new number.
     fn moved<R: Real>(&self, direction: &[f64], step: impl Fn(f64, f64) -> R) -> Inputs<R> {
         let mut inputs = self.probe.inputs.lift();
         let numbers = self.probe.inputs.get(&self.blocks);

@@ -105,7 +105,7 @@ fn set_mixture(case: &mut Case) {
     case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
-/// Each alone, and both ends of both ranges in one robot; without damping.
+/// Extreme stiffnesses and masses, alone and combined in one robot, without damping.
 fn masses_and_stiffnesses(trials: &mut Trials) {
     let springs = |case: &mut Case, stiffness| {
         (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
@@ -131,8 +131,8 @@ fn masses_and_stiffnesses(trials: &mut Trials) {
     trials.free("ratio", what, |case| masses(case, 1e-6, 1e3));
 }
 
-/// The laws are bars that resist bending, once slender and once so thick that bending has the highest
-/// frequency, and springs that stiffen.
+/// Damping, integrators and laws. The bars that resist bending are slender, or so thick that bending has the highest
+/// frequency.
 fn integrators_and_laws(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {

@@ -1,4 +1,4 @@
-//! Robots at the extremes: the promise of the stable time step, and their motion.
+//! Extreme robots: the stable time step, and their motion below and above it.
 //!
 //! A row is stable if its time step is below the limit of its largest frequency. Then nothing may grow.
 //! Otherwise the check of the time step must call it unstable, and something must grow. Every number that
