@@ -2,8 +2,6 @@
 
 mod table;
 
-use std::sync::Arc;
-
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
@@ -13,9 +11,9 @@ use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
 use cosmic::laws::ContactLaw;
-use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
+use cosmic::objective::{AnyLoss, Displacement, LossOf, of_scene};
 use cosmic::projection::Projection;
-use cosmic::scene::{Integrator, ObjectiveSettings, Scene};
+use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
 /// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
@@ -112,15 +110,13 @@ pub fn check_gradients(
     steps: usize,
     options: &Options,
 ) -> GradientCheck {
-    let loss = match scene {
-        Some(scene) => of_scene(scene),
+    match scene {
+        Some(scene) => check_gradients_of(&*of_scene(scene), case, steps, options),
         None => {
-            let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
-            let task = ObjectiveSettings::default();
-            Arc::new(Objective::new(&task, &at_end, &case.physics))
+            let loss = Displacement::at_end(Ground::from(&case.physics));
+            check_gradients_of(&loss, case, steps, options)
         }
-    };
-    check_gradients_of(&*loss, case, steps, options)
+    }
 }
 
 /// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.

@@ -77,19 +77,20 @@ impl<'a> Subject<'a> {
 
     /// Slopes by central differences of this half-width, per step count, on this thread.
     pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
-        let along = |direction| self.differences_along::<f64>(direction, h, steps);
+        let along = |direction: &Vec<f64>| self.differences_along::<f64>(direction, h, steps);
         by_steps(self.directions.iter().map(along).collect())
     }
 
     /// Slopes by central differences in double-double, per step count, on all threads.
     pub(super) fn truth(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
-        let along = |direction| self.differences_along::<DoubleDouble>(direction, h, steps);
+        let along =
+            |direction: &Vec<f64>| self.differences_along::<DoubleDouble>(direction, h, steps);
         by_steps(self.directions.par_iter().map(along).collect())
     }
 
     fn differences_along<R: Real + Into<f64>>(
         &self,
-        direction: &Vec<f64>,
+        direction: &[f64],
         h: f64,
         steps: &[usize],
     ) -> Vec<f64> {
