@@ -22,8 +22,8 @@ const WORLDS: [&str; 12] = [
     "physics = {integrator = 'leapfrog', substeps = 2}",
     "physics = {contact = 'coulomb', substeps = 3, friction = 0.3}",
     "physics.bending_radius = 0.02",
-    "physics.stiffening = 2e3",
-    "physics = {bending_radius = 0.02, stiffening = 2e3}",
+    "physics.stiffening = 200",
+    "physics = {bending_radius = 0.02, stiffening = 200}",
     "physics.friction = 0.4\nlattice.drop = 0.008\nground = {profile = 'points', points = [[0.08, 0.0], \
      [0.15, 0.01], [0.18, 0.003], [0.22, 0.01], [0.31, -0.01], [0.34, 0.008]]}",
     "physics = {contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
