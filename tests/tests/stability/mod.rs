@@ -15,8 +15,10 @@ use cosmic_tests::{
 };
 use serde_json::{Value, from_value};
 
+type Check = fn(&StabilityCase);
+
 /// The kinds of cases: a key that no other kind has, and the check.
-static KINDS: [(&str, fn(&StabilityCase)); 14] = [
+static KINDS: [(&str, Check); 14] = [
     ("terminal_velocity_discrete", nodes::flies),
     ("first_touches_step_tau", nodes::lands),
     ("slid_down", nodes::slides),
