@@ -5,6 +5,7 @@ use crate::errors::{caught, raised, refused};
 use crate::loss::Failure;
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::sweep::{self, RunOutcome, Sweep, SweepPlan, on_grid};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -45,7 +46,7 @@ pub(crate) fn sweep_plan(
             iterations,
             scenes: on_grid(&named, &[], &grid)?,
         };
-        plan.freeze(&folder)
+        plan.freeze(&folder, &Registry::default())
     };
     caught(|| py.detach(freeze).map_err(raised))
 }
@@ -92,6 +93,7 @@ pub(crate) fn sweep_run(
         let sweep = Sweep {
             folder: &folder,
             plan,
+            registry: &Registry::default(),
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

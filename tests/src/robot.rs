@@ -16,7 +16,14 @@ use cosmic_lab::verify::check_gradients;
 /// If the settings are wrong.
 pub fn robot(settings: &str) -> Case {
     let scene = Scene::paper().with("test", settings);
-    let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    robot_of(scene.unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// The same robot in another scene. Its lattice, its steps and its network remain those of [`robot`].
+///
+/// # Panics
+/// If the robot does not fit the scene.
+pub fn robot_of(mut scene: Scene) -> Case {
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     // High enough that nothing touches in the first step, low enough to land in a third of the time.
     scene.lattice.drop += 0.004;

@@ -2,13 +2,13 @@
 
 use autodiff::check::{Options, Verdict};
 use autodiff::{Array, Kernel, Real};
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
-use cosmic::policy::{self, Block, Network, Policy, PolicyStep, Sizes, observation};
-use cosmic::scene::Scene;
+use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
-use cosmic_lab::verify::check_gradients_of;
+use cosmic_lab::verify::{Plan, check_gradients_of};
 
 /// The policies of the model, and one of a program.
 const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
@@ -54,13 +54,12 @@ impl Policy for Reflex {
 
 /// A small robot with a policy.
 fn robot(name: &str, settings: &str) -> Case {
-    static ADDED: std::sync::Once = std::sync::Once::new();
-    ADDED.call_once(|| policy::add("reflex", Reflex));
+    let registry = Registry::default().with_policy("reflex", Reflex);
     let text = format!(
         "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n[controller]\nhidden = 6\n\
          policy = \"{name}\"\n{settings}"
     );
-    let mut case = Case::of_scene(&Scene::parse("small", &text).unwrap(), 1).unwrap();
+    let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
     // Biases other than zero, so that a missing bias shows.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
@@ -118,6 +117,20 @@ fn a_step_uses_the_observation() {
             assert!((a - b).abs() < 1e-13, "{settings}: {a} {b}");
         }
     }
+}
+
+#[test]
+fn explain_shows_hidden_units_only_of_networks() {
+    let row = |policy: &str| {
+        let terms = Plan::of(&robot(policy, "")).terms;
+        let term = terms.into_iter().nth(1).unwrap();
+        (term.name, term.why)
+    };
+    let hidden = ("hidden layer", "6 units, of the observation".to_owned());
+    assert_eq!([row("mlp"), row("clock")], [hidden.clone(), hidden]);
+    let (name, why) = row("reflex");
+    assert_eq!(name, "policy without its outputs");
+    assert!(why.starts_with("`reflex` has "), "{why}");
 }
 
 /// The robot's state does not affect the clock, but it affects the network, unless the network always observes one

@@ -3,10 +3,11 @@
 use crate::output::{print, print_json};
 use crate::source::{Source, SourceArguments};
 use clap::Args;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::Result;
-use cosmic::policy;
+use cosmic::policy::{self, Network};
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{bound_of_any_design, stable_step};
@@ -29,8 +30,8 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let Source { case, scene } = self.robot.read()?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let Source { case, scene } = self.robot.read(registry)?;
         let stable = StableStep::of(&case);
         // A reference case has no loss and no horizons; the ones of the paper's scene are used instead.
         let scene = scene.unwrap_or_else(Scene::paper);
@@ -93,16 +94,18 @@ impl StableStep {
     }
 }
 
-/// The counts of observed numbers, hidden units and activations of a controller.
-fn controller_sizes(case: &Case) -> [usize; 3] {
+/// The counts of observed numbers, hidden units and activations of a controller. Only networks have hidden units.
+fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();
     let inputs = sight.length(settings, lattice.nodes());
-    [inputs, settings.hidden, lattice.edges.len()]
+    let network = Network::of(&case.controller);
+    let hidden = network.map(|network| network.first.biases.len());
+    (inputs, hidden, lattice.edges.len())
 }
 
 /// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
-/// observed numbers, hidden units and activations; `layout` is true if every edge has exactly one material.
+/// observed numbers, hidden units (null without a network) and activations; `layout` is true if every edge has exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
@@ -137,12 +140,12 @@ fn rollout_text(case: &Case, stable: &StableStep) -> String {
         Design::Layout(_) => "a layout, one material per edge",
         Design::Undecided(_) => "a mixture of materials per edge",
     };
-    let [inputs, hidden, outputs] = controller_sizes(case);
-    let controller = match case.observation.policy.name() {
-        "mlp" | "clock" => {
+    let (inputs, hidden, outputs) = controller_sizes(case);
+    let controller = match hidden {
+        Some(hidden) => {
             format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations")
         }
-        policy => format!("{policy}, {outputs} activations"),
+        None => format!("{}, {outputs} activations", case.observation.policy.name()),
     };
     let (steps, dt) = (physics.steps, physics.dt);
     format!(

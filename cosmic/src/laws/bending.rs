@@ -10,6 +10,7 @@
 //! `EI / l = k r^2`; half of each edge acts at the node, one after the other, which makes
 //! `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m) for the pair. A void edge bends freely.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
@@ -49,6 +50,9 @@ impl AnyForce for Bending {
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
     }
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
         let bars = BentBars::new(lattice, self.radius)?;

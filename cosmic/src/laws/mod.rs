@@ -3,7 +3,7 @@
 //! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
 //! that meets the ground, the [tension](BarForce::tension) of a bar, the [force](NodeForce::force) on a
 //! node. What is none of these is a [`Force`]. From the method follow its derivatives, its SIMD lanes and
-//! its part in the stable time step. [`add`] makes a law known to scenes.
+//! its part in the stable time step. Scenes can name a law that is in the [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;
@@ -33,10 +33,8 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Actuation, Bar, BarForce, Tension, target_length};
 pub(crate) use bending::Bending;
-pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
-#[cfg(test)]
-pub(crate) use choice::{SECTIONS, force_names};
-pub(crate) use choice::{TOP_KEYS, choosing};
+pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
+pub(crate) use choice::{LAW, names};
 pub(crate) use contact::{AnyContact, Pushed};
 pub use contact::{Contact, Drifting, Flying, Impact};
 pub use coulomb::Coulomb;
@@ -45,6 +43,7 @@ pub(crate) use force::AnyForce;
 pub use force::{Force, Pose, Pull, Step};
 pub use hooke::Hooke;
 pub use law::Law;
+pub(crate) use law_file::LawFile;
 pub use motion::{Drift, Flight, Particle};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};

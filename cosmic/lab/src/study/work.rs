@@ -3,9 +3,8 @@
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
-use crate::sweep::{
-    Overseer, PLAN, PlannedScene, PlannedStudy, RunState, SceneText, Sweep, SweepPlan,
-};
+use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
+use cosmic::Registry;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::record::files::make_folder;
 use std::num::NonZeroUsize;
@@ -30,6 +29,8 @@ pub struct Study {
     pub runs: PathBuf,
     /// The Python with MuJoCo, for a study with walks there.
     pub python: PathBuf,
+    /// The items that scenes may name.
+    pub registry: Registry,
 }
 
 impl Study {
@@ -53,10 +54,10 @@ impl Study {
     /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if an existing trial has
     /// another scene or another number of iterations, and if robots walk in MuJoCo and Python does not have it.
     pub fn prepare(&self) -> Result<SweepPlan> {
-        let plan = self.plan(&self.file.trials(&self.base)?);
+        let plan = self.plan(&self.file.trials(&self.base, &self.registry)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
         if !self.runs.join(PLAN).exists() {
-            return plan.freeze(&self.runs).map(|()| plan);
+            return plan.freeze(&self.runs, &self.registry).map(|()| plan);
         }
         let before = SweepPlan::read(&self.runs)?;
         let is_other = |then: &PlannedScene| {
@@ -71,7 +72,7 @@ impl Study {
             )));
         }
         if before != plan {
-            plan.check()?;
+            plan.check(&self.registry)?;
             plan.write(&self.runs)?;
         }
         Ok(plan)
@@ -81,11 +82,7 @@ impl Study {
     fn plan(&self, trials: &[Trial]) -> SweepPlan {
         let frictions = self.file.keys.mujoco.clone();
         let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
-        let scene = |trial: &Trial| PlannedScene {
-            name: trial.name.clone(),
-            swept: Vec::new(),
-            scene: SceneText::new(&trial.scene),
-        };
+        let scene = |trial: &Trial| PlannedScene::new(trial.name.clone(), &trial.scene);
         SweepPlan {
             study: Some(PlannedStudy {
                 kind: self.file.name.clone(),
@@ -111,8 +108,13 @@ impl Study {
         overseer: &dyn Overseer,
     ) -> Result<()> {
         make_folder(&self.out)?;
-        let folder = &self.runs;
-        Sweep { folder, plan }.run_all(threads, overseer)?;
+        let (folder, registry) = (&*self.runs, &self.registry);
+        let sweep = Sweep {
+            folder,
+            plan,
+            registry,
+        };
+        sweep.run_all(threads, overseer)?;
         match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
@@ -126,14 +128,16 @@ impl Study {
     /// # Errors
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
-        let trials = self.file.trials(&self.base)?;
+        let trials = self.file.trials(&self.base, &self.registry)?;
         let (plan, seeds) = (self.plan(&trials), self.seeds.get());
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
             // A process that was killed may have left a finished run without its measurements.
             let mut study = plan.study.iter().filter(|_| state == RunState::Done);
-            study.try_for_each(|study| study.measure(&folder, &|| false).map(drop))?;
+            study.try_for_each(|study| {
+                study.measure(&folder, &self.registry, &|| false).map(drop)
+            })?;
             let finished = (state != RunState::Diverged).then_some(&*folder);
             let numbers = numbers(finished, &self.file.keys.mujoco)?;
             Ok(Run {

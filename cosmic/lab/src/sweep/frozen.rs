@@ -2,6 +2,7 @@
 //! what was edited later: a plan that was edited, or made by another version, is refused.
 
 use super::{PLAN, SweepPlan};
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::reading::read_whole;
 use cosmic::record::files::{Format, is_used, make_folder, parse_json, write_json};
@@ -42,8 +43,8 @@ impl SweepPlan {
     /// # Errors
     /// The errors of [`check`](Self::check); [`Error::Usage`] for a folder that is not empty;
     /// [`Error::Write`].
-    pub fn freeze(&self, folder: &Path) -> Result<()> {
-        self.check()?;
+    pub fn freeze(&self, folder: &Path, registry: &Registry) -> Result<()> {
+        self.check(registry)?;
         match is_used(folder) {
             Ok(true) => {
                 let folder = folder.display();
@@ -98,7 +99,7 @@ impl SweepPlan {
         let before = copy.exists().then(|| read_whole(&copy)).transpose()?;
         if let Some(before) = before.filter(|before| *before != bytes) {
             let before: Self = parse_json(&copy, &before, FORMAT)?;
-            if let Some([key, now, before]) = plan.edit(&before)? {
+            if let Some([key, now, before]) = plan.edit(&before) {
                 return refuse(format!(
                     "edited after it was frozen: `{key}` is {now}, where it was {before}; undo the edit, \
                      or plan another sweep"
@@ -113,22 +114,22 @@ impl SweepPlan {
 
     /// The first setting that differs from the plan as it was frozen: its name, its value, and its value before.
     /// `None` if only the layout of the file differs.
-    fn edit(&self, before: &Self) -> Result<Option<[String; 3]>> {
+    fn edit(&self, before: &Self) -> Option<[String; 3]> {
         if self == before {
-            return Ok(None);
+            return None;
         }
-        let pairs = self.settings()?.into_iter().zip(before.settings()?);
+        let pairs = self.settings().into_iter().zip(before.settings());
         let changed = pairs.into_iter().find(|(now, before)| now != before);
         let [key, now, before] = match changed {
             Some(([key, now], [_, before])) => [key, now, before],
-            // Two texts of one scene.
+            // A text with the same settings, or another truss.
             None => ["scenes", "written in another way", "as planned"].map(str::to_owned),
         };
-        Ok(Some([key, now, before]))
+        Some([key, now, before])
     }
 
     /// The name and the value of every setting.
-    fn settings(&self) -> Result<Vec<[String; 2]>> {
+    fn settings(&self) -> Vec<[String; 2]> {
         let named = |(key, value): (&str, Value)| [key.to_owned(), value.to_string()];
         let scenes = self
             .scenes
@@ -143,19 +144,34 @@ impl SweepPlan {
         ];
         let mut settings: Vec<[String; 2]> = own.into_iter().map(named).collect();
         for planned in &self.scenes {
-            for setting in planned.scene.scene()?.settings() {
-                settings.push([format!("{}: {}", planned.name, setting.key), setting.value]);
+            for [key, value] in settings_of(&planned.scene.text) {
+                settings.push([format!("{}: {key}", planned.name), value]);
             }
         }
-        Ok(settings)
+        settings
     }
+}
+
+/// The keys and the values of a saved scene, whose text has one of them on each line.
+fn settings_of(text: &str) -> Vec<[String; 2]> {
+    let mut section = String::new();
+    let mut settings = Vec::new();
+    for line in text.lines() {
+        if let Some((key, value)) = line.split_once(" = ") {
+            settings.push([format!("{section}{key}"), value.to_owned()]);
+        } else {
+            section = format!("{}.", line.trim_matches(['[', ']']));
+        }
+    }
+    settings
 }
 
 #[cfg(test)]
 mod tests {
     use super::{COPY, PLAN};
     use crate::sweep::plan::tests::plan;
-    use crate::sweep::{SceneText, SweepPlan};
+    use crate::sweep::{PlannedScene, SweepPlan};
+    use cosmic::Registry;
     use cosmic::scene::Scene;
     use std::fs;
 
@@ -164,16 +180,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let mut plan = plan(&["a", "b"], 0);
-        plan.freeze(folder).unwrap();
+        let registry = Registry::default();
+        plan.freeze(folder, &registry).unwrap();
         let read = SweepPlan::read(folder).unwrap();
         assert_eq!(read, plan);
-        assert_eq!(read.scenes[1].scene.scene().unwrap(), Scene::paper());
+        assert_eq!(read.run(4, &registry).unwrap().scene, Scene::paper());
         let mut scene = Scene::paper();
         scene.physics.gravity = 5.0;
-        plan.scenes[0].scene = SceneText::new(&scene);
+        plan.scenes[0] = PlannedScene::new("a".to_owned(), &scene);
         plan.write(folder).unwrap();
         assert_eq!(SweepPlan::read(folder).unwrap(), plan);
-        assert_eq!(plan.run(1).unwrap().scene, scene);
+        assert_eq!(plan.run(1, &registry).unwrap().scene, scene);
     }
 
     /// The program's tests refuse edited plans; see `an_edited_plan_is_refused` there.
@@ -182,7 +199,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let plan = plan(&["a"], 0);
-        plan.freeze(folder).unwrap();
+        plan.freeze(folder, &Registry::default()).unwrap();
         let text = fs::read_to_string(folder.join(PLAN)).unwrap();
         fs::write(folder.join(PLAN), text.replace(",\"seeds\"", ", \"seeds\"")).unwrap();
         assert_eq!(SweepPlan::read(folder).unwrap(), plan);

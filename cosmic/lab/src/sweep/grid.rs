@@ -1,6 +1,6 @@
 //! The grid of a plan: every combination of the values of some settings.
 
-use super::{PlannedScene, SceneText, SweptValue};
+use super::{PlannedScene, SweptValue};
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
 use cosmic::scene::Scene;
@@ -48,9 +48,8 @@ pub fn on_grid(
         let settings = [settings, &combination.settings].concat();
         let scene = scene.set(&settings)?;
         Ok(PlannedScene {
-            name: format!("{name}{}", combination.suffix),
             swept: swept(&scene, &combination.settings),
-            scene: SceneText::new(&scene),
+            ..PlannedScene::new(format!("{name}{}", combination.suffix), &scene)
         })
     });
     planned.collect()

@@ -19,7 +19,7 @@ mod script;
 
 pub use grid::on_grid;
 pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
-pub use plan::{PLAN, PlannedScene, PlannedStudy, SceneText, SweepPlan, SweptValue};
+pub use plan::{PLAN, PlannedScene, PlannedStudy, SweepPlan, SweptValue};
 pub use prune::{Pruned, prune};
 pub use ranges::{in_ranges, parse_ranges};
 pub use script::{HandOver, Scheduler};

@@ -2,15 +2,15 @@
 
 use super::RunState;
 use crate::measure::{Check, Walks, check_python};
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::snapshot;
+use cosmic::record::snapshot::SavedScene;
 use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use serde_json::value::RawValue;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
@@ -26,8 +26,9 @@ pub struct PlannedScene {
     /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene.
-    pub scene: SceneText,
+    /// The scene as the plan's file holds it. It is parsed only when it is needed: a process may do one run of
+    /// thousands.
+    pub scene: SavedScene,
 }
 
 /// A key that a sweep varies, and its value in a scene.
@@ -39,44 +40,19 @@ pub struct SweptValue {
     pub value: Value,
 }
 
-/// A scene as a plan's file holds it. It is parsed only when it is needed: a process may do one run of
-/// thousands.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct SceneText(Box<RawValue>);
-
-impl SceneText {
-    /// The text of a scene, without the comments: they are nine tenths of it.
-    pub fn new(scene: &Scene) -> Self {
-        let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
-        let mut whole = whole.expect("a scene is strings and numbers");
-        let text = match whole.get("scene").is_some() {
-            true => &mut whole["scene"],
-            false => &mut whole,
-        };
-        if let Value::String(text) = text {
-            let lines = text.lines();
-            let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-            *text = lines.map(|line| format!("{line}\n")).collect();
+impl PlannedScene {
+    /// A scene without values of a grid.
+    pub fn new(name: String, scene: &Scene) -> Self {
+        let mut scene = SavedScene::from(scene);
+        // Comments are nine tenths of the text, and a plan may have thousands of scenes.
+        let lines = scene.text.lines();
+        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+        scene.text = lines.map(|line| format!("{line}\n")).collect();
+        Self {
+            name,
+            swept: Vec::new(),
+            scene,
         }
-        let raw = RawValue::from_string(whole.to_string());
-        Self(raw.expect("a JSON value is written as JSON"))
-    }
-
-    /// The scene.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a scene that is malformed.
-    pub fn scene(&self) -> Result<Scene> {
-        let mut from = serde_json::Deserializer::from_str(self.0.get());
-        let refused = |error: serde_json::Error| Error::Usage(format!("{PLAN}: {error}"));
-        snapshot::toml::deserialize(&mut from).map_err(refused)
-    }
-}
-
-impl PartialEq for SceneText {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.get() == other.0.get()
     }
 }
 
@@ -124,11 +100,19 @@ impl PlannedStudy {
     ///
     /// # Errors
     /// The errors of reading and writing the run's files; [`Error::Usage`] if Python fails.
-    pub(crate) fn measure(&self, run: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Option<()>> {
-        Check::keep(run)?;
+    pub(crate) fn measure(
+        &self,
+        run: &Path,
+        registry: &Registry,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<()>> {
+        Check::keep(run, registry)?;
         match &self.python {
             None => Ok(Some(())),
-            Some(python) => Walks::keep(run, &self.frictions, python.as_ref(), is_stopped),
+            Some(python) => {
+                let python = python.as_ref();
+                Walks::keep(run, &self.frictions, python, registry, is_stopped)
+            }
         }
     }
 }
@@ -138,24 +122,36 @@ impl SweepPlan {
     ///
     /// # Errors
     /// The errors of [`check_shape`](Self::check_shape) and of scenes that cannot be optimised.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, registry: &Registry) -> Result<()> {
         self.check_shape()?;
-        let begins = |planned: &PlannedScene| {
-            let scene = planned.scene.scene()?;
+        let begins = |index: usize| {
+            let scene = self.scene(index, registry)?;
             CoDesign::new(&scene)?.begin(self.first_seed).map(drop)
         };
-        self.scenes.par_iter().try_for_each(begins)
+        let indices = 0..self.scenes.len();
+        indices.into_par_iter().try_for_each(begins)
     }
 
-    /// The plan of one run.
+    /// Reads a scene.
     ///
     /// # Errors
-    /// The errors of [`SceneText::scene`].
-    pub fn run(&self, index: usize) -> Result<RunPlan> {
-        let (PlannedScene { name, scene, .. }, seed) = self.parts(index);
+    /// [`Error::Usage`] for a malformed scene.
+    fn scene(&self, index: usize, registry: &Registry) -> Result<Scene> {
+        let scene = &self.scenes[index].scene;
+        let read = scene.read(&format!("scenes[{index}].scene"), registry);
+        read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))
+    }
+
+    /// The plan of one run, whose scene may name the items of a registry.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a malformed scene.
+    pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
+        let (planned, seed) = self.parts(index);
+        let scene = self.scene(index / self.seeds.get(), registry)?;
         Ok(RunPlan {
             iterations: self.iterations,
-            ..RunPlan::new(name, scene.scene()?, seed)
+            ..RunPlan::new(&planned.name, scene, seed)
         })
     }
 
@@ -235,17 +231,14 @@ impl SweepPlan {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::{PlannedScene, SceneText, SweepPlan};
+    use super::{PlannedScene, SweepPlan};
+    use cosmic::Registry;
     use cosmic::scene::Scene;
     use std::num::NonZeroUsize;
     use std::path::Path;
 
     pub(in crate::sweep) fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
-        let scene = |name: &&str| PlannedScene {
-            name: (*name).to_owned(),
-            swept: Vec::new(),
-            scene: SceneText::new(&Scene::paper()),
-        };
+        let scene = |name: &&str| PlannedScene::new((*name).to_owned(), &Scene::paper());
         SweepPlan {
             study: None,
             first_seed,
@@ -263,13 +256,13 @@ pub(super) mod tests {
             .collect();
         let expected = ["a-5", "a-6", "a-7", "b-5", "b-6", "b-7"];
         assert_eq!(folders, expected.map(|name| Path::new("s/runs").join(name)));
-        let fifth = plan.run(4).unwrap();
+        let fifth = plan.run(4, &Registry::default()).unwrap();
         assert_eq!((fifth.seed, &fifth.name[..]), (6, "b"));
     }
 
     #[test]
     fn plans_that_cannot_be_carried_out_are_refused() {
-        let refusal = |plan: SweepPlan| plan.check().unwrap_err().to_string();
+        let refusal = |plan: SweepPlan| plan.check(&Registry::default()).unwrap_err().to_string();
         assert!(refusal(plan(&[], 0)).contains("needs a scene"));
         assert!(refusal(plan(&["../a"], 0)).contains("`../a` cannot name"));
         assert!(refusal(plan(&["a"], u64::MAX)).contains("too many"));

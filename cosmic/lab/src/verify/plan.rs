@@ -12,6 +12,7 @@ use cosmic::geometry::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::Network;
 use cosmic::scene::{
     ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses, VoidEdges,
 };
@@ -56,6 +57,7 @@ pub struct Plan {
 }
 
 const HIDDEN: &str = "hidden layer";
+const POLICY: &str = "policy without its outputs";
 const OUTPUT: &str = "output layer";
 const BY_WEIGHTS: &str = "gradient by weights";
 const BY_DESIGN: &str = "gradient by the design";
@@ -97,9 +99,10 @@ impl Plan {
             terms,
             step: Some(step),
         };
-        // A robot without outputs has no network, so leaving them out saved both layers.
+        // A robot without outputs has no policy, so leaving them out saved the output layer too.
         let output = plan.term(OUTPUT).cost;
-        let hidden = &mut plan.term(HIDDEN).cost;
+        let (name, _) = before_outputs(case);
+        let hidden = &mut plan.term(name).cost;
         let both = hidden.zip(output);
         *hidden = both.map(|(both, output)| (both - output).max(0.0));
         plan.add_gradients(case, loss);
@@ -195,6 +198,20 @@ fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     rows
 }
 
+/// The name and the size of the part of a policy that computes the inputs of its outputs.
+fn before_outputs(case: &Case) -> (&'static str, String) {
+    match Network::of(&case.controller) {
+        Some(network) => {
+            let units = network.first.biases.len();
+            (HIDDEN, format!("{units} units, of the observation"))
+        }
+        None => {
+            let (name, count) = (case.observation.policy.name(), case.controller.weights());
+            (POLICY, format!("`{name}` has {count} parameters"))
+        }
+    }
+}
+
 fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
     // An edge without stiffness pulls on nothing, strained or not.
     let edges = body.strain.iter().zip(&body.stiffness);
@@ -223,10 +240,10 @@ fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
         0 => "every edge strains a little".to_owned(),
         idle => format!("{idle} edges do not strain, or have no stiffness"),
     };
-    let units = format!("{} units, of the observation", case.observation.hidden);
+    let (before_outputs, why_before) = before_outputs(case);
     vec![
         row("making of observations", false, folded),
-        row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
+        row(before_outputs, strains, why_before).or(strains, |parts| parts.body.strain.fill(0.0)),
         row("presence of nodes", weighed, why_weighed)
             .or(weighed, |parts| parts.body.presence.clear()),
         row("sight of positions", x && strains, why_x)

@@ -6,6 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, SweepPlan, parse_ranges};
 use serde_json::json;
@@ -50,7 +51,7 @@ impl FromStr for Index {
 }
 
 impl Run {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let folder = &self.sweep;
         let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
@@ -58,7 +59,11 @@ impl Run {
         if let Some(study) = &plan.study {
             study.check()?;
         }
-        let sweep = Sweep { folder, plan };
+        let sweep = Sweep {
+            folder,
+            plan,
+            registry,
+        };
         match (&self.index, &runs[..]) {
             (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),
             (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt, &self.work),
