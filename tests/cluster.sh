@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Sweeps on real engines, on this machine alone: a Slurm cluster of one node, GNU parallel, two hosts that
-# share a folder over a network, a disk that fills up, a study in three processes, and the Kubernetes manifest
-# against its schema. Run by command, as root on Debian:
+# Sweeps on real schedulers, on one machine: a Slurm cluster of one node, GNU parallel, two hosts that share a
+# folder over a network, a full disk, a study in three processes, and the Kubernetes manifest against its schema.
+# Run it by hand, as root on Debian:
 #   tests/cluster.sh
-# It installs what it needs (slurm-wlm, munge, parallel, faketime, sshfs), takes half an hour, and says what it saw.
-# COSMIC_PROGRAM names the program if it is not to be built.
+# It installs what it needs (slurm-wlm, munge, parallel, faketime, sshfs), takes half an hour, and prints results.
+# If COSMIC_PROGRAM names a program, nothing is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -27,14 +27,14 @@ if [ -z "${COSMIC_PROGRAM:-}" ]; then
   cargo build --release --quiet -p cosmic-program
   COSMIC_PROGRAM=$PWD/target/release/cosmic
 fi
-# A folder of its own, whose `cosmic` is the program.
+# A new folder with the program as `cosmic`.
 here=$(mktemp -d)
 mkdir "$here/bin"
 ln -s "$(realpath "$COSMIC_PROGRAM")" "$here/bin/cosmic"
 export PATH=$here/bin:$PATH
 cd "$here"
 
-# Ends everything that was started, whatever happens.
+# Ends everything that was started, even after a failure.
 stop() {
   scancel --full --user="$(id -un)" 2>/dev/null || true
   for pid in slurmd slurmctld; do
@@ -49,7 +49,7 @@ stop() {
 }
 trap stop EXIT
 
-# Results without wall times, which are all that may differ: the files $1.json and $1.csv.
+# The results in $1.json and $1.csv without wall times, which may differ.
 untimed() {
   sed -E 's/"seconds": ?[0-9.e+-]+/"seconds":0/g' "$1.json"
   # The table's column of that name.
@@ -114,7 +114,7 @@ sleep 3
 sinfo
 
 plan slurm-sweep
-# Twelve runs a task, one after the other: more than the minute after which a task saves itself.
+# Twelve consecutive runs per task take longer than the minute after which a task saves its runs.
 cosmic sweep script slurm-sweep --slurm --throttle 2 --minutes 2 --seeds-per-task 12 --out array.sh
 job=$(sbatch --parsable array.sh)
 echo "array $job: $(grep -- --array array.sh)"
@@ -164,13 +164,13 @@ UsePAM no
 Subsystem sftp internal-sftp
 CONF
 /usr/sbin/sshd -f sshd.conf
-# Each host has a mount of its own, which keeps locks to itself and remembers what files are there for 20 s.
+# Each host has its own mount, which does not share locks and caches directory listings for 20 s.
 for host in one two; do
   sshfs -p 2222 -o "IdentityFile=$here/key,StrictHostKeyChecking=no,UserKnownHostsFile=/dev/null" \
     "127.0.0.1:$here/shared" "$host" 2>/dev/null || fail 'no file system over the network'
 done
 plan one/sweep
-# Each in a network and a name of its own. The clock of the second is ahead; monotonic time is no clock.
+# Each host has its own network and name. The clock of the second host is ahead; monotonic time is not affected.
 host() { unshare --net --uts sh -c 'hostname "$0"; exec "$@"' "$@"; }
 host one cosmic sweep run one/sweep --threads 1 --quiet &
 first=$!
@@ -215,7 +215,7 @@ cd ..
 for folder in whole planned; do
   untimed "$folder/results/paper" >"$folder.results"
   rm "$folder"/results/paper.json "$folder"/results/paper.csv
-  # The last column but one of its tables has wall times.
+  # The second to last column of its tables has wall times.
   sed -i -E 's/\| [0-9.]+ (\| ([A-Z]+|none) \|)$/| - \1/' "$folder/results/paper.md"
 done
 cmp whole.results planned.results || fail 'the results of the study differ'

@@ -23,9 +23,9 @@ fn largest_change(a: &[Mixture<f64>], b: &[Mixture<f64>]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Even far outside of the range that the optimiser keeps to.
+    /// This holds even far outside the optimiser's range.
     #[test]
-    fn a_mixture_is_shares_of_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
+    fn the_shares_of_a_mixture_add_up_to_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
             for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
@@ -35,10 +35,10 @@ proptest! {
         }
     }
 
-    /// The performance projection sees differences within an edge, the stability projection those
-    /// from the other edges.
+    /// The performance projection depends on differences within an edge, the stability projection on differences
+    /// between edges.
     #[test]
-    fn what_is_common_does_not_count(
+    fn common_shifts_have_no_effect(
         z in vectors(0.0..1.0),
         shift in -1.0..1.0,
         column in prop::array::uniform3(-1.0..1.0),
@@ -64,13 +64,13 @@ proptest! {
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
             prop_assert!(found.actuator_volume <= found.volume + rounding);
-            // Of a third of each material; of halves of two.
+            // The largest values are those of three thirds and of two halves.
             prop_assert!(within(found.binarisation, 1.0 - (1.0f64 / 3.0).sqrt()));
             prop_assert!(found.overlap.iter().all(|&g| within(g, 0.5)));
         }
     }
 
-    /// One material an edge, volumes within the bounds, and one piece if that is asked for.
+    /// A snap gives one material per edge, volumes within the bounds, and one piece if the scene requires it.
     #[test]
     fn a_snap_meets_the_volumes(
         z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 110),

@@ -1,4 +1,4 @@
-//! Files read back to the bits that were written.
+//! Files read back to the same bits.
 
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -92,7 +92,7 @@ proptest! {
         physics.speed_bound = layout.then_some(7.5);
         case.rules.one_piece = layout;
         let read = Case::parse("case.json", &case.to_json()).unwrap();
-        // A case holds no settings of an optimisation or of the start of its controller.
+        // A case does not hold the settings of an optimisation or of the controller's start.
         let expected = Case {
             physics: cosmic::scene::PhysicsSettings {
                 unstable_step: read.physics.unstable_step,

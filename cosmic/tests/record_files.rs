@@ -1,4 +1,4 @@
-//! Files are whole or not there, and JSON begins with its format and version.
+//! Files are written completely or not at all, and JSON begins with its format and version.
 
 use cosmic::Error;
 use cosmic::record::files::{Format, read_json, write_atomic, write_json};
@@ -45,7 +45,7 @@ fn json_begins_with_its_format_and_reads_back_to_the_same_bits() {
 }
 
 #[test]
-fn json_of_another_kind_or_cut_short_is_malformed() {
+fn json_of_another_format_or_truncated_is_malformed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("body.json");
     let refusal = |text: &str| {
@@ -82,7 +82,7 @@ fn json_of_another_kind_or_cut_short_is_malformed() {
 }
 
 #[test]
-fn a_failed_write_leaves_the_old_file_whole_and_nothing_beside_it() {
+fn a_failed_write_keeps_the_old_file_and_leaves_no_other() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("state");
     write_atomic(&file, |out| out.write_all(b"old")).unwrap();
@@ -98,7 +98,7 @@ fn a_failed_write_leaves_the_old_file_whole_and_nothing_beside_it() {
 
 #[cfg(unix)]
 #[test]
-fn links_and_pipes_stay_what_they_are() {
+fn links_and_pipes_are_kept() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let [file, link, pipe] = ["file", "link", "pipe"].map(|name| folder.path().join(name));
@@ -120,7 +120,7 @@ fn links_and_pipes_stay_what_they_are() {
     });
     write_atomic(&pipe, |out| out.write_all(b"through")).unwrap();
     assert_eq!(reader.join().unwrap(), b"through");
-    // One that leads nowhere yet, and one to an end of a pipe that has no name.
+    // A link to a missing file, and a link to an anonymous pipe.
     let [new, ahead, end] = ["new", "ahead", "end"].map(|name| folder.path().join(name));
     std::os::unix::fs::symlink("new", &ahead).unwrap();
     write_atomic(&ahead, |out| out.write_all(b"first")).unwrap();
@@ -130,8 +130,8 @@ fn links_and_pipes_stay_what_they_are() {
         use std::io::Read;
         use std::os::fd::AsRawFd;
         let (mut reader, writer) = io::pipe().unwrap();
-        let lies = format!("/proc/self/fd/{}", writer.as_raw_fd());
-        std::os::unix::fs::symlink(lies, &end).unwrap();
+        let target = format!("/proc/self/fd/{}", writer.as_raw_fd());
+        std::os::unix::fs::symlink(target, &end).unwrap();
         write_atomic(&end, |out| out.write_all(b"on")).unwrap();
         drop(writer);
         let mut read = String::new();
@@ -142,7 +142,7 @@ fn links_and_pipes_stay_what_they_are() {
     assert_eq!(names(folder.path()).len(), 5);
 }
 
-/// Names the folder to the copy of this test that dies in the middle of a write.
+/// The variable with the folder for the copy of this test that dies in the middle of a write.
 const VICTIM: &str = "COSMIC_TEST_VICTIM";
 
 #[test]
@@ -166,7 +166,7 @@ fn a_process_killed_while_writing_leaves_the_old_file_whole() {
     victim.args(this_test).env(VICTIM, folder.path());
     let output = victim.output().unwrap();
     assert!(!output.status.success());
-    // The half-written file is still there: the process did die during the write.
+    // The half-written file still exists: the process died during the write.
     assert_eq!(names(folder.path()).len(), 2);
     assert_eq!(fs::read(&file).unwrap(), b"old");
 }

@@ -1,4 +1,4 @@
-//! Warnings about settings without effect, and checks that the warnings are true.
+//! Warnings about settings without effect, and checks that these settings have no effect.
 
 use autodiff::Real;
 use cosmic::Registry;
@@ -103,7 +103,7 @@ const OTHERS: [&[&str]; 20] = [
     &["lattice.file=square", "lattice.drop=0"],
 ];
 
-/// Further values to try: names, and numbers far from those in the scenes.
+/// More values to try: names, and numbers far from those in the scenes.
 const NAMES: [&str; 14] = [
     "design.feet=3",
     "mma.asymin=0.2",
@@ -212,7 +212,8 @@ fn exactly_the_settings_without_effect_have_a_warning() {
             }
         }
     }
-    // Counts only where the controller with the best rollout has not the best median, which none of these scenes shows.
+    // It matters only if the controller with the best rollout does not have the best median, which happens in none of
+    // these scenes.
     matters.remove("selection.candidates");
     let idle = matters.iter().filter(|(_, matters)| !**matters);
     wrong.extend(idle.map(|(key, _)| format!("{key} matters nowhere")));
@@ -225,7 +226,7 @@ fn exactly_the_settings_without_effect_have_a_warning() {
 }
 
 #[test]
-fn a_setting_is_what_differs_from_the_base() {
+fn only_values_that_differ_from_the_base_get_a_warning() {
     let ice = "base = \"stability\"\n[physics]\nfriction = 0.8\n[ground]\nrise = 0.1\n[loss]\nwindow = 2048\n";
     let warnings = |text: &str| -> Vec<String> {
         let doubts = Scene::parse("ice", text).unwrap().doubts().into_iter();

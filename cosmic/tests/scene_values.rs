@@ -1,4 +1,4 @@
-//! The values of a scene: from its base, from the file of a run and from `--set`; and the departures from the paper.
+//! The values of a scene from its base, from the file of a run and from `--set`, and the departures from the paper.
 
 use cosmic::Registry;
 use cosmic::laws::ContactLaw;
@@ -93,7 +93,7 @@ fn the_scene_of_a_run_is_complete() {
 }
 
 #[test]
-fn departures_are_named_and_can_all_be_switched_off() {
+fn departures_are_named_and_can_be_switched_off() {
     let options = |scene: &Scene| -> Vec<_> {
         let departures = scene.departures().into_iter();
         departures.map(|departure| departure.option).collect()
@@ -143,13 +143,13 @@ fn departures_are_named_and_can_all_be_switched_off() {
     assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
-/// The refusal of `--set` with these settings of the default scene.
+/// The error of `--set` with these settings of the paper's scene.
 fn refused_setting(settings: &[&str]) -> String {
     Scene::paper().set(settings).unwrap_err().to_string()
 }
 
 #[test]
-fn single_settings_take_the_place_of_any_scene_s_own() {
+fn single_settings_replace_those_of_a_scene() {
     let scene = Scene::load("coulomb").unwrap();
     let settings = [
         "physics.gravity=9.81",
@@ -172,7 +172,7 @@ fn single_settings_take_the_place_of_any_scene_s_own() {
     assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
     assert_eq!(set.physics.friction, scene.physics.friction);
     assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
-    // One alone would be at odds with the scene; together they fit.
+    // Each alone contradicts the scene; together they fit.
     let both = [
         "schedule.iterations=100",
         "schedule.snap_at=90",
@@ -185,7 +185,7 @@ fn single_settings_take_the_place_of_any_scene_s_own() {
     assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
 }
 
-/// Settings that are refused: what is said, and the option with what stands below it.
+/// Settings that are refused: words of the message, and the option as it is shown.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     (
         "base=stability",
@@ -239,13 +239,13 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
 ];
 
 #[test]
-fn a_wrong_setting_is_shown_as_it_was_given() {
+fn a_wrong_setting_is_shown_as_the_user_wrote_it() {
     for (setting, says, shown) in WRONG_SETTINGS {
         let report = refused_setting(&["physics.dt=0.001", setting]);
         assert!(report.contains(says) && report.contains(shown), "{report}");
         assert!(!report.contains("-->"), "{report}");
     }
-    // A conflict is pointed at in the setting that names one of its keys.
+    // A conflict is shown in the setting that names one of its keys.
     let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
     assert!(
         report.contains("the horizon (4096 steps) is longer"),
@@ -255,7 +255,7 @@ fn a_wrong_setting_is_shown_as_it_was_given() {
         report.contains("--set physics.steps=512\n  |                     ^^^"),
         "{report}"
     );
-    // A fault found later is shown in the last setting of its key, or else in the scene.
+    // A fault found later is shown in the last setting of its key, or in the scene.
     let shown = |name, settings: &[&str], key| {
         let error = Registry::default().fault(name, settings, key, "too long", "take less");
         error.map(|error| error.to_string())

@@ -7,7 +7,7 @@ use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadPlan, on_grid};
+use cosmic_lab::sweep::{self, RunOutcome, Sweep, SweepPlan, on_grid};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
@@ -46,7 +46,7 @@ pub(crate) fn sweep_plan(
             iterations,
             scenes: on_grid(&named, &[], &grid)?,
         };
-        plan.freeze(&folder)
+        plan.freeze(&folder, &Registry::default())
     };
     caught(|| py.detach(freeze).map_err(raised))
 }
@@ -81,7 +81,7 @@ pub(crate) fn sweep_run(
     let (failure, listener) = (Failure::default(), Listener::default());
     let stop = stop.map_or_else(Arc::default, |stop| Arc::clone(&stop.0));
     let ended = attended(py, 1, &failure, &listener, stop, move |watch| {
-        let plan = &UnreadPlan::read(&folder)?;
+        let plan = &SweepPlan::read(&folder)?;
         if index >= plan.runs() {
             let runs = plan.runs();
             return Err(Error::Usage(format!(
@@ -109,7 +109,7 @@ pub(crate) fn sweep_run(
 #[pyfunction]
 pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf>, Vec<usize>)> {
     let survey = || -> Result<_> {
-        let plan = PlanOutline::read(&folder)?;
+        let plan = SweepPlan::read(&folder)?;
         let folders = (0..plan.runs())
             .map(|index| plan.folder(&folder, index))
             .collect();
@@ -121,7 +121,7 @@ pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf
 /// Merges the finished runs. Returns the path of the table and the number of missing runs.
 #[pyfunction]
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<(PathBuf, usize)> {
-    let merge = || sweep::merge(&folder, &PlanOutline::read(&folder)?);
+    let merge = || sweep::merge(&folder, &SweepPlan::read(&folder)?);
     let merged = caught(|| py.detach(merge).map_err(raised))?;
     let table = merged.table;
     Ok((table, merged.missing))

@@ -85,7 +85,7 @@ def test_plans_that_will_not_do_are_refused(tmp_path: Path) -> None:
         ({"seeds": 0}, "seeds: 0"),
         ({"grid": {"physics.frictoin": [1]}}, "did you mean `friction`"),
         ({"grid": {"physics.friction": []}}, "a value is empty"),
-        ({"grid": {"physics.friction": [1, 1]}}, "1 is there twice"),
+        ({"grid": {"physics.friction": [1, 1]}}, "the value 1 is repeated"),
     ]:
         with pytest.raises(cosmic.InputError, match=says):
             cosmic.sweep(tmp_path / "s", SCENE, **{"seeds": 1, **changes})

@@ -1,4 +1,4 @@
-//! Emits the adjoint of the kernel, so that nothing is checked in and nothing can be stale.
+//! Emits the adjoint of the kernel, so that no emitted code is checked in or stale.
 
 use autodiff::{Kernel, Real, emit};
 
@@ -7,7 +7,7 @@ mod drag;
 
 use drag::Drag;
 
-/// Here the kernel has its formula alone.
+/// The build script needs only the formula of the kernel.
 impl Kernel<3, 1> for Drag {
     fn eval<R: Real>(&self, x: [R; 3]) -> [R; 1] {
         self.decelerated(x)

@@ -1,4 +1,4 @@
-//! Robots without a design: stiffness and masses given directly, the controller silent.
+//! Robots without a design: stiffness and masses are given directly, and the controller is silent.
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
@@ -11,11 +11,11 @@ use cosmic::simulator::{Simulator, Span, Trajectory};
 /// Nodes, springs between them, and a world.
 #[derive(Clone, Debug)]
 pub struct Bare {
-    /// Edges and rest lengths; its positions are not looked at.
+    /// Edges and rest lengths; its positions are not used.
     pub lattice: Lattice,
     /// Stiffness per edge and mass per node; strains are zero.
     pub body: Body<f64>,
-    /// Time step, forces and ground. The number of steps is that of the rollout.
+    /// Time step, forces and ground. The number of steps is ignored.
     pub physics: PhysicsSettings,
 }
 
@@ -47,14 +47,13 @@ impl Bare {
         }
     }
 
-    /// A node that nothing holds, and another like it that keeps it company: a spring without
-    /// stiffness joins them.
+    /// Two equal nodes joined by a spring without stiffness, so that both move freely.
     pub fn free_node(physics: PhysicsSettings) -> Self {
         let bare = Self::new(&[([0, 1], 1.0, 0.0)], &[0.01, 0.01]);
         Self { physics, ..bare }
     }
 
-    /// Steps from a state to the states observed.
+    /// The states after some steps of a rollout from a state.
     pub fn run<R: Real>(&self, start: &State<R>, observed: Vec<usize>) -> Trajectory<R> {
         let settings = ControllerSettings {
             hidden: 1,
@@ -75,7 +74,7 @@ impl Bare {
         )
     }
 
-    /// The last of so many steps.
+    /// The state after so many steps.
     pub fn run_to_end<R: Real>(&self, start: &State<R>, steps: usize) -> State<R> {
         self.run(start, vec![steps]).states.remove(0)
     }

@@ -1,9 +1,11 @@
-//! Shared by the tests across both crates: reading reference files and comparing with them.
+//! Shared by the tests across both crates: reading reference files and comparing with them, and small robots.
 
 mod bare;
 pub mod readers;
+mod robot;
 
 pub use bare::Bare;
+pub use robot::{assert_smooth, least_height, robot, robot_of, states};
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -11,7 +13,7 @@ use std::path::{Path, PathBuf};
 use cosmic::case::Case;
 use serde_json::Value;
 
-/// The folder of reference cases: `REFERENCE_DIR` where that is set, else the project's own.
+/// The folder of reference cases: `REFERENCE_DIR` if it is set, otherwise the project's own.
 pub fn reference_folder() -> PathBuf {
     std::env::var_os("REFERENCE_DIR").map_or_else(own_reference_folder, PathBuf::from)
 }
@@ -21,7 +23,7 @@ pub fn own_reference_folder() -> PathBuf {
     workspace().join("tests/data/reference")
 }
 
-/// A folder of the reference cases by its name, else the project's own of that name.
+/// A folder of the reference cases by its name, or the project's own folder of that name.
 pub fn reference_subfolder(name: &str) -> PathBuf {
     let given = reference_folder().join(name);
     match given.is_dir() {
@@ -35,10 +37,10 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// What lies directly in a folder, by name.
+/// The paths directly in a folder, sorted by name.
 ///
 /// # Panics
-/// If it cannot be listed.
+/// If the folder cannot be listed.
 pub fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder)
         .unwrap_or_else(|error| panic!("cannot list {}: {error}", folder.display()));
@@ -48,7 +50,7 @@ pub fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// The files in a folder and below that have one of these extensions.
+/// The files with one of these extensions in a folder and its subfolders.
 ///
 /// # Panics
 /// If a folder cannot be listed.
@@ -72,7 +74,7 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
 /// A reference file: its path, its text, and the JSON in it.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
     /// Its text.
     pub text: String,
@@ -89,30 +91,30 @@ impl Reference {
     /// The case in it.
     ///
     /// # Panics
-    /// If it holds none.
+    /// If the file is not a case.
     pub fn case(&self) -> Case {
         Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Asserts that a result is the expected one, within one of the tolerances of the file.
+    /// Asserts that a result agrees with the expected one, within one of the tolerances of the file.
     ///
     /// # Panics
-    /// If it is not, or the file does not state that tolerance.
+    /// If it does not, or the file does not have that tolerance.
     pub fn check(&self, result: &str, tolerance: &str, [got, expected]: [&[f64]; 2]) {
         let name = self.name();
         let bound = number(&self.json["tolerance"], tolerance);
         let error = relative_error(got, expected);
         assert!(
             error <= bound,
-            "{name}: {result} is off by {error:e}, allowed are {bound:e}"
+            "{name}: {result} is off by {error:e}; at most {bound:e} is allowed"
         );
     }
 }
 
-/// Every `*.json` file directly in a folder, by name.
+/// Every `*.json` file directly in a folder, sorted by name.
 ///
 /// # Panics
-/// Where there is none: a test that reads no case shows nothing.
+/// If there is no such file: a test that reads no case shows nothing.
 pub fn references(folder: &Path) -> Vec<Reference> {
     let mut paths = entries(folder);
     paths.retain(|path| has_extension(path, &["json"]));
@@ -131,7 +133,7 @@ fn read(path: PathBuf) -> Reference {
 /// A number of an object.
 ///
 /// # Panics
-/// Where there is none of that name.
+/// If the object has no number of that name.
 pub fn number(object: &Value, key: &str) -> f64 {
     object[key]
         .as_f64()
@@ -141,22 +143,22 @@ pub fn number(object: &Value, key: &str) -> f64 {
 /// All numbers of a JSON value, nested lists from first to last.
 ///
 /// # Panics
-/// Where something is neither a number nor a list.
+/// If the value holds anything but numbers and lists.
 pub fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(numbers).collect(),
         other => vec![
             other
                 .as_f64()
-                .unwrap_or_else(|| panic!("{other} is no number")),
+                .unwrap_or_else(|| panic!("{other} is not a number")),
         ],
     }
 }
 
-/// Asserts that a number is within a bound of the expected one; `of` says which number it is.
+/// Asserts that a number is within a bound of the expected one; `of` names the number.
 ///
 /// # Panics
-/// If it is not.
+/// If it is not within the bound.
 #[track_caller]
 pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
     let error = (got - expected).abs();
@@ -167,7 +169,7 @@ pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
 }
 
 /// Relative error `|got - expected| / |expected|` of a whole field, in the L2 norm; the absolute
-/// error where all of the expected field is zero.
+/// error if the expected field is zero.
 pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(got.len(), expected.len(), "the fields differ in length");
     let norm = |terms: &mut dyn Iterator<Item = f64>| terms.map(|x| x * x).sum::<f64>().sqrt();

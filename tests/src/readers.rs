@@ -1,7 +1,7 @@
-//! A reader of files must read any bytes at all, or say cleanly what is wrong with them. A value that was
-//! read is written out, read again and compared.
+//! A reader of files must either read any bytes or return a clear error. A value that was read is written, read
+//! again and compared.
 //!
-//! Fuzzing drives these functions, and a test runs them over the corpus that fuzzing left.
+//! Fuzzing calls these functions, and a test runs them over the corpus that fuzzing found.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use cosmic::error::Error;
 use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
 
-/// A reader by its name, which is that of its corpus and of its fuzz target.
+/// A reader.
 pub type Reader = fn(&[u8]) -> Result<()>;
 
-/// Every reader.
+/// Every reader with its name, which is also the name of its corpus and of its fuzz target.
 pub const READERS: [(&str, Reader); 4] = [
     ("scene", scene),
     ("case", case),
@@ -22,21 +22,20 @@ pub const READERS: [(&str, Reader); 4] = [
     ("snapshot", snapshot),
 ];
 
-/// Steps for which a case is run that was read, and the nodes and hidden units that it may have
-/// for that: a fuzzer wants many cases, not long ones.
+/// The most steps, nodes and hidden units of a case that is run: a fuzzer needs many short cases.
 const FEW: usize = 16;
 
 fn text(bytes: &[u8]) -> Result<&str> {
-    std::str::from_utf8(bytes).map_err(|_| Error::Usage("no text".to_owned()))
+    std::str::from_utf8(bytes).map_err(|_| Error::Usage("not UTF-8".to_owned()))
 }
 
-/// Reads a scene; what is read back from its own text must be the same.
+/// Reads a scene. Its own text must read back to the same scene.
 ///
 /// # Errors
-/// The reader's.
+/// The errors of the reader.
 ///
 /// # Panics
-/// Where the reader is wrong.
+/// If the reader is wrong.
 pub fn scene(bytes: &[u8]) -> Result<()> {
     let scene = Scene::parse("scene.toml", text(bytes)?)?;
     let again = Scene::parse("again.toml", &scene.to_toml());
@@ -44,13 +43,13 @@ pub fn scene(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a case, and runs a small one for a few steps.
+/// Reads a case, and runs it for a few steps if it is small.
 ///
 /// # Errors
-/// As [`scene`].
+/// The errors of the reader.
 ///
 /// # Panics
-/// As [`scene`].
+/// If the reader is wrong.
 pub fn case(bytes: &[u8]) -> Result<()> {
     let mut case = Case::parse("case.json", text(bytes)?)?;
     case.recorded_steps(&[])?;
@@ -68,10 +67,10 @@ pub fn case(bytes: &[u8]) -> Result<()> {
 /// Reads a design, and fits it to a lattice of 2x2 nodes.
 ///
 /// # Errors
-/// As [`scene`].
+/// The errors of the reader.
 ///
 /// # Panics
-/// As [`scene`].
+/// If the reader is wrong.
 pub fn design(bytes: &[u8]) -> Result<()> {
     let design = DesignFile::parse(Path::new("design.json"), bytes)?;
     let mut scene = Scene::paper();
@@ -82,13 +81,13 @@ pub fn design(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a snapshot, and fits what it has reached to its own scene where that is small.
+/// Reads a snapshot, and checks its progress against its own scene if the scene is small.
 ///
 /// # Errors
-/// As [`scene`].
+/// The errors of the reader.
 ///
 /// # Panics
-/// As [`scene`].
+/// If the reader is wrong.
 pub fn snapshot(bytes: &[u8]) -> Result<()> {
     let small = |plan: &RunPlan| {
         let (lattice, controller) = (&plan.scene.lattice, &plan.scene.controller);
@@ -100,7 +99,7 @@ pub fn snapshot(bytes: &[u8]) -> Result<()> {
             controller.clocks,
         ];
         if sizes.iter().any(|size| *size > FEW) {
-            return Err(Error::Usage("too large to be tried often".to_owned()));
+            return Err(Error::Usage("too large for fuzzing".to_owned()));
         }
         Ok(())
     };

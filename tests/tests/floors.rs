@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use cosmic_tests::{files_below, workspace};
 
-/// The sources of every crate whose architecture is held.
+/// The sources of every crate whose architecture is tested.
 const SOURCES: [&str; 6] = [
     "autodiff/src",
     "cosmic/src",
@@ -92,7 +92,7 @@ impl SourceTree {
         mentions
     }
 
-    /// A path as it stands in a module, from the crate's root; `None` if it leaves the crate.
+    /// A path in a module, from the crate's root; `None` if it leaves the crate.
     fn path_from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
         let mut segments = path.split("::").map(str::trim).peekable();
         let mut base = module.clone();
@@ -123,7 +123,7 @@ impl SourceTree {
     /// The file that defines what a path names; re-exports are followed.
     fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
         let mut path = path;
-        // A chain of re-exports is short; the bound ends a circle of them.
+        // A chain of re-exports is short; the bound ends circular ones.
         for _ in 0..8 {
             let Some(further) = (0..=path.len())
                 .rev()
@@ -169,8 +169,8 @@ impl SourceTree {
     /// The files that import one another in a circle, and those that circles connect.
     fn circles(&self) -> Vec<String> {
         let mut imports = self.imports();
-        // What imports nothing, and what nothing imports, is in no circle. Take it away until
-        // nothing more goes.
+        // Files that import nothing, and files that nothing imports, are in no circle. Remove them until
+        // all that remain are in circles or between circles.
         loop {
             let before = imports.len();
             let left: BTreeSet<_> = imports.keys().cloned().collect();
@@ -305,9 +305,9 @@ fn every_module_imports_only_modules_above_it() {
     );
 }
 
-/// The order upside down must fail, or the test above sees nothing.
+/// The reversed order must fail, or the test above finds nothing.
 #[test]
-fn the_test_sees_upward_imports() {
+fn upward_imports_are_found() {
     for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
         let tree = SourceTree::read(source);
         let mut floors = tree.floors();
@@ -316,16 +316,24 @@ fn the_test_sees_upward_imports() {
     }
 }
 
-/// A file that nobody declares is not compiled, and stays when its code has moved.
+/// The folders of tests that are one binary.
+const TESTS: [&str; 4] = [
+    "autodiff/tests",
+    "cosmic/tests",
+    "cosmic/program/tests",
+    "tests/tests",
+];
+
+/// A file that no module declares is not compiled.
 #[test]
 fn every_file_is_declared() {
     let mut lost = Vec::new();
-    for source in SOURCES {
+    for source in SOURCES.into_iter().chain(TESTS) {
         let tree = SourceTree::read(source);
         for (module, SourceFile { path, .. }) in &tree.files {
-            let is_root = ["main.rs", "lib.rs"]
-                .iter()
-                .any(|root| path.ends_with(root));
+            // The last is a binary of its own.
+            let roots = ["main.rs", "lib.rs", "number_types.rs"];
+            let is_root = roots.iter().any(|root| path.ends_with(root));
             let Some((name, parent)) = module.split_last().filter(|_| !is_root) else {
                 continue;
             };
@@ -360,7 +368,7 @@ fn no_files_import_one_another_in_a_circle() {
 
 /// A crate of three files with a circle through a re-export, and one beside it.
 #[test]
-fn the_test_sees_circles() {
+fn circles_are_found() {
     let file = |module: &str, code: &str| {
         let module = module.split("::").filter(|name| !name.is_empty());
         let path = PathBuf::from("file");
@@ -449,8 +457,8 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// Derivatives of kernels whose body is neither a call of the emitted code, nor of that by duals, nor
-/// of a law's own such function.
+/// Derivatives of kernels whose body calls neither emitted code, nor the default by duals, nor the function of a
+/// law.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for SourceFile { path, code } in application() {

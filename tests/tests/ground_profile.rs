@@ -1,14 +1,11 @@
 //! Robots and single nodes on the height profile of the ground.
 
-use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
 use cosmic::geometry::{Ground, Profile, Vector};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{GroundSettings, Integrator, PhysicsSettings, ProfileKind, Scene};
-use cosmic::simulator::Span;
-use cosmic_lab::verify::check_gradients;
-use cosmic_tests::Bare;
+use cosmic_tests::{Bare, least_height, states};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -31,24 +28,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// Every state of a case's rollout.
-fn states(case: &Case) -> Vec<State<f64>> {
-    let (task, design) = (case.task(), case.own_design());
-    let span = Span::from_start((0..=case.physics.steps).collect());
-    let seen = task.rollout(&design, &case.controller, &case.start, &span);
-    seen.states
-}
-
-/// The least height of a node above the profile of its ground, m.
-fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
-    let profile = physics.ground.resolved();
-    let nodes = states.iter().flat_map(|state| &state.x);
-    let ground = Ground::from(physics);
-    let heights = nodes.map(|&x| profile.above(ground.point_to_ground(x)));
-    heights.fold(f64::INFINITY, f64::min)
-}
-
-/// A profile of one slope is the incline, from equal states of the world.
+/// From equal states of the world, a profile of one slope gives the motion on an incline.
 #[test]
 fn a_profile_of_one_slope_is_the_incline() {
     for (contact, incline_deg) in [
@@ -73,10 +53,9 @@ fn a_profile_of_one_slope_is_the_incline() {
         });
         let off = off.fold(0.0, f64::max);
         println!("{contact:?}, {incline_deg} degrees: {off:.1e}");
-        // The bound. The two frames round differently, some 1e-16 in each of 256 steps, and the
-        // motion magnifies it.
+        // The two frames round differently, some 1e-16 in each of 256 steps, and the motion magnifies it.
         assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
-        // They do meet the ground.
+        // The nodes reach the ground.
         let last = on_slope.last().unwrap();
         assert!(last.v.contains(&Vector::zero()) || contact != ContactLaw::infinite());
         assert!(least_height(&slope.physics, &on_slope).abs() < 1e-12);
@@ -136,11 +115,11 @@ fn no_node_is_below_the_ground() {
             high + usize::from(seen.states.last().is_some_and(rests)),
         );
     }
-    // Most do meet the ground, and many come to rest.
+    // Most nodes reach the ground, and many come to rest.
     assert!(low > 250 && high > 100, "{low} {high}");
 }
 
-/// The robot on the steps of the scene: a stair below every second column of its lowest row.
+/// A robot above a stair for every second column of its lowest row.
 fn on_stairs(contact: ContactLaw) -> Case {
     falling(|scene| {
         scene.physics.contact = contact;
@@ -183,53 +162,14 @@ fn a_body_at_rest_on_a_step_stays() {
         let moved = last.x.iter().zip(&second.last().unwrap().x);
         let moved = moved.map(|(a, b)| a.distance(*b));
         let moved = moved.fold(0.0, f64::max);
-        // What is left of the vibration: below 1e-6 m/s, damped with 20 1/s.
+        // The remaining vibration: below 1e-6 m/s, damped with 20 1/s.
         assert!(moved < 1e-7, "{contact:?}: {moved:e}");
-    }
-}
-
-/// Gradients of rollouts whose nodes meet level ground, slopes, ridges and valleys.
-#[test]
-fn every_block_of_a_robot_on_rough_ground() {
-    const STEPS: usize = 90;
-    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
-        let mut case = falling(|scene| {
-            (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-            scene.lattice.drop = 0.012;
-            scene.controller.hidden = 6;
-            scene.controller.velocity_scale = 0.5;
-            (scene.physics.contact, scene.physics.friction) = (contact.clone(), 0.4);
-            scene.physics.steps = STEPS;
-            scene.physics.ground = profile(&[
-                [0.08, 0.0],
-                [0.15, 0.01],
-                [0.18, 0.003],
-                [0.22, 0.01],
-                [0.31, -0.01],
-                [0.34, 0.008],
-            ]);
-        });
-        let z = case.design.undecided_mut().expect("a start of mixtures");
-        for (e, z) in z.iter_mut().enumerate() {
-            z[1] += 0.002 * (e as f64).sin();
-            z[2] += 0.002 * (1.7 * e as f64).cos();
-        }
-        let all = states(&case);
-        assert!(least_height(&case.physics, &all).abs() < 1e-12);
-        let check = check_gradients(&case, None, STEPS, &Options::default());
-        for group in &check.groups {
-            let text = format!("{contact:?}, {}:\n{}", group.name, group.report);
-            assert_eq!(group.verdict, Verdict::Smooth, "{text}");
-            assert!(group.norm > 0.0, "{text}");
-        }
-        let control = check.control.map(|control| control.verdict);
-        assert_eq!(control, Some(Verdict::Wrong), "the negative control");
     }
 }
 
 /// Leapfrog, substeps and a world without ground.
 #[test]
-fn a_profile_goes_with_the_rest_of_the_physics() {
+fn a_profile_works_with_the_rest_of_the_physics() {
     let case = |change: fn(&mut PhysicsSettings)| {
         let mut case = on_stairs(ContactLaw::coulomb());
         case.physics.steps = 300;
@@ -251,7 +191,7 @@ fn a_profile_goes_with_the_rest_of_the_physics() {
     assert!(least_height(&case.physics, &states(&case)) < -0.1);
 }
 
-/// A profile on an incline is measured along it and out of it.
+/// A profile on an incline is measured along the incline and perpendicular to it.
 #[test]
 fn a_profile_turns_with_the_ground_line() {
     // The world turned as a whole: a robot without weight and actuators moves as before, turned.
@@ -272,7 +212,7 @@ fn a_profile_turns_with_the_ground_line() {
     });
     // Roundings of 1e-16 in each of 300 steps, magnified by the motion.
     assert!(off.fold(0.0, f64::max) < 1e-9);
-    // It does meet the stairs.
+    // The robot reaches the stairs.
     assert!(least_height(&case.physics, &straight).abs() < 1e-12);
 }
 

@@ -1,4 +1,4 @@
-//! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
+//! The guard: every absurd state of a delivered rollout is found, however short it lasts.
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
@@ -9,7 +9,7 @@ use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
 use cosmic::simulator::{Guarded, Span};
 
-/// A robot of 2x2 nodes far from any trouble.
+/// A robot of 2x2 nodes whose motion is unproblematic.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (2, 2);
@@ -20,132 +20,128 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
 
-/// A robot, and what the guard must find.
-struct Watched {
-    scene: fn(&mut Scene),
-    case: fn(&mut Case),
-    finds: Option<Finding>,
-}
+/// A change of the scene, a change of the case, and what the guard must find: the step and the node of the first
+/// absurd or too fast state, and the end of the message.
+type Watched = (
+    fn(&mut Scene),
+    fn(&mut Case),
+    Option<(usize, usize, &'static str)>,
+);
 
-/// The first absurd or too fast state.
-struct Finding {
-    /// The step that leads to it.
-    step: usize,
-    node: usize,
-    /// The end of the message.
-    says: &'static str,
-}
+fn unchanged<T>(_: &mut T) {}
 
-const fn sane(scene: fn(&mut Scene), case: fn(&mut Case)) -> Watched {
-    let finds = None;
-    Watched { scene, case, finds }
-}
-
-impl Watched {
-    const fn finds(mut self, step: usize, node: usize, says: &'static str) -> Self {
-        self.finds = Some(Finding { step, node, says });
-        self
-    }
-}
-
-/// Nodes without springs, which do not hold each other.
+/// Removes the springs, so that nodes do not hold each other.
 fn loose(scene: &mut Scene) {
     scene.materials.stiffness = [0.0; 3];
 }
 
-/// Springs, of 1e-3 N/m, that do less than gravity if they are stretched by 0.05 m.
+/// Springs of 1e-3 N/m, weaker than gravity if they are stretched by 0.05 m.
 fn soft(scene: &mut Scene) {
     scene.materials.stiffness = [1e-3; 3];
 }
 
-/// Moves the whole world up. The trap of the guard is set around the ground, sanity around the origin.
+/// Moves the whole world up. The guard's first search is relative to the ground, absurdity to the origin.
 fn raise(case: &mut Case, height: f64) {
     case.physics.ground_height = height;
     case.start.x.iter_mut().for_each(|x| x[1] += height);
 }
 
+fn on_incline(scene: &mut Scene) {
+    (scene.physics.incline_deg, scene.physics.contact) = (15.0, ContactLaw::coulomb());
+}
+
+/// A node starts upwards at 30 m/s.
+fn throw(case: &mut Case) {
+    case.start.v[3] = [0.0, 30.0].into();
+}
+
+const BY_VELOCITY: &str = "mostly by the node's own velocity";
+
 static WATCHED: [Watched; 18] = [
-    sane(|_| (), |_| ()),
-    sane(|s| s.physics.substeps = 3, |_| ()),
-    sane(
+    (unchanged, unchanged, None),
+    (|s| s.physics.substeps = 3, unchanged, None),
+    (
         |s| s.physics.integrator = Integrator::Leapfrog,
         |case| case.physics.substeps = 2,
+        None,
     ),
-    sane(
-        |s| (s.physics.incline_deg, s.physics.contact) = (15.0, ContactLaw::coulomb()),
-        |case| case.physics.substeps = 3,
-    ),
-    sane(
-        |s| (s.physics.incline_deg, s.physics.contact) = (15.0, ContactLaw::coulomb()),
+    (on_incline, |case| case.physics.substeps = 3, None),
+    (
+        on_incline,
         |case| case.physics.integrator = Integrator::Leapfrog,
+        None,
     ),
-    // Farther than the trap, and not yet absurd: found to be sane by the second look.
-    sane(loose, |case| case.start.v[2] = [7e5, 0.0].into()),
-    sane(loose, |case| raise(case, 7e5)),
-    sane(loose, |case| raise(case, 2e6)).finds(0, 0, "mostly by gravity"),
-    // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as quiet as the
-    // others ever after: no later state shows it.
-    sane(
+    // Beyond the first search, and not yet absurd: the second search clears it.
+    (loose, |case| case.start.v[2] = [7e5, 0.0].into(), None),
+    (loose, |case| raise(case, 7e5), None),
+    (
+        loose,
+        |case| raise(case, 2e6),
+        Some((0, 0, "mostly by gravity")),
+    ),
+    // The node falls at 2000 km/s, is stopped by the ground in the third step, and is as slow as the
+    // others from then on: no later state shows it.
+    (
         |s| {
             loose(s);
             s.lattice.drop = 1e4;
         },
         |case| case.start.v[3] = [0.0, -2e6].into(),
-    )
-    .finds(0, 3, "mostly by the node's own velocity"),
-    // From 0.1 m on by 10 km a step. It takes the second block of the search to see it too far off.
-    sane(
+        Some((0, 3, BY_VELOCITY)),
+    ),
+    // By 10 km a step. Only the second block of the search finds it too far away.
+    (
         |s| {
             loose(s);
             (s.physics.damping, s.physics.gravity) = (0.0, 0.0);
             (s.physics.dt, s.physics.incline_deg) = (1.0, 15.0);
         },
         |case| case.start.v[2] = [1e4, 1e4].into(),
-    )
-    .finds(99, 2, "mostly by the node's own velocity"),
-    sane(|_| (), |case| case.controller.block_mut("b2")[4] = f64::NAN).finds(
-        0,
-        1,
-        "mostly by the controller's output for edge 4",
+        Some((99, 2, BY_VELOCITY)),
     ),
-    sane(|s| s.physics.gravity = -1e12, |_| ()).finds(0, 0, "mostly by gravity"),
-    sane(
+    (
+        unchanged,
+        |case| case.controller.block_mut("b2")[4] = f64::NAN,
+        Some((0, 1, "mostly by the controller's output for edge 4")),
+    ),
+    (
+        |s| s.physics.gravity = -1e12,
+        unchanged,
+        Some((0, 0, "mostly by gravity")),
+    ),
+    (
         |s| s.materials.stiffness = [1e12; 3],
         |case| case.start.x[1] = case.start.x[0],
-    )
-    .finds(0, 1, "mostly by the spring of edge 3 [1, 3]"),
-    // Of the forces that a scene asks for beside Hooke's, the one that acts.
-    sane(
+        Some((0, 1, "mostly by the spring of edge 3 [1, 3]")),
+    ),
+    // The message names the acting force among those that a scene adds to Hooke's law.
+    (
         |s| {
             soft(s);
             s.physics.stiffening = 1e18;
         },
         |case| case.start.x[1][0] += 0.05,
-    )
-    .finds(0, 1, "mostly by the spring of edge 4 [1, 2]"),
-    sane(
+        Some((0, 1, "mostly by the spring of edge 4 [1, 2]")),
+    ),
+    (
         |s| {
             soft(s);
             (s.lattice.columns, s.physics.bending_radius) = (3, 1e6);
         },
         |case| case.start.x[1][1] += 0.05,
-    )
-    .finds(
-        0,
-        0,
-        "mostly by the bending of the bar over nodes [0, 1, 2]",
+        Some((
+            0,
+            0,
+            "mostly by the bending of the bar over nodes [0, 1, 2]",
+        )),
     ),
-    // A node starts upwards at 30 m/s.
-    sane(|_| (), |case| case.start.v[3] = [0.0, 30.0].into()),
-    sane(
-        |s| s.physics.speed_bound = Some(35.0),
-        |case| case.start.v[3] = [0.0, 30.0].into(),
-    ),
-    sane(
+    (unchanged, throw, None),
+    (|s| s.physics.speed_bound = Some(35.0), throw, None),
+    (
         |s| s.physics.speed_bound = Some(10.0),
-        |case| case.start.v[3] = [0.0, 30.0].into(),
-    )
-    .finds(0, 3, "m/s; `physics.speed_bound` allows 10 m/s"),
+        throw,
+        Some((0, 3, "m/s; `physics.speed_bound` allows 10 m/s")),
+    ),
 ];
 
 fn guarded(case: &Case, span: &Span) -> Guarded {
@@ -162,20 +158,18 @@ fn guarded(case: &Case, span: &Span) -> Guarded {
 #[test]
 fn every_absurd_state_is_found_and_replayed() {
     let (mut wrong, mut replayed) = (Vec::new(), 0);
-    for (k, watched) in WATCHED.iter().enumerate() {
-        let mut case = case(watched.scene);
-        (watched.case)(&mut case);
+    for (k, (scene, change, expected)) in WATCHED.iter().enumerate() {
+        let mut case = case(scene);
+        change(&mut case);
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         let found = guarded(&case, &span).divergence;
-        let Some(expected) = &watched.finds else {
+        let Some((step, node, words)) = *expected else {
             assert_eq!(found, None, "{k}");
             continue;
         };
         let found = found.unwrap_or_else(|| panic!("nothing is found in {k}"));
         let said = Error::from(&found).to_string();
-        if (found.step, found.node) != (expected.step, expected.node)
-            || !said.ends_with(expected.says)
-        {
+        if (found.step, found.node) != (step, node) || !said.ends_with(words) {
             wrong.push(format!("{k}: {said}"));
         }
         // The states up to the one found are those of the rollout, eight before it if there are as many.
@@ -192,10 +186,10 @@ fn every_absurd_state_is_found_and_replayed() {
         assert!(!before.any(State::is_absurd), "{k}");
         let too_fast = case.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
-        // A file shows it again, and says what it is.
+        // A file replays it, and names the cause.
         let text = case.diverged_json(&found);
         assert!(text.contains(&found.term.to_string()), "{text}");
-        // NaN and settings beyond their range cannot be read again.
+        // NaN and settings out of range cannot be read again.
         if Case::parse("case.json", &case.to_json()).is_err() {
             continue;
         }
@@ -212,7 +206,7 @@ fn every_absurd_state_is_found_and_replayed() {
     assert!(!case(|_| ()).to_json().contains("speed_bound"));
 }
 
-/// A rollout that begins late uses the clock of its own steps, and the search for a divergence uses the same clock.
+/// The search for a divergence uses the clock of the rollout, even if the rollout begins late.
 #[test]
 fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     let case = case(|scene| {
@@ -243,7 +237,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
     assert!(found > 0, "no part diverges");
 }
 
-/// Parts that are long enough to be misread, and parts that are not.
+/// Controllers and starts of another lattice, some of them long enough to be misread.
 #[test]
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
@@ -275,8 +269,8 @@ fn parts_of_another_lattice_are_refused() {
     }
 }
 
-/// Robots that run together in lanes and in pairs have the bits of each alone. If one start goes wrong, it
-/// alone is watched out.
+/// Robots that run together in lanes and in pairs have the bits of single runs. If one start diverges, only that
+/// one is found.
 fn hold_together(
     case: &Case,
     designs: &[Design<Mixture<f64>>],
@@ -304,7 +298,7 @@ fn hold_together(
     }
 }
 
-/// A state that goes wrong in the upper row: the ground would stop it in the lower one.
+/// A state whose upper row diverges: the ground would stop a node of the lower row.
 fn thrown(start: &State<f64>) -> State<f64> {
     let mut thrown = start.clone();
     thrown.v[3] = [2e6, 0.0].into();
@@ -326,7 +320,7 @@ fn several_starts_together_are_watched_one_by_one() {
     }
 }
 
-/// Layouts that run together keep every void edge and every output of the controller that one of them needs.
+/// Layouts that run together compute every void edge and every output of the controller that one of them needs.
 #[test]
 fn several_layouts_together_have_the_bits_of_each_alone() {
     const WRONG: usize = 5;
@@ -336,7 +330,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             scene.physics.bending_radius = 0.02;
         });
         let edges = case.lattice.edges.len();
-        // Void, skeleton and actuator in turns, each layout from elsewhere on.
+        // Void, skeleton and actuator in turns, in another order in each layout.
         let layout = |k: usize| {
             let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
             Design::Layout((0..edges).map(material).collect())

@@ -1,5 +1,5 @@
-//! The tests across both crates as one binary, a module a topic: a binary for each would link, and
-//! compile its own copy of the simulator, twenty times.
+//! The tests across both crates as one binary with a module per topic. A binary for each topic would compile and
+//! link its own copy of the simulator.
 //!
 //! `cargo test -p cosmic-tests --test all plan::` runs one module.
 
@@ -11,19 +11,17 @@ mod ground_profile;
 mod guard;
 mod inlined_kernels;
 mod integrators;
-mod listed;
 mod mma;
 mod mma_subproblem;
 mod model_gradients;
+mod motion;
 mod one_piece;
 mod optimisers;
 mod outside;
 mod own_laws;
 mod plan;
 mod policies;
-mod reference_model;
 mod reference_rollouts;
-mod richer_physics;
 mod rollout_gradients;
 mod stability;
 mod time_step;

@@ -1,5 +1,5 @@
-//! The subproblem of the method of moving asymptotes, solved for random problems: does the point
-//! that comes back satisfy the optimality conditions of the model as the papers write it?
+//! The subproblem of the method of moving asymptotes, solved for random problems: does the solution satisfy the
+//! optimality conditions of the model as the papers write it?
 
 use autodiff::{Dense, Real, jacobian};
 use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
@@ -7,10 +7,10 @@ use cosmic::scene::MmaSettings;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// How many random problems; a thousand take some 20 milliseconds.
+/// The number of random problems; a thousand take some 20 milliseconds.
 const PROBLEMS: u64 = 20_000;
 
-/// Values and gradients at a point, and all else that an update depends on.
+/// Values and gradients at a point, and everything else that an update depends on.
 #[derive(Debug)]
 struct Situation {
     parameters: MmaSettings,
@@ -46,7 +46,7 @@ fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 
-/// True once in so many times.
+/// True once in `count` draws on average.
 fn once_in(random: &mut ChaCha8Rng, count: u32) -> bool {
     random.random_range(0..count) == 0
 }
@@ -60,8 +60,8 @@ fn slope(random: &mut ChaCha8Rng) -> f64 {
     if once_in(random, 2) { size } else { -size }
 }
 
-/// A random problem with what makes subproblems hard: rows that repeat, oppose or vanish, points
-/// at their bounds, variables without room, values that no step can reach.
+/// A random problem that is hard to solve: rows are equal, opposite or zero, points at their bounds, variables
+/// fixed, and values beyond the reach of any step.
 fn situation(seed: u64) -> Situation {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let variables = random.random_range(1..=12);
@@ -180,7 +180,7 @@ impl Models<'_> {
     }
 }
 
-/// Relative to the size of what cancels in a condition. The textbook form cancels terms of the
+/// Relative to the size of the terms that cancel in a condition. The textbook form cancels terms of the
 /// size of a slope times an asymptote's distance, and an ulp of x moves a slope by 1e-15 over that
 /// distance, 0.005 at least: 1e-12, times what ten terms and multipliers up to 1e3 leave.
 const TOLERANCE: f64 = 1e-8;
@@ -208,7 +208,7 @@ fn row_fault(situation: &Situation, update: &Update, (i, value): (usize, f64)) -
     let changes = (0..lower.len()).map(|j| situation.jacobian[i][j].abs() * (upper[j] - lower[j]));
     let size = 1.0 + y + situation.constraints[i].abs() + changes.sum::<f64>();
     let excess = (value - y) / size;
-    // Its cost rises by c + d y >= multiplier, equal where y > 0.
+    // Its cost rises by c + d y >= multiplier, with equality if y > 0.
     let price = (parameters.c + parameters.d * y - multiplier) / (1.0 + multiplier);
     let conditions = [
         (y >= 0.0 && multiplier >= 0.0, "has the wrong sign"),
@@ -244,7 +244,7 @@ fn variable_fault(
     let parts: Vec<f64> = std::iter::once(slopes[0][j])
         .chain(weighted.map(|(multiplier, row)| multiplier * row[j]))
         .collect();
-    // Where all slopes are 0 the curvature raa0 alone holds the variable.
+    // If all slopes are 0, only the curvature raa0 holds the variable.
     let size = 1e-3 + parts.iter().map(|part| part.abs()).sum::<f64>();
     let slope = parts.iter().sum::<f64>() / size;
     let conditions = [
@@ -269,8 +269,7 @@ fn random_subproblems_are_solved() {
         let (update, state) = situation.update();
         let fault = fault(&situation, &state, &update);
         assert_eq!(fault, None, "seed {seed}: {situation:?} {update:?}");
-        // A hundred steps is where the search gives up; among 400 000 problems one took 80, the
-        // others at most 36.
+        // The search gives up after a hundred steps. Among 400 000 problems one took 80, the others at most 36.
         assert!(
             update.diagnostics.newton_steps <= 50,
             "seed {seed}: {update:?}"
@@ -278,8 +277,8 @@ fn random_subproblems_are_solved() {
     }
 }
 
-/// The conditions are sharp: a multiplier off by a millionth, or a variable inside its box off by
-/// a thousandth of it, is found.
+/// The conditions are sharp: they find a multiplier that is off by a millionth, or a variable that is off by a
+/// thousandth of its box.
 #[test]
 fn wrong_solutions_are_found() {
     let (mut multipliers, mut variables) = (0, 0);
@@ -318,7 +317,7 @@ fn wrong_solutions_are_found() {
     );
 }
 
-/// Applies a change to a good situation and returns the error, with the state it left.
+/// Applies a change to a valid situation and returns the error. The state must be unchanged.
 fn refusal(change: impl FnOnce(&mut Situation, &mut MmaState)) -> OptimiserError {
     let mut situation = Situation {
         parameters: MmaSettings::default(),

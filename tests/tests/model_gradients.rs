@@ -1,18 +1,12 @@
-//! Every differentiable term between design and objective: reverse mode against forward mode and
-//! finite differences, at the designs and weights of the reference cases.
+//! The terms of the objective that need no rollout: reverse mode against forward mode and finite differences,
+//! at the designs of the reference cases. The other terms are checked in rollouts.
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, jvp, vjp};
 use cosmic::case::Case;
-use cosmic::design::{Design, Mixture};
-use cosmic::geometry::{Ground, Vector, flat, from_flat};
-use cosmic::lattice::Body;
-use cosmic::lattice::State;
-use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::policy::{Controller, Network, observation};
+use cosmic::design::Mixture;
+use cosmic::objective::{measures, violations};
 use cosmic::projection::{Holds, Projection, mixtures};
-use cosmic::scene::{LossKind, LossSettings};
-use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
 
 /// A vector function of a vector, generic over its numbers.
@@ -20,7 +14,7 @@ trait Values {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
 }
 
-/// A vector function made scalar by fixed weights of both signs.
+/// A vector function reduced to a scalar by fixed weights of both signs.
 struct Weighted<F>(F);
 
 impl<F: Values> Function for Weighted<F> {
@@ -33,7 +27,7 @@ impl<F: Values> Function for Weighted<F> {
     }
 }
 
-/// Small cases: the others have the same terms, more often.
+/// Small cases: large cases only repeat their terms.
 fn cases() -> Vec<Case> {
     let references = references(&own_reference_folder());
     let cases = references.iter().map(|reference| reference.case());
@@ -74,8 +68,7 @@ fn performance_projections() {
     }
 }
 
-/// What is held down has shares of its own that are next to nothing, and the rest the derivatives
-/// of fewer materials.
+/// A held material has a share of almost zero, and the other shares the derivatives of fewer materials.
 #[test]
 fn projections_with_held_materials() {
     for mut case in cases() {
@@ -92,8 +85,8 @@ fn projections_with_held_materials() {
     }
 }
 
-/// The value of the stability projection is sharper than its derivative, and differences see the
-/// value: here the two have one sharpness, and then reverse and forward mode with two.
+/// The value of the stability projection is sharper than its derivative, and differences belong to the value.
+/// So differences are tested with equal sharpness, and reverse against forward mode with both.
 #[test]
 fn stability_projections() {
     for mut case in cases() {
@@ -117,76 +110,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Steps of the trajectories that losses look at.
-const OBSERVED: usize = 40;
-
-/// The loss of a trajectory by the positions in it.
-struct Losses(Displacement);
-
-impl Values for Losses {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let steps = self.0.observed(OBSERVED);
-        let nodes = x.len() / (2 * steps.len());
-        let states = x.chunks_exact(2 * nodes).map(|x| State {
-            x: from_flat(x),
-            v: vec![Vector::zero(); nodes],
-        });
-        let trajectory = Trajectory {
-            states: states.collect(),
-            steps,
-        };
-        vec![self.0.loss(&trajectory)]
-    }
-}
-
-#[test]
-fn losses() {
-    for kind in [LossKind::Final, LossKind::Mean] {
-        for incline_deg in [0.0, 15.0] {
-            let loss = Displacement {
-                ground: Ground {
-                    height: 0.1,
-                    incline_deg,
-                },
-                settings: LossSettings {
-                    kind,
-                    window: 24,
-                    every: 4,
-                },
-            };
-            let states = loss.observed(OBSERVED).len();
-            let positions: Vec<f64> = (0..states * 6).map(|i| (i as f64).cos()).collect();
-            smooth(Losses(loss), &positions);
-        }
-    }
-}
-
 fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
     let (z, holds) = (z.as_chunks().0, Holds::default());
     mixtures(Projection::Performance, z, &case.sharpness, &holds)
-}
-
-/// Masses, and strains and stiffnesses of the size of masses, of a design.
-struct Bodies<'a>(&'a Case);
-
-impl Values for Bodies<'_> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let case = self.0;
-        let design = Design::Undecided(performance(case, x));
-        let body = Body::new(&design, &case.lattice, &case.materials, &case.physics);
-        let stiffness = body.stiffness.into_iter().map(|k| k * R::lit(1e-4));
-        [body.mass, body.strain, stiffness.collect()].concat()
-    }
-}
-
-#[test]
-fn bodies() {
-    for mut case in cases() {
-        for penalisation in [1, 3] {
-            case.materials.penalisation = penalisation;
-            smooth(Bodies(&case), case.design.vectors().as_flattened());
-        }
-    }
 }
 
 /// Volumes, measures and the augmented terms of a design.
@@ -209,71 +135,8 @@ fn objectives() {
     }
 }
 
-/// The controller's activations by its weights and the state.
-struct Activations<'a>(&'a Case);
-
-impl Activations<'_> {
-    /// Weights and state as one vector.
-    fn point(&self) -> Vec<f64> {
-        let Case {
-            controller, start, ..
-        } = self.0;
-        [controller.numbers(), &flat(&start.x), &flat(&start.v)].concat()
-    }
-
-    /// The controller and the state of such a vector.
-    fn read<R: Real>(&self, x: &[R]) -> (Controller<R>, State<R>) {
-        let Case {
-            controller, start, ..
-        } = self.0;
-        let mut rest = x;
-        let mut take = |count| rest.split_off(..count).expect("a number each").to_vec();
-        let mut read = controller.map(|_| R::zero());
-        read.numbers_mut()
-            .copy_from_slice(&take(controller.weights()));
-        let mut points = || from_flat(&take(2 * start.x.len()));
-        let (x, v) = (points(), points());
-        (read, State { x, v })
-    }
-}
-
-impl Values for Activations<'_> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let (controller, state) = self.read(x);
-        let ground = Ground::from(&self.0.physics);
-        let network = Network::of(&controller).expect("a network");
-        network.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
-    }
-}
-
-/// The folded first layer by the weights that are folded.
-struct FoldedWeights<'a>(Activations<'a>);
-
-impl Values for FoldedWeights<'_> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let case = self.0.0;
-        let (controller, _) = self.0.read(x);
-        let (nodes, ground) = (case.lattice.nodes(), Ground::from(&case.physics));
-        let network = Network::of(&controller).expect("a network");
-        let folded = network.folded(&case.observation, nodes, &[], &ground);
-        [folded.first.weights, folded.first.biases].concat()
-    }
-}
-
-#[test]
-fn activations_and_folded_weights() {
-    for mut case in cases() {
-        for goal_relative in [false, true] {
-            case.observation.goal_relative = goal_relative;
-            let point = Activations(&case).point();
-            smooth(Activations(&case), &point);
-            smooth(FoldedWeights(Activations(&case)), &point);
-        }
-    }
-}
-
-/// A term with a wrong derivative: what the checks above would not notice, they would not check.
-struct Wrong<'a>(Bodies<'a>);
+/// A term with a wrong derivative. Checks that miss it check nothing.
+struct Wrong<'a>(Objectives<'a>);
 
 impl Values for Wrong<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
@@ -284,9 +147,9 @@ impl Values for Wrong<'_> {
 }
 
 #[test]
-fn a_wrong_derivative_is_noticed() {
+fn a_wrong_derivative_is_found() {
     for case in cases() {
-        let function = Weighted(Wrong(Bodies(&case)));
+        let function = Weighted(Wrong(Objectives(&case)));
         let z = case.design.vectors();
         let report = check_gradient(&function, z.as_flattened(), &Options::default());
         assert_eq!(report.verdict, Verdict::Wrong, "{report}");

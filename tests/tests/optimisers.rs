@@ -1,5 +1,4 @@
-//! Every optimiser on every problem: it converges, and a run that is saved, read back and resumed
-//! ends with the same bits.
+//! Every optimiser on every problem: it converges, and a run that is saved and resumed ends with the same bits.
 
 use std::marker::PhantomData;
 
@@ -13,7 +12,7 @@ use serde::de::DeserializeOwned;
 /// The box of both variables.
 const BOX: (f64, f64) = (-2.0, 2.0);
 
-/// A function to minimise within a box, `f_0`, and what is wanted at most 0.
+/// A function to minimise within a box, and constraints that must be at most 0.
 trait Problem {
     const NAME: &'static str;
     const START: [f64; 2];
@@ -31,7 +30,7 @@ struct Quadratic;
 impl Problem for Quadratic {
     const NAME: &'static str = "quadratic";
     const START: [f64; 2] = [-1.5, -1.0];
-    /// The first variable at its bound, the second where the remaining parabola is least.
+    /// The first variable at its bound, the second at the minimum of the remaining parabola.
     const MINIMISER: [f64; 2] = [2.0, -0.5];
 
     fn objective<R: Real>(x: &[R]) -> R {
@@ -72,10 +71,10 @@ impl Problem for Disc {
     }
 }
 
-/// An optimiser as this table sees it.
+/// An optimiser of the table.
 trait Optimiser {
     const NAME: &'static str;
-    /// Updates that suffice for every problem, and how near to the minimiser they lead.
+    /// Updates that are enough for every problem, and the distance from the minimiser after them.
     const UPDATES: usize;
     const TOLERANCE: f64;
     type State: Serialize + DeserializeOwned;
@@ -90,8 +89,8 @@ impl Moving {
     fn method<P: Problem>() -> Mma {
         let parameters = MmaSettings {
             move_limit: 0.2,
-            // Where a gradient vanishes, the models keep the slope's sign but not the function's
-            // curvature: the method hunts about the minimum at the asymptotes' least distance.
+            // Where a gradient vanishes, the models have the slope's sign but not the function's curvature, so
+            // the method oscillates about the minimum at the asymptotes' least distance.
             asymin: 1e-5,
             ..MmaSettings::default()
         };
@@ -133,8 +132,8 @@ impl Adaptive {
 impl Optimiser for Adaptive {
     const NAME: &'static str = "Adam with an augmented Lagrangian";
     const UPDATES: usize = 4000;
-    /// The step does not shrink below the rate by itself, and multipliers never fall back: both
-    /// leave a remainder that the decaying rate damps.
+    /// The step does not shrink below the rate by itself, and multipliers never decrease. The decaying rate damps
+    /// the error of both.
     const TOLERANCE: f64 = 1e-3;
     /// With the violations of the last update.
     type State = (AdamState, AugmentedLagrangian, [f64; 4]);
@@ -161,7 +160,7 @@ impl Optimiser for Adaptive {
     }
 }
 
-/// The violations of the constraints, and zero for those of four that a problem has not.
+/// The violations of up to four constraints; zero for constraints that the problem does not have.
 fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     let constraints = P::constraints(x);
     [0, 1, 2, 3].map(|k| {
@@ -171,7 +170,7 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     })
 }
 
-/// A problem's constraints as the drivers take them.
+/// A problem's constraints as a vector function.
 struct Constraints<P>(PhantomData<P>);
 
 impl<P: Problem> Constraints<P> {
@@ -180,7 +179,7 @@ impl<P: Problem> Constraints<P> {
     }
 }
 
-/// The end of a run that is saved to text and read back before the updates named.
+/// The end of a run that is saved to text and read back before some updates.
 fn run<O: Optimiser, P: Problem>(interruptions: &[usize]) -> Vec<f64> {
     let (mut state, mut x) = (O::init::<P>(), P::START.to_vec());
     for update in 0..O::UPDATES {

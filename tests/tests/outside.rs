@@ -1,4 +1,4 @@
-//! A user's crate outside the workspace, with its own Cargo.toml and its own laws.
+//! User crates outside the workspace, with their own Cargo.toml and their own laws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn done(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("text")
 }
 
-/// A copy of these files of the repository, in an empty folder, with a manifest of its own.
+/// Copies files of the repository into a folder with its own manifest.
 fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
@@ -29,7 +29,7 @@ fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
         fs::create_dir_all(folder.expect("a folder")).unwrap();
         fs::copy(repository.join(from), outside.join(to)).unwrap();
     }
-    // Offline, the versions of the workspace are those there are.
+    // Offline, only the versions of the workspace are available.
     fs::copy(repository.join("Cargo.lock"), outside.join("Cargo.lock")).unwrap();
     let manifest = fs::read_to_string(repository.join(manifest)).unwrap();
     let manifest = manifest.replace("COSMIC", &repository.display().to_string());
@@ -42,7 +42,7 @@ fn build(folder: &Path) {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--offline", "--quiet", "--target-dir", "target"]);
-    // Little is computed: compiling takes longer than that.
+    // Compiling takes longer than running.
     build.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
     done(build.current_dir(folder));
 }

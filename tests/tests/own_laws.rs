@@ -1,5 +1,5 @@
-//! Laws as a user writes them, in a crate of their own: against built-in ones, against the numbers of
-//! the field, and by the check of gradients.
+//! Laws as a user writes them, in a separate crate: against built-in laws, against formulas of mechanics,
+//! and by the check of gradients.
 
 use autodiff::Real;
 use autodiff::check::{Options, Verdict};
@@ -16,7 +16,7 @@ use cosmic::settings::within;
 use cosmic::simulator::Store;
 use cosmic::simulator::stability::{Vibration, stable_step};
 use cosmic_lab::verify::check_gradients;
-use cosmic_tests::Bare;
+use cosmic_tests::{Bare, robot_of, states};
 
 cosmic::settings! {
     /// A node stops.
@@ -35,9 +35,9 @@ impl Contact for Glue {
 }
 
 cosmic::settings! {
-    /// A node leaves the ground with a share of its speed.
+    /// A node leaves the ground with a fraction of its speed.
     struct Bounce {
-        /// The share.
+        /// The fraction.
         restitution: f64 = 0.5, allowed within(0.0, 1.0), source "a test";
     }
 }
@@ -55,7 +55,7 @@ impl Contact for Bounce {
 }
 
 cosmic::settings! {
-    /// Hooke's law once more.
+    /// Hooke's law a second time.
     struct Again {}
 }
 
@@ -128,30 +128,13 @@ fn physics(settings: &str) -> PhysicsSettings {
     scene(settings).physics
 }
 
-/// A small robot that falls on the ground while it moves along it, and its states.
+/// A falling robot whose scene may name these laws.
 fn robot(settings: &str) -> Case {
-    let mut scene = scene(settings);
-    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-    (scene.lattice.drop, scene.controller.hidden) = (0.004, 6);
-    (scene.physics.steps, scene.controller.velocity_scale) = (90, 0.5);
-    let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
-    let ground = Ground::from(&scene.physics);
-    let velocity =
-        |i: usize| ground.vector_to_world(Vector::new([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
-    case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
-    let z = case.design.undecided_mut().expect("a start of mixtures");
-    for (e, z) in z.iter_mut().enumerate() {
-        z[1] += 0.002 * (e as f64).sin();
-        z[2] += 0.002 * (1.7 * e as f64).cos();
-    }
-    case
+    robot_of(scene(settings))
 }
 
 fn last(case: &Case) -> State<f64> {
-    let steps = case.physics.steps;
-    let results = case.evaluate(false, &[steps]);
-    let results = results.unwrap_or_else(|error| panic!("{error}"));
-    results.trajectory[&steps].clone()
+    states(case).pop().expect("a rollout has states")
 }
 
 /// The largest difference of two states' numbers.
@@ -164,7 +147,7 @@ fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
 }
 
 #[test]
-fn a_contact_law_of_ones_own_is_the_built_in_one_that_says_the_same() {
+fn a_user_s_contact_law_gives_the_bits_of_the_same_built_in_law() {
     for incline in ["", "incline_deg = 15.0"] {
         let own = robot(&format!("[physics]\n{incline}\ncontact = \"glue\""));
         let built_in = robot(&format!("[physics]\n{incline}"));
@@ -173,18 +156,18 @@ fn a_contact_law_of_ones_own_is_the_built_in_one_that_says_the_same() {
 }
 
 #[test]
-fn bars_pull_by_all_laws_together() {
+fn the_tensions_of_all_laws_add_up() {
     let twice = robot("[physics]\nforces = [\"again\"]");
     let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
     stiffer.design = twice.design.clone();
     // Sums of 90 steps in another order; a metre has 15 digits behind the point.
     let off = distance(&last(&twice), &last(&stiffer));
     assert!(off < 1e-11, "{off:e}");
-    // Something moves: without the second law it is elsewhere.
+    // Without the second law the robot ends elsewhere.
     assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
-/// A law's gravity along the vertical is the scene's, on inclines too.
+/// Gravity as a law along the vertical equals the scene's gravity, on inclines too.
 #[test]
 fn a_force_on_nodes_knows_the_vertical() {
     for incline in [
@@ -202,7 +185,7 @@ fn a_force_on_nodes_knows_the_vertical() {
     }
 }
 
-/// Two steps of a resting node under a pull at 30 rad/s: the second is that of the first step's end.
+/// Two steps of a resting node under a pull at 30 rad/s: the second step takes the time at the end of the first.
 #[test]
 fn a_force_knows_the_time_and_the_node() {
     let physics = physics(
@@ -220,7 +203,7 @@ fn a_force_knows_the_time_and_the_node() {
     );
 }
 
-/// A node dropped from a metre comes back to a quarter of it, to the roughness of its steps.
+/// A node dropped from one metre rises to a quarter of it, up to the error of its steps.
 #[test]
 fn a_bouncing_node_rises_again() {
     let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\nground_height = 0.0\n\
@@ -236,49 +219,31 @@ fn a_bouncing_node_rises_again() {
 
 #[test]
 fn gradients_of_own_laws_are_right_in_every_mode() {
-    for (name, settings) in [
-        ("glue", "[physics]\ncontact = \"glue\""),
-        (
-            "bounce",
-            "[physics]\ncontact = \"bounce\"\nincline_deg = 10.0",
-        ),
-        (
-            "again",
-            "[physics]\nforces = [\"again\"]\ncontact = \"coulomb\"",
-        ),
-        (
-            "all forces",
-            "[physics]\nforces = [\"tether\", \"damper\"]\nbending_radius = 0.01\nsubsteps = 2\n\
-             [tether]\nstiffness = 0.3\ndamping = 0.01\npull = 0.01",
-        ),
-        (
-            "leapfrog",
-            "[physics]\nforces = [\"damper\", \"tether\"]\nintegrator = \"leapfrog\"\n\
-             stiffening = 50.0\n[damper]\ntime = 1e-3",
-        ),
+    for settings in [
+        "physics.contact = 'glue'",
+        "physics = {contact = 'bounce', incline_deg = 10}",
+        "physics = {forces = ['again'], contact = 'coulomb'}",
+        "physics = {forces = ['tether', 'damper'], bending_radius = 0.01, substeps = 2}\n\
+         tether = {stiffness = 0.3, damping = 0.01, pull = 0.01}",
+        "physics = {forces = ['damper', 'tether'], integrator = 'leapfrog', stiffening = 50}\n\
+         damper.time = 1e-3",
         // Stops so tight that most actuators are at them.
-        (
-            "stops",
-            "[physics]\nforces = [\"stops\"]\ncontact = \"none\"\n[stops]\nat = 0.003\nstiffness = 3.0",
-        ),
+        "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());
-        assert!(check.failures().is_empty(), "{name}:\n{check}");
+        assert!(check.failures().is_empty(), "{settings}:\n{check}");
         let smooth = |group: &&cosmic_lab::verify::Group| group.verdict == Verdict::Smooth;
+        let smooth = check.groups.iter().filter(smooth).count();
         assert!(
-            check.groups.iter().filter(smooth).count() >= 5,
-            "{name}:\n{check}"
-        );
-        assert!(
-            check.control.is_some(),
-            "{name}: nothing was made wrong on purpose"
+            smooth >= 5 && check.control.is_some(),
+            "{settings}:\n{check}"
         );
     }
 }
 
-/// A free node with a spring and a damper to the origin: below the stable step it stays, above it flies.
+/// A free node with a spring and a damper to the origin: below the stable step it stays, above it flies away.
 #[test]
-fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
+fn the_stable_step_includes_forces_on_nodes_and_damping() {
     for (integrator, damping, own) in [
         (Integrator::SymplecticEuler, 0.0, 0.0),
         (Integrator::SymplecticEuler, 20.0, 0.3),
@@ -295,7 +260,7 @@ fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
         let place = vec![Vector::new([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.largest_frequency(), vibration.damping());
-        // sqrt(40 / 0.01) and 0.3 / 0.01, exact but for roundings of a power iteration.
+        // sqrt(40 / 0.01) and 0.3 / 0.01, up to roundings of a power iteration.
         assert!(
             (frequency / (4000f64).sqrt() - 1.0).abs() < 1e-9,
             "{frequency}"
@@ -319,9 +284,8 @@ fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
     }
 }
 
-/// The energy is that of which forces are the slope.
 #[test]
-fn the_energy_counts_forces_that_have_one() {
+fn the_energy_includes_forces_that_have_one() {
     let with = |forces: &[&str]| physics(&format!("physics.forces = {forces:?}"));
     let case = robot("");
     let body = case.body();
@@ -355,7 +319,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
     assert_ne!(set, own);
     // Named again, it keeps its settings.
     assert_eq!(set.set(&["physics.contact=bounce"]).unwrap(), set);
-    // A case holds it too.
+    // A case keeps the law too.
     let case = Case::of_scene(&set, 0).unwrap();
     let again = Case::parse_with(&registry(), "case", &case.to_json()).unwrap();
     assert_eq!(again.physics.contact, case.physics.contact);
@@ -369,47 +333,39 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
 }
 
 #[test]
-fn wrong_choices_are_pointed_at() {
+fn wrong_choices_are_refused_with_what_is_known() {
     let refused = |text: &str| registry().parse("own.toml", text).unwrap_err().to_string();
     for (text, words) in [
         (
-            "[physics]\ncontact = \"clay\"",
-            &[
-                "`physics.contact` names an unknown law: \"clay\"",
-                "\"bounce\"",
-            ][..],
+            "physics.contact = 'clay'",
+            "`physics.contact` names an unknown law: 'clay'",
+        ),
+        ("physics.contact = 'clay'", "\"bounce\""),
+        (
+            "physics.forces = ['gale']",
+            "`physics.forces` names an unknown law",
+        ),
+        ("physics.forces = ['gale']", "\"tether\""),
+        ("physics.forces = ['again', 'again']", "has twice"),
+        ("physics.forces = 'again'", "is a string"),
+        ("tether.stiffness = 1.0", "`tether` is not chosen"),
+        ("tether.stiffness = 1.0", "physics.forces = [\"tether\"]"),
+        ("bounce.restitution = 1.0", "physics.contact = \"bounce\""),
+        (
+            "physics.contact = 'bounce'\nbounce.restitution = 2.0",
+            "`bounce.restitution` is out of range: 2.0",
         ),
         (
-            "[physics]\nforces = [\"gale\"]",
-            &[
-                "`physics.forces` names an unknown law",
-                "\"gale\"",
-                "\"tether\"",
-            ],
-        ),
-        ("[physics]\nforces = [\"again\", \"again\"]", &["has twice"]),
-        ("[physics]\nforces = \"again\"", &["is a string"]),
-        (
-            "[tether]\nstiffness = 1.0",
-            &["`tether` is not chosen", "physics.forces = [\"tether\"]"],
+            "physics.contact = 'bounce'\nbounce.restitutoin = 0.5",
+            "unknown key `restitutoin`",
         ),
         (
-            "[bounce]\nrestitution = 1.0",
-            &["physics.contact = \"bounce\""],
-        ),
-        (
-            "[physics]\ncontact = \"bounce\"\n[bounce]\nrestitution = 2.0",
-            &["`bounce.restitution` is out of range: 2.0", "from 0 to 1"],
-        ),
-        (
-            "[physics]\ncontact = \"bounce\"\n[bounce]\nrestitutoin = 0.5",
-            &["unknown key `restitutoin`", "did you mean `restitution`?"],
+            "physics.contact = 'bounce'\nbounce.restitutoin = 0.5",
+            "did you mean `restitution`?",
         ),
     ] {
         let said = refused(text);
-        for words in words {
-            assert!(said.contains(words), "{text}\n{said}\nlacks {words}");
-        }
+        assert!(said.contains(words), "{text}\n{said}\nlacks {words}");
     }
 }
 
@@ -440,9 +396,9 @@ fn a_name_is_taken_once() {
     let _ = registry().with_law(contact::<Glue>());
 }
 
-/// Stops far stiffer than the bars decide which step is stable, before an actuator has met one.
+/// Stops far stiffer than the bars determine the stable step, even before an actuator has reached one.
 #[test]
-fn the_stable_step_counts_stops() {
+fn the_stable_step_includes_stops() {
     let bound = |stops: &str| {
         let mut case = robot(&format!(
             "[physics]\nforces = [\"stops\"]\n[stops]\n{stops}"

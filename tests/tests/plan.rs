@@ -29,10 +29,10 @@ fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
 
-/// Not zero, and smaller than any rounding of what it is added to.
+/// Not zero, and smaller than the rounding of any sum that it is added to.
 const TINY: f64 = 1e-150;
 
-/// The body, every edge of which strains: those that did not by a tiny share of nothing.
+/// The body with a strain for every edge: a tiny one if it had none.
 fn straining(body: &Body<f64>) -> Body<f64> {
     Body {
         strain: body.strain.iter().map(|s| s.max(TINY)).collect(),
@@ -52,7 +52,7 @@ fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
     pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
-/// The rows of a product are sums of their own: what is left has the same bits.
+/// The rows of a product are separate sums, so the remaining rows have the same bits.
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
@@ -61,14 +61,14 @@ fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     assert_eq!((idle, body.strain.len()), (88, 110));
     let planned = end(&case, &simulator, &body);
     assert_eq!(planned, end(&case, &simulator, &straining(&body)));
-    // It walks: there is something to compare.
+    // The robot walks, so there is something to compare.
     assert!(farthest(&planned, &case.start) > 0.01);
 }
 
-/// The others' cotangents are zeros, on a tape or not.
+/// Nodes that a loss does not observe have cotangents of zero, on a tape or not.
 #[test]
-fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
-    /// The same loss, which looks at the payload alone or says nothing of it.
+fn nodes_that_a_loss_does_not_observe_change_no_bit() {
+    /// The loss, which declares that it observes only the payload, or declares nothing.
     struct Far(Displacement, bool);
     impl Loss for Far {
         fn observed(&self, steps: usize) -> Vec<usize> {
@@ -99,7 +99,7 @@ fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
     assert!(payload.1.iter().any(|g| *g != 0.0));
 }
 
-/// No output, no network: the robot's springs alone.
+/// Without outputs there is no network, only springs.
 #[test]
 fn a_robot_without_actuators_has_no_controller() {
     let case = layout();
@@ -109,7 +109,7 @@ fn a_robot_without_actuators_has_no_controller() {
     assert_eq!(end(&case, &simulator, &body), end(&case, &simulator, &full));
 }
 
-/// The weights' gradient sums over fewer rows, in another order.
+/// The gradient by the weights sums fewer rows, in another order.
 #[test]
 fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let case = layout();
@@ -129,15 +129,14 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let largest = all.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     assert!(largest > 0.0);
     for (a, b) in some.iter().zip(&all) {
-        // 256 steps' roundings of sums of a hundred terms, grown by a motion that hardly doubles
-        // in that time.
+        // Roundings of sums of a hundred terms in 256 steps, in which perturbations barely double.
         assert!((a - b).abs() < 1e-11 * largest, "{a} {b}");
     }
 }
 
-/// Without the columns of what has no scale, a hidden unit's sum is another one of the same terms.
+/// Without the columns of inputs with a scale of 0, a hidden unit adds the same terms in another order.
 #[test]
-fn what_is_not_sensed_changes_a_rollout_by_rounding_alone() {
+fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
     let scales: [fn(&mut ControllerSettings) -> &mut f64; 2] =
         [|s| &mut s.offset_scale, |s| &mut s.velocity_scale];
     for scale in scales {
@@ -154,9 +153,9 @@ fn what_is_not_sensed_changes_a_rollout_by_rounding_alone() {
     }
 }
 
-/// Far above the ground there is none; heights are rounded against it.
+/// Without ground, a robot moves as it does far above the ground.
 #[test]
-fn a_ground_that_is_not_there_is_one_out_of_reach() {
+fn no_ground_is_equal_to_a_ground_out_of_reach() {
     let fall = |contact: ContactLaw, drop: f64| {
         let case = case("baseline_tall", |scene| {
             scene.physics.contact = contact;
@@ -169,7 +168,7 @@ fn a_ground_that_is_not_there_is_one_out_of_reach() {
     for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         assert_eq!(planned, fall(contact.clone(), 4.0), "{contact:?}");
     }
-    // On the ground it is not the same: the test can fail.
+    // On the ground it differs, so the test can fail.
     assert!(
         farthest(
             &fall(ContactLaw::none(), 0.0),

@@ -8,12 +8,12 @@ use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
-use cosmic_lab::verify::check_gradients_of;
+use cosmic_lab::verify::{Plan, check_gradients_of};
 
 /// The policies of the model, and one of a program.
 const POLICIES: [&str; 3] = ["mlp", "clock", "reflex"];
 
-/// A hidden layer on the observation, and a rhythm that is the same for all edges, each edge with a factor on it.
+/// A hidden layer on the observation, and one rhythm for all edges, multiplied by a factor per edge.
 #[derive(Debug)]
 struct Reflex;
 
@@ -60,13 +60,13 @@ fn robot(name: &str, settings: &str) -> Case {
          policy = \"{name}\"\n{settings}"
     );
     let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
-    // Biases other than zero, so that none is overlooked.
+    // Biases other than zero, so that a missing bias shows.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());
     case
 }
 
-/// A robot in one piece weights its nodes in the step; others fold the mean into the weights.
+/// Robots in one piece weight their nodes in the step; others fold the mean into the weights.
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
@@ -91,10 +91,10 @@ fn gradients_are_right_in_every_mode() {
     }
 }
 
-/// The first activations of a rollout are those of the observation as it is defined, also where nodes are more
-/// or less present.
+/// The first activations of a rollout follow from the definition of the observation, also if nodes are only partly
+/// present.
 #[test]
-fn a_step_sees_the_observation() {
+fn a_step_uses_the_observation() {
     for settings in [
         "goal_relative = true",
         "offset_scale = 0.7\ngoal_scale = 0.3",
@@ -119,8 +119,22 @@ fn a_step_sees_the_observation() {
     }
 }
 
-/// Where the robot is makes no difference to the clock, and a difference to the network, unless the network sees one
-/// state at all times.
+#[test]
+fn explain_shows_hidden_units_only_of_networks() {
+    let row = |policy: &str| {
+        let terms = Plan::of(&robot(policy, "")).terms;
+        let term = terms.into_iter().nth(1).unwrap();
+        (term.name, term.why)
+    };
+    let hidden = ("hidden layer", "6 units, of the observation".to_owned());
+    assert_eq!([row("mlp"), row("clock")], [hidden.clone(), hidden]);
+    let (name, why) = row("reflex");
+    assert_eq!(name, "policy without its outputs");
+    assert!(why.starts_with("`reflex` has "), "{why}");
+}
+
+/// The robot's state does not affect the clock, but it affects the network, unless the network always observes one
+/// state.
 #[test]
 fn the_clock_is_open_loop() {
     let moved = |name: &str, is_held: bool| {
@@ -137,7 +151,7 @@ fn the_clock_is_open_loop() {
                 .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
                 .collect::<Vec<_>>()
         };
-        // A robot that is pushed, with one common velocity, falls and bends as one that is not, unless it sees it.
+        // A push that gives all nodes one velocity changes the robot's shape only if its controller observes it.
         let mut pushed = case.start.clone();
         pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
         let (still, pushed) = (shape(&case.start), shape(&pushed));

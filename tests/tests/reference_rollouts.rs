@@ -1,7 +1,8 @@
 //! Every reference case, run as `cosmic evaluate --gradient` runs it: states, losses, measures and
 //! gradients within the file's own tolerances.
 
-use cosmic_tests::{Reference, numbers, reference_folder, references};
+use cosmic::generator::edges;
+use cosmic_tests::{Reference, numbers, own_reference_folder, reference_folder, references};
 use serde_json::Value;
 
 /// The kind of tolerance for a result, by the key that leads to it.
@@ -45,6 +46,32 @@ fn every_case_is_reproduced() {
         let expected = &reference.json["results"];
         let fields = compare(&reference, &[], &got["results"], expected);
         println!("{}: {fields} fields", reference.name());
-        assert!(fields > 20, "{} lists next to nothing", reference.name());
+        assert!(fields > 20, "{} lists almost nothing", reference.name());
+    }
+}
+
+#[test]
+fn the_steps_that_a_case_lists_are_recorded() {
+    for reference in references(&reference_folder()) {
+        let case = reference.case();
+        let listed = reference.json["results"]["trajectory"].as_object();
+        let steps = listed.expect("a case lists states").keys();
+        let mut steps: Vec<usize> = steps.map(|step| step.parse().expect("a step")).collect();
+        steps.sort_unstable();
+        let name = reference.name();
+        assert_eq!(case.recorded_steps(&[]).ok(), Some(steps), "{name}");
+        assert_eq!(case.recorded_steps(&[2, 0, 2]).ok(), Some(vec![0, 2]));
+        assert!(case.recorded_steps(&[case.physics.steps + 1]).is_err());
+    }
+}
+
+/// The project's own cases are all on regular lattices. The reader takes their edges from the file, which
+/// must have the order of the edges that the program lays out itself.
+#[test]
+fn edges_are_laid_out_in_the_order_of_the_files() {
+    for reference in references(&own_reference_folder()) {
+        let case = reference.case();
+        let expected = edges(case.layout.columns, case.layout.rows);
+        assert_eq!(case.lattice.edges, expected, "{}", reference.name());
     }
 }

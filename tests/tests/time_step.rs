@@ -26,7 +26,7 @@ fn check(dt: f64) -> StepCheck {
 }
 
 #[test]
-fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
+fn a_step_is_compared_with_the_bound_and_beyond_it_with_the_frequency() {
     let loose = check(1.0);
     let exact = loose.exact.expect("a second is beyond any bound");
     let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0, 0.0));
@@ -39,7 +39,7 @@ fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
     for word in ["safe bound", &node, "physics.dt"] {
         assert!(close.to_string().contains(word), "{close}");
     }
-    // A step that the start bears, and a lone bar would not.
+    // A step that is stable for the start but not for a single bar.
     let any = safe.any_design.expect("it vibrates");
     assert!(any < bound, "{any} {bound}");
     assert_eq!(check(0.002).of_other_designs(), None);
@@ -50,7 +50,7 @@ fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
         said.contains("every design vibrates without growth below"),
         "{said}"
     );
-    // Where nothing vibrates, any step is safe.
+    // If nothing vibrates, any step is safe.
     let mut scene = scene(1.0);
     scene.materials.stiffness = [0.0; 3];
     let check = case(&scene).step_check();
@@ -58,7 +58,7 @@ fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
 }
 
 #[test]
-fn an_unstable_step_is_refused_with_node_number_and_a_remedy_that_helps() {
+fn an_unstable_step_is_refused_with_its_node_and_a_remedy_that_works() {
     let (scene, unstable) = (scene(0.05), check(0.05));
     let refused = unstable.accept(&scene.physics);
     let refused = refused.expect_err("50 ms are too long");
@@ -78,7 +78,7 @@ fn an_unstable_step_is_refused_with_node_number_and_a_remedy_that_helps() {
     let mut patient = scene.physics;
     patient.unstable_step = UnstableStep::Warn;
     assert!(unstable.accept(&patient).is_ok());
-    // A scene that only warns has this setting already.
+    // A scene that only warns does not show how to continue.
     let warned = said.split_once("; to continue").map(|(warned, _)| warned);
     assert_eq!(warned, Some(&*unstable.to_string()));
     let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
@@ -89,7 +89,7 @@ fn an_unstable_step_is_refused_with_node_number_and_a_remedy_that_helps() {
     assert_eq!(check(dt.expect("a number")).grade(), Grade::Safe);
 }
 
-/// A mixture: void everywhere except on the first edge if `design` is 0, a layout if it is even.
+/// The mixtures of a design: void except for the first edge if `design` is 0, a layout if it is even.
 fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     let one_hot = |chosen: usize| std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
     let share = |e: usize| {
@@ -106,15 +106,15 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
     (0..edges).map(share).collect()
 }
 
-/// Points moved by up to 0.02 m.
+/// Points moved by up to 0.02 m in each direction.
 fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
     let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
     points.iter().enumerate().map(moved).collect()
 }
 
-/// Of lattices large and small, with all laws: no design, layout or mixture, vibrates faster than the
-/// bound on any, and a lone stiff bar comes near.
+/// On small and large lattices with all laws, no layout or mixture vibrates faster than the bound for any design,
+/// and a single stiff bar comes near it.
 #[test]
 fn no_design_vibrates_faster_than_the_bound_of_any() {
     let laws = [
@@ -156,8 +156,8 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                 );
                 if radius == 0.0 && stiffening == 0.0 {
                     nearest = nearest.max(fastest / bound);
-                    // Two nodes that swing against each other reach the bound; a chain of many stays
-                    // below by a third or so.
+                    // Two nodes that swing against each other reach the bound; a chain of many nodes stays
+                    // below it by about a third.
                     assert!(
                         own_off < 1.6 * fastest_off,
                         "{own_off} far from {fastest_off}"
@@ -169,8 +169,8 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
     assert!(nearest > 0.9, "far from any design: {nearest}");
 }
 
-/// An optimisation refuses an unstable start unless it is told otherwise. Light nodes: as edges turn to
-/// stiff material the frequency grows past what the start allowed, and the record shows it.
+/// An optimisation refuses an unstable start unless the scene allows it. As edges become stiff, the frequency
+/// exceeds the limit of the start, and the record shows it.
 #[test]
 fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let mut scene = scene(0.05);
@@ -192,7 +192,7 @@ fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let codesign = CoDesign::new(&scene).expect("a plan");
     let start = codesign.begin(0).expect("2 ms are stable");
     let frequency = codesign.step_check(&start).bound.frequency;
-    // All skeleton in place of a third of it: stiffer by more than the third left here.
+    // The snap makes it all skeleton instead of a third: stiffer by more than the third that remains here.
     scene.physics.dt = 0.7 * step_limit(frequency, scene.physics.damping, 0.0);
     let mut shares = Vec::new();
     let mut codesign = CoDesign::new(&scene).expect("a plan");

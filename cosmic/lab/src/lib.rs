@@ -3,10 +3,10 @@
 //! The order of the modules is the architecture: a module uses only those above it.
 //!
 //! - [`table`]: the one writer of tables.
-//! - [`robustness`]: one design in other worlds.
+//! - [`robustness`]: designs in randomly drawn worlds.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: robots for other programs: a model for MuJoCo, files for the workshop.
-//! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
+//! - [`verify`]: error against run time, errors of gradients, stability of extreme robots.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: experiments of a data file, beside published numbers.
 

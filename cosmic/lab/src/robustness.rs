@@ -1,4 +1,4 @@
-//! Domain randomisation: finished designs are rolled out in drawn domains, which all designs share.
+//! Domain randomization: rollouts of finished designs in drawn domains, the same for all designs.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -77,19 +77,19 @@ impl Robustness {
 pub struct RobustRun {
     /// The run's folder.
     pub run: String,
-    /// Displacement of the nominal robot in one rollout; `None` if it diverges.
+    /// Displacement of the nominal robot in one rollout; `None` if the rollout diverged.
     pub nominal: Option<f64>,
     /// The least displacement over the drawn domains; `None` if a rollout diverged.
     pub least: Option<f64>,
     /// 10 % quantile over the drawn domains; `None` if it depends on a diverged rollout.
     pub p10: Option<f64>,
-    /// Median over them.
+    /// Median over the drawn domains.
     pub p50: Option<f64>,
-    /// 90 % quantile over them.
+    /// 90 % quantile over the drawn domains.
     pub p90: Option<f64>,
-    /// Median over them of the clock alone, without feedback.
+    /// Median over the drawn domains in open loop, without feedback.
     pub clock_p50: Option<f64>,
-    /// The median loss over them, if the scene's task is other than distance.
+    /// The median loss over the drawn domains, if the scene's task is not distance.
     pub loss: Option<f64>,
     /// The divergence of the nominal rollout, if any.
     #[serde(skip)]
@@ -109,11 +109,10 @@ pub struct DrawnDomains {
     pub registry: Registry,
 }
 
-/// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of one size meet
-/// the same draws.
+/// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of equal size get equal draws.
 ///
 /// # Errors
-/// If a run is not finished, its scene or design cannot be read, or the two do not fit.
+/// If a run is not finished, its scene or design cannot be read, or the design does not fit the scene.
 pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
     let runs = runs.iter().map(|folder| one(folder, trial));
     Ok(Robustness {
@@ -124,7 +123,7 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
-    // Checked first: if the folder is not a run, this is the error to report, not the missing scene.
+    // First: for a folder that is not a run, this is the error to report, not the missing scene.
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),

@@ -1,4 +1,4 @@
-//! Statistics of a sample, and their errors.
+//! Statistics of a sample with their standard errors.
 
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
@@ -54,8 +54,8 @@ pub(crate) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The standard deviation of the medians of resamples, drawn with replacement. All samples use one
-/// stream, so that the error depends on the sample alone.
+/// The standard deviation of the medians of resamples, drawn with replacement. All samples use the same stream, so
+/// that the error depends only on the sample.
 fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];
@@ -87,8 +87,8 @@ mod tests {
         let mut stream = stream(7, Purpose::Weights);
         let sample: Vec<f64> = (0..400).map(|_| stream.random()).collect();
         let error = Statistics::of(&sample).standard_error.unwrap();
-        // 1 / (2 f sqrt(n)) with density f = 1: 0.025. The bootstrap of one sample estimates it
-        // to within some tens of a percent.
+        // 1 / (2 f sqrt(n)) with density f = 1: 0.025. The bootstrap of one sample estimates it up to some tens of
+        // percent.
         assert!((0.0125..0.05).contains(&error), "{error}");
         let error = |sample: &[f64]| Statistics::of(sample).standard_error;
         assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);

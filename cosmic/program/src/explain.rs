@@ -7,11 +7,11 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::Result;
-use cosmic::policy;
+use cosmic::policy::{self, Network};
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{bound_of_any_design, stable_step};
-use cosmic_lab::verify::{Plan, Pull, Speed, Term, Voids, frequencies, measure, peak_memory};
+use cosmic_lab::verify::{Plan, Speed, Term, frequencies, measure, peak_memory};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -35,7 +35,7 @@ impl Arguments {
         let stable = StableStep::of(&case);
         // A reference case has no loss and no horizons; the ones of the paper's scene are used instead.
         let scene = scene.unwrap_or_else(Scene::paper);
-        let speed = self.measure.then(|| measure(&case, &scene));
+        let speed = self.measure.then(|| measure(&case, &scene.loss));
         let plan = if self.measure {
             Plan::measured(&case, &scene.loss)
         } else {
@@ -44,15 +44,11 @@ impl Arguments {
         let source = &self.robot.source;
         if !self.json {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
-            let voids = plan.voids.as_ref().map_or(String::new(), voids_text);
             let (rollout, plan) = (rollout_text(&case, &stable), plan_text(&plan));
-            return print(&format!("{source}\n{rollout}{plan}{voids}{speed}"));
+            return print(&format!("{source}\n{rollout}{plan}{speed}"));
         }
         let rollout = rollout_json(&case, &stable);
         let mut value = json!({ "source": source, "rollout": rollout, "plan": plan.terms });
-        if let Some(voids) = &plan.voids {
-            value["void_edges"] = json!(voids);
-        }
         if let Some(speed) = speed {
             value["measured"] = speed_json(&speed);
         }
@@ -98,16 +94,18 @@ impl StableStep {
     }
 }
 
-/// The counts of observed numbers, hidden units and activations of a controller.
-fn controller_sizes(case: &Case) -> [usize; 3] {
+/// The counts of observed numbers, hidden units and activations of a controller. Only networks have hidden units.
+fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     let (settings, lattice) = (&case.observation, &case.lattice);
     let sight = policy::of_settings(settings).observe();
     let inputs = sight.length(settings, lattice.nodes());
-    [inputs, settings.hidden, lattice.edges.len()]
+    let network = Network::of(&case.controller);
+    let hidden = network.map(|network| network.first.biases.len());
+    (inputs, hidden, lattice.edges.len())
 }
 
 /// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
-/// observed numbers, hidden units and activations; `layout` is true if every edge has exactly one material.
+/// observed numbers, hidden units (null without a network) and activations; `layout` is true if every edge has exactly one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
@@ -142,12 +140,12 @@ fn rollout_text(case: &Case, stable: &StableStep) -> String {
         Design::Layout(_) => "a layout, one material per edge",
         Design::Undecided(_) => "a mixture of materials per edge",
     };
-    let [inputs, hidden, outputs] = controller_sizes(case);
-    let controller = match case.observation.policy.name() {
-        "mlp" | "clock" => {
+    let (inputs, hidden, outputs) = controller_sizes(case);
+    let controller = match hidden {
+        Some(hidden) => {
             format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations")
         }
-        policy => format!("{policy}, {outputs} activations"),
+        None => format!("{}, {outputs} activations", case.observation.policy.name()),
     };
     let (steps, dt) = (physics.steps, physics.dt);
     format!(
@@ -221,71 +219,36 @@ fn plan_text(plan: &Plan) -> String {
     )
 }
 
-/// The pull of a layout's void edges, and the time saved without them.
-fn voids_text(voids: &Voids) -> String {
-    let pull = |of: &str, pull: Option<Pull>| {
-        pull.map_or(String::new(), |pull| {
-            format!(
-                "    {of:<24} by {:.1e} m/s2, and in the whole rollout by {:.1e} m\n",
-                pull.acceleration, pull.displacement
-            )
-        })
-    };
-    let saving = voids.saving.map_or(String::new(), |saving| {
-        let says = if voids.dropped { "saves" } else { "would save" };
-        format!("    leaving them out {says} {saving:.3} us a step\n")
-    });
-    format!(
-        "  void edges pull a node with at most {:.1e} N for every metre that they are stretched, \
-         which moves\n{}{}    for as long as the motion does not multiply small changes: cosmic \
-         verify --accuracy\n{saving}",
-        voids.force,
-        pull("nodes of the body", voids.body),
-        pull("detached nodes", voids.detached),
-    )
-}
-
 fn speed_text(speed: &Speed) -> String {
-    let rollout = speed.time("rollout");
-    let row = |(name, time): &(String, f64)| {
-        let (name, ratio) = (name.replace('_', " "), time / rollout);
+    let rows = [
+        ("rollout", speed.rollout),
+        ("value and design gradient", speed.value_and_design_gradient),
+        (
+            "value and controller gradient",
+            speed.value_and_controller_gradient,
+        ),
+        ("two matvecs", speed.two_matvecs),
+    ];
+    let rows = rows.map(|(name, time)| {
+        let ratio = time / speed.rollout;
         format!("  {name:<43} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
-    };
-    let rows: String = speed.times.iter().map(row).collect();
-    let errors = speed.single_errors.map(|error| {
-        let (steps, design, controller) = (error.steps, error.design, error.controller);
-        if !(design.is_finite() && controller.is_finite()) {
-            return format!("  f32 gradients over {steps} steps: not all are finite\n");
-        }
-        format!(
-            "  f32 gradients over {steps} steps are off by {design:.1e} (design) and \
-             {controller:.1e} (controller) of their length\n"
-        )
     });
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| {
         format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
     });
     format!(
-        "measured over {} steps\n{rows}{}  peak memory of the process {memory}\n",
+        "measured over {} steps\n{}  peak memory of the process {memory}\n",
         speed.steps,
-        errors.concat()
+        rows.concat()
     )
 }
 
 /// Times are in microseconds per step.
 fn speed_json(speed: &Speed) -> Value {
-    let time = |key: &str| speed.time(key);
-    let mut value = json!({
-        "steps": speed.steps,
-        "design_ratio": time("value_and_design_gradient") / time("rollout"),
-        "controller_ratio": time("value_and_controller_gradient") / time("rollout"),
-        "eight_starts_ratio": time("eight_starts_rollout") / time("rollout"),
-        "rollout_per_two_matvecs": time("rollout") / time("two_matvecs"),
-        "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
-        "f32_gradient_errors": speed.single_errors,
-    });
-    for (name, time) in &speed.times {
-        value[name] = json!(time);
-    }
+    let mut value = json!(speed);
+    value["design_ratio"] = json!(speed.value_and_design_gradient / speed.rollout);
+    value["controller_ratio"] = json!(speed.value_and_controller_gradient / speed.rollout);
+    value["rollout_per_two_matvecs"] = json!(speed.rollout / speed.two_matvecs);
+    value["peak_memory_bytes"] = peak_memory().map_or(json!("unknown"), |bytes| json!(bytes));
     value
 }

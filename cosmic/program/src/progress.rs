@@ -173,10 +173,10 @@ pub(super) struct Many {
 
 impl Many {
     /// For a plan with `over` finished runs.
-    pub(super) fn new<S>(
+    pub(super) fn new(
         output: &Output,
         interrupt: Interrupt,
-        plan: &SweepPlan<S>,
+        plan: &SweepPlan,
         over: usize,
     ) -> Self {
         Self {
@@ -213,7 +213,7 @@ impl Overseer for Many {
 }
 
 /// Scene and seed of a run.
-pub(super) fn title<S>(plan: &SweepPlan<S>, index: usize) -> String {
+pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
     let (scene, seed) = plan.parts(index);
     format!("{} seed {seed}", scene.name)
 }

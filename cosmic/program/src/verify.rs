@@ -8,8 +8,7 @@ use cosmic::case::Case;
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
 use cosmic_lab::report::sheet::{Section, Sheet};
-use cosmic_lab::verify::stability::stability;
-use cosmic_lab::verify::{accuracy, gradients};
+use cosmic_lab::verify::{accuracy, gradients, stability};
 use std::path::PathBuf;
 
 /// Measure the errors of trajectories, gradients and time steps against more accurate methods

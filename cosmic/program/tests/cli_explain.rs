@@ -40,20 +40,11 @@ fn a_step_is_measured() {
         .json();
     let measured = &json["measured"];
     assert_eq!(measured["steps"], 4096);
-    assert!(measured["two_matvecs"].as_f64().unwrap() > 0.0);
-    for set in ["", "f32_", "one_hot_", "one_hot_f32_", "eight_starts_"] {
-        let time = |key: &str| measured[format!("{set}{key}")].as_f64().unwrap();
-        let rollout = time("rollout");
-        assert!(rollout > 0.0, "{set}");
-        for key in ["value_and_design_gradient", "value_and_controller_gradient"] {
-            assert!(time(key) > rollout, "{set}{key}");
-        }
+    let time = |key: &str| measured[key].as_f64().unwrap();
+    assert!(time("two_matvecs") > 0.0 && time("rollout") > 0.0);
+    for key in ["value_and_design_gradient", "value_and_controller_gradient"] {
+        assert!(time(key) > time("rollout"), "{key}");
     }
-    let errors = measured["f32_gradient_errors"].as_array().unwrap();
-    let steps: Vec<_> = errors.iter().map(|e| e["steps"].as_u64()).collect();
-    assert_eq!(steps, [Some(2048), Some(4096)]);
-    // Both computations round differently; the chaotic motion decides how far apart they get.
-    assert!(errors.iter().all(|e| e["design"].as_f64() > Some(0.0)));
     let memory = &measured["peak_memory_bytes"];
     assert_eq!(memory.is_u64(), cfg!(target_os = "linux"));
 }
@@ -83,19 +74,7 @@ fn void_edges_are_accounted_for() {
         let setting = if is_dropped { "drop" } else { "keep" };
         let why = format!("physics.void_edges is {setting:?}");
         assert!(term["why"].as_str().unwrap().contains(&why), "{term}");
-        let voids = &json["void_edges"];
-        assert_eq!(voids["dropped"], is_dropped);
-        let number = |key: &str| voids[key].as_f64().unwrap();
-        assert!(number("edges") > 40.0);
-        // A node has at most eight edges, with 1e-7 N/m each.
-        assert!(number("force") > 0.0 && number("force") <= 8.0e-7 * (1.0 + 1e-12));
-        assert!(voids["body"]["displacement"].as_f64() > Some(0.0));
-        assert!(voids["saving"].is_null());
     }
-    assert!(explain("stability").get("void_edges").is_none());
-    let told = bench.cosmic("explain dropped.toml");
-    let words = "void edges pull a node with";
-    has(&told.out, &[words]);
     let wrong = scene.to_toml().replace("\"drop\"", "\"dropped\"");
     bench.write("wrong.toml", wrong);
     let told = bench.cosmic("explain wrong.toml");

@@ -47,7 +47,7 @@ fn a_script_for_slurm_is_an_array_over_what_is_left() {
     let bench = bench();
     let text = script(&bench, "--slurm");
     for line in [
-        "# The runs of the sweep s that are left, 4 of 5, in 4 tasks.",
+        "# The unfinished runs of the sweep s, 4 of 5, in 4 tasks.",
         "#SBATCH --array=0,2-4",
         "#SBATCH --cpus-per-task=1",
         "#SBATCH --signal=B:TERM@60",

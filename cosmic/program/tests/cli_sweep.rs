@@ -336,7 +336,7 @@ fn a_grid_plans_every_combination() {
     has_columns_of_the_grid(&bench, &text);
     for (how, says) in [
         ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
-        ("--grid physics.gravity", "no `=` is there"),
+        ("--grid physics.gravity", "`=` is missing"),
     ] {
         plan(&format!("{how} --seeds 1 --out t")).fails(2, &[says]);
     }
@@ -457,7 +457,7 @@ fn what_cannot_be_is_refused() {
         (
             "plan tiny.toml --seeds 99999999999 --out u",
             2,
-            "99999999999 runs (scenes x seeds: 1 x 99999999999), where at most 1000000 are",
+            "99999999999 runs (scenes x seeds: 1 x 99999999999) are too many; at most 1000000 are",
         ),
         ("status nowhere", 4, "nowhere/plan.json"),
     ] {

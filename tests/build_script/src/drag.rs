@@ -1,4 +1,4 @@
-//! A kernel's formula, which the build script reads too.
+//! The formula of a kernel, which the build script includes too.
 
 use autodiff::{Real, lit};
 
@@ -9,7 +9,7 @@ pub(crate) struct Drag {
 }
 
 impl Drag {
-    /// The velocity after a step, given that before, the drag and the gravity.
+    /// The velocity after a step, from the velocity before, the drag and the gravity.
     #[inline(always)]
     pub(crate) fn decelerated<R: Real>(&self, [v, drag, gravity]: [R; 3]) -> [R; 1] {
         [v + lit(self.dt) * (gravity - drag * v * v.tanh())]

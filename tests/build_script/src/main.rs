@@ -1,4 +1,4 @@
-//! A kernel whose adjoint the build script has emitted.
+//! A kernel whose adjoint was emitted by the build script.
 
 use autodiff::arrays::vjp_by_duals;
 use autodiff::{Kernel, Pullback, Real};

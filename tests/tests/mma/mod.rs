@@ -2,16 +2,14 @@
 
 mod problems;
 
-use std::path::Path;
-
 use cosmic::optimiser::{Linearisation, Mma, MmaState, Update};
 use cosmic::scene::MmaSettings;
-use cosmic_tests::{Reference, own_reference_folder, reference_subfolder, references};
+use cosmic_tests::{Reference, reference_subfolder, references};
 use problems::Problem;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A recorded run; fields that no comparison needs are not read.
+/// A recorded run. Fields that are not compared are not read.
 #[derive(Deserialize)]
 struct Case {
     name: String,
@@ -62,53 +60,32 @@ struct Iteration {
     lam_exact: Option<Vec<f64>>,
 }
 
-/// Every case that can be computed: those in the folder `mma` of the reference cases, else the
-/// project's own. The output names the others.
+/// The cases in the folder `mma` of the reference cases.
 fn cases() -> Vec<Case> {
-    let (cases, others) = read_cases(&reference_subfolder("mma"));
-    others.iter().for_each(|why| eprintln!("left out: {why}"));
-    assert!(!cases.is_empty(), "no case can be computed: {others:?}");
-    cases
+    let case = |reference: &Reference| {
+        serde_json::from_str(&reference.text)
+            .unwrap_or_else(|error| panic!("{}: {error}", reference.name()))
+    };
+    let references = references(&reference_subfolder("mma"));
+    references.iter().map(case).collect()
 }
 
-/// The cases of a folder that can be computed, and why the others cannot.
-fn read_cases(folder: &Path) -> (Vec<Case>, Vec<String>) {
-    let (mut cases, mut others) = (Vec::new(), Vec::new());
-    for reference in references(folder) {
-        match case(&reference) {
-            Ok(case) => cases.push(case),
-            Err(why) => others.push(format!("{}: {why}", reference.name())),
-        }
-    }
-    (cases, others)
-}
-
-fn case(reference: &Reference) -> Result<Case, String> {
-    let case: Case = serde_json::from_str(&reference.text).map_err(|error| error.to_string())?;
-    case.problem()?;
-    case.method()?;
-    Ok(case)
-}
-
-/// The one value of a list whose entries are all alike; of an empty one, `otherwise`.
-fn uniform(what: &str, list: &[f64], otherwise: f64) -> Result<f64, String> {
+/// The one value of a list whose entries are all equal; `otherwise` for an empty list.
+fn uniform(what: &str, list: &[f64], otherwise: f64) -> f64 {
     let first = list.first().copied().unwrap_or(otherwise);
-    let alike = list.iter().all(|&entry| entry == first);
-    alike
-        .then_some(first)
-        .ok_or_else(|| format!("`{what}` differs between constraints: {list:?}"))
+    let is_uniform = list.iter().all(|&entry| entry == first);
+    assert!(is_uniform, "`{what}` differs between constraints: {list:?}");
+    first
 }
 
 impl Case {
-    fn problem(&self) -> Result<Box<dyn Problem>, String> {
+    fn problem(&self) -> Box<dyn Problem> {
         problems::problem(&self.statement, self.data.clone())
     }
 
-    fn method(&self) -> Result<Mma, String> {
+    fn method(&self) -> Mma {
         let p = &self.parameters;
-        if uniform("a", &p.a, 0.0)? != 0.0 {
-            return Err(format!("`a` is {:?}, where only zeros are known", p.a));
-        }
+        assert_eq!(uniform("a", &p.a, 0.0), 0.0, "`a` must be zero");
         let usual = MmaSettings::default();
         let parameters = MmaSettings {
             move_limit: p.move_limit,
@@ -119,17 +96,11 @@ impl Case {
             asymax: p.asymax,
             albefa: p.albefa,
             raa0: p.raa0,
-            c: uniform("c", &p.c, usual.c)?,
-            d: uniform("d", &p.d, usual.d)?,
+            c: uniform("c", &p.c, usual.c),
+            d: uniform("d", &p.d, usual.d),
             ..usual
         };
-        Mma::new(parameters, &self.xmin, &self.xmax).map_err(|error| error.to_string())
-    }
-
-    /// Problem and method of a case that was read.
-    fn computable(&self) -> (Box<dyn Problem>, Mma) {
-        let parts = self.problem().and_then(|p| Ok((p, self.method()?)));
-        parts.expect("a case is read where it can be computed")
+        Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
     }
 
     /// The iterations whose vectors are kept.
@@ -193,51 +164,11 @@ fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
         .expect("the vectors of an iteration are kept together")
 }
 
-/// A change to the JSON of a case.
-type Change = fn(&mut Value);
-
-/// One case that cannot be computed is named, and keeps no other from being.
-#[test]
-fn cases_that_cannot_be_computed_are_told_apart() {
-    let own = own_reference_folder().join("mma");
-    let (cases, others) = read_cases(&own);
-    assert_eq!(others, Vec::<String>::new());
-    let json = references(&own).remove(0).json;
-    let folder = std::env::temp_dir().join(format!("cosmic-mma-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder for temporary files");
-    let changes: [(&str, Change); 4] = [
-        ("as_it_is", |_| ()),
-        ("no_parameters", |case| case["parameters"] = Value::Null),
-        ("other_problem", |case| case["statement"] = "min 0".into()),
-        ("uneven", |case| {
-            case["parameters"]["c"] = vec![1.0, 2.0].into()
-        }),
-    ];
-    for (name, change) in changes {
-        let mut case = json.clone();
-        change(&mut case);
-        let path = folder.join(format!("{name}.json"));
-        std::fs::write(path, case.to_string()).expect("the folder can be written");
-    }
-    let (read, others) = read_cases(&folder);
-    std::fs::remove_dir_all(&folder).expect("the folder is this test's own");
-    assert_eq!((read.len(), &read[0].name), (1, &cases[0].name));
-    let expected = [
-        ("no_parameters.json", "invalid type: null"),
-        ("other_problem.json", "\"min 0\""),
-        ("uneven.json", "`c` differs between constraints"),
-    ];
-    assert_eq!(others.len(), expected.len());
-    for (said, (file, why)) in others.iter().zip(expected) {
-        assert!(said.contains(file) && said.contains(why), "{said}");
-    }
-}
-
-/// The functions are those of the file; without this a wrong problem could pass as a wrong method.
+/// The functions have the values in the file. Without this test, a wrong problem would look like a wrong method.
 #[test]
 fn problems_have_the_recorded_values() {
     for case in cases() {
-        let (problem, _) = case.computable();
+        let problem = case.problem();
         for (k, iteration) in case.kept() {
             let (values, _) = problem.linearise(kept(&iteration.x));
             let recorded = std::iter::once(&iteration.f0).chain(&iteration.f);
@@ -250,11 +181,11 @@ fn problems_have_the_recorded_values() {
     }
 }
 
-/// Asymptotes and new point of single updates from the recorded state, so that nothing adds up.
+/// Asymptotes and new points of single updates from the recorded state, so that errors do not add up.
 #[test]
 fn each_update_is_the_recorded_one() {
     for case in cases() {
-        let (problem, mut mma) = case.computable();
+        let (problem, mut mma) = (case.problem(), case.method());
         for (k, iteration) in case.kept() {
             let mut state = case.state(k);
             let update = update(&mut mma, &mut state, &*problem, kept(&iteration.x));
@@ -270,7 +201,7 @@ fn each_update_is_the_recorded_one() {
     }
 }
 
-/// Elastic variables always; multipliers where they are unique.
+/// Compares elastic variables always, and multipliers if they are unique.
 fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
     assert_eq!(update.diagnostics.elastic.len(), elastic.len(), "{name}");
@@ -278,8 +209,8 @@ fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
         let what = |what: &str| format!("{name}: {what}[{i}]");
         // y = (lam - c) / d loses the ulps of c = 1000; 1e-10 leaves room for larger ones.
         assert_near(&what("y"), update.diagnostics.elastic[i], elastic[i], 1e-10);
-        // Two solvers that stop at different places of a set of solutions disagree by far; where
-        // the record's two agree to its interior point's accuracy, the solution is a point.
+        // If solutions form a set, two solvers stop at places far apart. If the record's two solvers agree to the
+        // accuracy of its interior point method, the solution is unique.
         let unique = (iteration.lam[i] - exact[i]).abs() <= 1e-5 * exact[i].abs().max(1.0);
         if unique {
             assert_near(&what("lam"), update.multipliers[i], exact[i], 1e-8);
@@ -291,7 +222,7 @@ fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
 #[test]
 fn whole_runs_end_where_the_recorded_ones_do() {
     for case in cases() {
-        let (problem, mut mma) = case.computable();
+        let (problem, mut mma) = (case.problem(), case.method());
         let mut x = case.start.clone();
         let mut state = mma.init(&x);
         for _ in 0..case.iterations {
@@ -316,10 +247,9 @@ fn whole_runs_end_where_the_recorded_ones_do() {
 }
 
 impl Case {
-    /// How closely the end of a run can be compared. The record solves its subproblems to 1e-7
-    /// only, which moves points by up to 4e-2; a run that has settled forgets that, to 1e-5. One
-    /// that has not is compared to the distance that the record itself still covers in its last
-    /// ten iterations.
+    /// The tolerance for the end of a run. The record solves its subproblems to 1e-7 only, which moves points by
+    /// up to 4e-2. A converged run forgets that, to 1e-5. For other runs the tolerance is the distance that the
+    /// record itself covers in its last ten iterations.
     fn run_tolerance(&self) -> f64 {
         let last = self
             .trace

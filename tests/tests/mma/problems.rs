@@ -1,7 +1,7 @@
 //! The problems of the reference files, written once over `Real`.
 //!
-//! A file says which problem it is by the beginning of its `statement`; everything else is read
-//! from its `data`. A new kind of problem is a function and a row in `KINDS`.
+//! The beginning of a file's `statement` determines the problem; everything else is read from its `data`. A new
+//! kind of problem is a function and a row in `KINDS`.
 
 use autodiff::{Real, jacobian};
 use serde::Deserialize;
@@ -46,14 +46,14 @@ const KINDS: [(&str, Build); 7] = [
 
 /// The problem that a file states.
 ///
-/// # Errors
+/// # Panics
 /// If no kind has such a statement, or the data do not fit it.
-pub(crate) fn problem(statement: &str, data: Value) -> Result<Box<dyn Problem>, String> {
+pub(crate) fn problem(statement: &str, data: Value) -> Box<dyn Problem> {
     let kind = KINDS.iter().find(|(start, _)| statement.starts_with(start));
-    let (_, build) = kind.ok_or_else(|| {
-        format!("no problem is known whose statement begins like {statement:?}: add it to KINDS")
-    })?;
-    build(data).map_err(|error| format!("the data of {statement:?} do not fit: {error}"))
+    let Some((_, build)) = kind else {
+        panic!("the statement {statement:?} belongs to no known problem: add it to KINDS");
+    };
+    build(data).unwrap_or_else(|error| panic!("the data of {statement:?} do not fit: {error}"))
 }
 
 fn build<F>(data: Value) -> Result<Box<dyn Problem>, serde_json::Error>

@@ -91,8 +91,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
             momentum = momentum.max(sum.abs());
         }
     });
-    // The file's bounds: small motions are nearly periodic, large ones chaotic, of which only
-    // statistics repeat.
+    // The file's bounds: small motions are nearly periodic, large ones chaotic, so that only statistics repeat.
     let expect = &case.file["expect"];
     let small = case.number("amplitude_of_spacing") < 0.01;
     let size = if small { "small" } else { "large" };
@@ -107,8 +106,8 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     assert_near(momentum, 0.0, number(expect, "momentum_abs"), &"momentum");
 }
 
-/// A dropped lattice of one material an edge, every actuator idle, comes to rest on the ground, or slides,
-/// over a hundred thousand steps.
+/// A dropped lattice of one material per edge with idle actuators comes to rest on the ground, or slides, in a
+/// hundred thousand steps.
 pub(super) fn comes_to_rest(case: &StabilityCase) {
     let physics = case.world();
     let lattice = Lattice::between(case.points("x0"), case.edges());
@@ -124,7 +123,7 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     let observed = (0..20_000).chain((20_000..=100_000).step_by(100));
     let seen = bare.run(&start, observed.collect());
     let physics = &bare.physics;
-    // Friction may hold the lattice for good.
+    // Friction may hold the lattice forever.
     let slope = physics.incline_deg.to_radians().tan();
     let rests = physics.contact == ContactLaw::infinite() || physics.friction > slope;
     for step in [20_000, 100_000] {
@@ -140,8 +139,8 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
     let ground = Ground::from(physics);
     if rests {
         let moved = largest_difference(&seen.at(20_000).x, &seen.at(100_000).x);
-        // Damping leaves nothing after 20 000 steps, and rounding goes to and fro at 1e-17: a
-        // creep as slow as a micrometre in hours would show.
+        // After 20 000 steps all motion has decayed, and roundings of 1e-17 cancel. A creep of a micrometre
+        // in hours would show.
         assert!(moved < 1e-8, "it creeps: {moved:e}");
         stands_still(seen.at(100_000), &ground);
     }
@@ -153,12 +152,12 @@ fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-/// Contacts stand still, the rest nearly so; the file's bounds.
+/// Contacts stand still, and other nodes almost, within the file's bounds.
 fn stands_still(state: &State<f64>, ground: &Ground) {
     let mut contacts = 0;
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
         let speed = v.norm();
-        // A node on the ground stands on the line to rounding.
+        // A node on the ground is on the line up to rounding.
         if x[1] < 1e-12 {
             contacts += 1;
             assert_eq!(speed, 0.0);
@@ -174,7 +173,7 @@ fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
         let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
-        // The file's bound, and what turning coordinates of a hundred metres rounds away.
+        // The file's bound, plus the rounding of coordinates of a hundred metres by the rotation.
         assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
     }
 }

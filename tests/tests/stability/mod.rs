@@ -1,4 +1,4 @@
-//! The files of stability cases: each kind of case has one check, and one walk runs them all.
+//! The files of stability cases. Each kind of case has one check, and one test runs all cases.
 
 mod lattices;
 mod nodes;
@@ -14,34 +14,25 @@ use cosmic_tests::{
     relative_error,
 };
 use serde_json::{Value, from_value};
-use std::path::Path;
 
-/// A kind of case: the list of a file that holds it, a key that no other kind has, and what must hold.
-struct Kind {
-    list: &'static str,
-    key: &'static str,
-    check: fn(&StabilityCase),
-}
+type Check = fn(&StabilityCase);
 
-const fn kind(list: &'static str, key: &'static str, check: fn(&StabilityCase)) -> Kind {
-    Kind { list, key, check }
-}
-
-static KINDS: [Kind; 14] = [
-    kind("cases", "terminal_velocity_discrete", nodes::flies),
-    kind("cases", "first_touches_step_tau", nodes::lands),
-    kind("cases", "slid_down", nodes::slides),
-    kind("braking", "stops_at_step", nodes::brakes),
-    kind("cases", "exact_dx_dH_infinite", nodes::bounces),
-    kind("cases", "dtanh", springs::saturates),
-    kind("cases", "jacobian_dp_dz", springs::projects),
-    kind("cases", "tangent_dF_dd", springs::pulls),
-    kind("cases", "eigenvalues", springs::oscillates),
-    kind("linear", "invariant", springs::keeps_its_invariant),
-    kind("cases", "rest", springs::vibrates),
-    kind("cases", "omega_bound_edge", lattices::has_stable_steps),
-    kind("cases", "window_means_over_E0", lattices::keeps_its_energy),
-    kind("cases", "x_100000", lattices::comes_to_rest),
+/// The kinds of cases: a key that no other kind has, and the check.
+static KINDS: [(&str, Check); 14] = [
+    ("terminal_velocity_discrete", nodes::flies),
+    ("first_touches_step_tau", nodes::lands),
+    ("slid_down", nodes::slides),
+    ("stops_at_step", nodes::brakes),
+    ("exact_dx_dH_infinite", nodes::bounces),
+    ("dtanh", springs::saturates),
+    ("jacobian_dp_dz", springs::projects),
+    ("tangent_dF_dd", springs::pulls),
+    ("eigenvalues", springs::oscillates),
+    ("invariant", springs::keeps_its_invariant),
+    ("rest", springs::vibrates),
+    ("omega_bound_edge", lattices::has_stable_steps),
+    ("window_means_over_E0", lattices::keeps_its_energy),
+    ("x_100000", lattices::comes_to_rest),
 ];
 
 /// A case, and the file that it is from.
@@ -51,50 +42,42 @@ struct StabilityCase {
     case: Value,
 }
 
-/// All cases of a file, with the lists that hold them.
-fn cases(file: &Reference) -> Vec<(&'static str, StabilityCase)> {
-    let name = file.name();
-    assert!(file.json["cases"].is_array(), "{name}: no `cases`");
-    let mut found = Vec::new();
-    for list in ["cases", "linear", "braking"] {
-        for case in file.json[list].as_array().into_iter().flatten() {
-            let (file, case) = (file.json.clone(), case.clone());
-            found.push((list, StabilityCase { file, case }));
-        }
-    }
+/// All cases of a file.
+fn cases(file: &Reference) -> Vec<StabilityCase> {
+    let lists = ["cases", "linear", "braking"].into_iter();
+    let cases = lists.filter_map(|list| file.json[list].as_array());
+    let of_file = |case: &Value| StabilityCase {
+        file: file.json.clone(),
+        case: case.clone(),
+    };
+    let found: Vec<_> = cases.flatten().map(of_file).collect();
+    assert!(!found.is_empty(), "{}: no cases", file.name());
     found
 }
 
-/// The cases of the reference folder, and the project's own of a kind that is missing there.
+/// The cases of the reference folder, and the project's own of kinds that are missing there.
 #[test]
 fn every_case_of_every_kind_holds() {
-    let all = |folder: &Path| {
-        references(folder)
-            .iter()
-            .flat_map(cases)
-            .collect::<Vec<_>>()
-    };
-    let given = all(&reference_subfolder("stability"));
-    let own = all(&own_reference_folder().join("stability"));
-    let is_of = |kind: &Kind, (list, case): &(&str, StabilityCase)| {
-        kind.list == *list && case.case.get(kind.key).is_some()
-    };
+    let own = own_reference_folder().join("stability");
+    let [given, own] = [reference_subfolder("stability"), own].map(|folder| {
+        let files = references(&folder);
+        files.iter().flat_map(cases).collect::<Vec<_>>()
+    });
+    let has = |case: &StabilityCase, key: &str| case.case.get(key).is_some();
     for case in &given {
-        let known = KINDS.iter().any(|kind| is_of(kind, case));
-        assert!(known, "no kind has this case: {case:?}");
+        let known = KINDS.iter().any(|(key, _)| has(case, key));
+        assert!(known, "this case is of no known kind: {case:?}");
     }
     std::thread::scope(|scope| {
-        for kind in &KINDS {
-            let of_kind = |cases: &[(&str, StabilityCase)]| -> Vec<StabilityCase> {
-                let found = cases.iter().filter(|case| is_of(kind, case));
-                found.map(|(_, case)| case.clone()).collect()
+        for (key, check) in &KINDS {
+            let of_kind = |cases: &[StabilityCase]| -> Vec<StabilityCase> {
+                let found = cases.iter().filter(|case| has(case, key));
+                found.cloned().collect()
             };
-            let mut found = of_kind(&given);
-            if found.is_empty() {
-                found = of_kind(&own);
-            }
-            assert!(!found.is_empty(), "no case has `{}`", kind.key);
-            scope.spawn(move || found.iter().for_each(kind.check));
+            let given = Some(of_kind(&given)).filter(|found| !found.is_empty());
+            let found = given.unwrap_or_else(|| of_kind(&own));
+            assert!(!found.is_empty(), "no case has `{key}`");
+            scope.spawn(move || found.iter().for_each(check));
         }
     });
 }
@@ -138,14 +121,14 @@ impl StabilityCase {
         self.near(key, got, self.of_file("tolerance_abs"));
     }
 
-    /// Asserts the same within the file's relative tolerance.
+    /// Asserts that a number is the case's number of this key, within the file's relative tolerance.
     #[track_caller]
     fn relative(&self, key: &str, got: f64) {
         let bound = self.of_file("tolerance_rel") * self.number(key).abs();
         self.near(key, got, bound);
     }
 
-    /// The case's lattice of regular places, with these edges.
+    /// The case's regular lattice, with these edges.
     fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");
@@ -172,8 +155,8 @@ impl StabilityCase {
         body
     }
 
-    /// The world of the case. Without a height of the ground there is no ground, and by default the world
-    /// is flat, frictionless, undamped and without gravity.
+    /// The world of the case. If the height of the ground is missing, there is no ground. By default the world is
+    /// flat, frictionless, undamped and without gravity.
     fn world(&self) -> PhysicsSettings {
         let case = &self.case;
         let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
@@ -190,7 +173,7 @@ impl StabilityCase {
                 (None, _) => ContactLaw::none(),
                 (_, Some("coulomb")) => ContactLaw::coulomb(),
                 (_, Some("infinite") | None) => ContactLaw::infinite(),
-                (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
+                (_, Some(other)) => panic!("unknown contact {other:?}: {case}"),
             },
             friction: or("mu", 0.0),
             ..usual

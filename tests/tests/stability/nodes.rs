@@ -1,5 +1,5 @@
-//! Single nodes: flight, the ground met at the edges of a step, friction on an incline, and the
-//! derivative of where a bounce ends.
+//! Single nodes: flight, contact at the beginning or the end of a step, friction on an incline, and the
+//! derivative of the end of a bounce.
 
 use super::StabilityCase;
 use autodiff::{Dual, Real, gradient};
@@ -32,12 +32,12 @@ pub(super) fn flies(case: &StabilityCase) {
     let ([x, v], expected) = ([end.x[0], end.v[0]], case.vector("v"));
     let at = [case.number("x"), case.number("y")];
     for (got, expected) in x.into_iter().chain(v).zip(at.into_iter().chain(expected)) {
-        // A velocity that damping took away is compared in the size of what it was.
+        // A velocity that has decayed is compared relative to its original size.
         let bound = tolerance * expected.abs().max(1e-3);
         assert_near(got, expected, bound, &case.case);
     }
-    // The error against the parabola: first order in dt, and of that sign. Numbers as large as the
-    // way flown are rounded.
+    // The error against the parabola is of first order in dt, with a known sign. Numbers as large as the flight
+    // are rounded.
     let (continuous, error) = (case.numbers("continuous"), case.numbers("error"));
     let size = continuous
         .iter()
@@ -71,12 +71,12 @@ pub(super) fn lands(case: &StabilityCase) {
         .vector_to_ground(Vector::new([0.0, -physics.gravity]))
         .up();
     let decay = (-physics.damping * physics.dt).exp();
-    // The time of impact of a step, from 1, in which the node touches: it loses the speed towards the
-    // ground that it had, and moved with it until then.
+    // The time of impact of a step, counted from 1, in which the node touches. Until the impact the node moves
+    // with its speed towards the ground, which it then loses.
     let time_of_impact = |step: usize| {
         let [before, after] = [step - 1, step].map(|s| seen.at(s).to_ground(&ground));
         let towards = decay * before.v[0][1] + pull * physics.dt;
-        // Speeds are of order one and turned by the incline, which rounds them.
+        // Speeds are of order one; the rotation by the incline rounds them.
         let touches = towards < -1e-14 && after.v[0][1].abs() < 1e-14;
         touches.then(|| (step, (after.x[0][1] - before.x[0][1]) / towards))
     };
@@ -84,11 +84,11 @@ pub(super) fn lands(case: &StabilityCase) {
     let listed = case.numbers("first_touches_step_tau");
     for ([step, time], (got_step, got_time)) in listed.as_chunks::<2>().0.iter().zip(&touches) {
         assert_eq!(*got_step, *step as usize, "{}", case.case);
-        // A height is rounded at 1e-16 and fallen through at some 0.02 m/s at least.
+        // A height is rounded at 1e-16, and the node falls at 0.02 m/s or more.
         assert_near(*got_time, *time, 1e-13, &case.case);
     }
     assert!(touches.len() >= listed.len() / 2, "{}", case.case);
-    // A node that stops at the beginning of a step does not change by a bit.
+    // A node that stops at the beginning of a step keeps its bits.
     let stops_at_once = listed[..2] == [1.0, 0.0] && physics.contact == ContactLaw::infinite();
     if stops_at_once && physics.incline_deg == 0.0 {
         let stays = |state: &State<f64>| state.x[0] == start.x[0];

@@ -1,4 +1,4 @@
-//! One edge and chains of edges: `tanh`, the softmax and the force at the extremes with their derivatives,
+//! Single edges and chains of edges: `tanh`, the softmax and the force at the extremes with their derivatives;
 //! oscillators and chains against their exact maps.
 
 use super::StabilityCase;
@@ -53,19 +53,19 @@ pub(super) fn projects(case: &StabilityCase) {
     }
 }
 
-/// The force, the velocity that it gives in a step, its tangent, and how much a step amplifies a small
-/// displacement across the edge.
+/// The force, the velocity after one step, the force's derivative, and the amplification of a small displacement
+/// across the edge by a step.
 pub(super) fn pulls(case: &StabilityCase) {
     let kick = &case.case["kick_v_of_mass"];
     let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
     let mut bare = Bare::new(&[([0, 1], case.number("l0"), case.number("k"))], &[mass; 2]);
     bare.physics.dt = dt;
-    // A push sends one of the nodes down, a pull the other: no ground may stop them. Vectors of 1e-7 m
-    // are exact only beside the origin, from which heights are measured.
+    // The force moves one of the nodes down, and no ground may stop it. Vectors of 1e-7 m are exact only near
+    // the origin, from which heights are measured.
     (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
     let d = case.vector("d");
     let got = force(&bare, d);
-    // The file's tolerance; near the rest length the difference of the two loses digits.
+    // The file's tolerance. Near the rest length, the difference of the lengths loses digits.
     let tolerance = case.of_file("tolerance_rel");
     let lost = 1e-13 * case.number("k") * case.number("l0");
     let (expected, velocity) = (case.vector("force_on_i"), numbers(&kick["v"]));
@@ -98,8 +98,8 @@ pub(super) fn pulls(case: &StabilityCase) {
     }
 }
 
-/// The force of an edge on the node at its tail, by the vector `d` to its head: half the difference of the
-/// momenta that a step gives to both.
+/// The force of an edge on the node at its tail, as a function of the vector `d` to its head: half the difference
+/// of the momenta of both nodes after a step, over the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     let start = State {
         x: vec![Vector::zero(), d.into()],
@@ -110,16 +110,16 @@ fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
     ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
 }
 
-/// Length of an oscillator's spring, m: long enough for the softening to be as good as linear, and
-/// short enough for positions to be rounded finely.
+/// Length of an oscillator's spring, m: long enough for the softening to be almost linear, and short enough for
+/// positions to have a small rounding.
 const LENGTH: f64 = 4.0;
 
-/// Two nodes of unit mass to either side of the origin, so that the extension of their spring swings with
-/// this frequency.
+/// Two nodes of unit mass on both sides of the origin. The extension of their spring oscillates with the case's
+/// frequency.
 fn oscillator(case: &StabilityCase) -> Bare {
     let omega = case.number("omega");
     // Relative motion of two masses m has omega^2 = 2 k / m. The softening of the length (D4)
-    // changes rest and slope of the force by some 1e-12, which is taken back here.
+    // changes the rest length and the slope of the force by some 1e-12, which is undone here.
     let squared = LENGTH * LENGTH + 1e-12;
     let k = 0.5 * omega * omega * squared / (LENGTH * LENGTH);
     let mut bare = Bare::new(&[([0, 1], squared.sqrt(), k)], &[1.0, 1.0]);
@@ -128,7 +128,7 @@ fn oscillator(case: &StabilityCase) -> Bare {
     bare
 }
 
-/// A state of an oscillator by its extension and the speed of that.
+/// The state of an oscillator with this extension and its speed.
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
     State {
@@ -137,7 +137,7 @@ fn extended([x, v]: [f64; 2]) -> State<f64> {
     }
 }
 
-/// The extension of an oscillator and the speed of that.
+/// The extension of an oscillator and its speed.
 fn extension(state: &State<f64>) -> [f64; 2] {
     let (apart, speed) = (state.x[1] - state.x[0], state.v[1] - state.v[0]);
     [apart.forward() - LENGTH, speed.forward()]
@@ -155,7 +155,7 @@ pub(super) fn oscillates(case: &StabilityCase) {
     case.near("limit_dt_omega", limit, 1e-14);
     let stable = bare.physics.dt * omega < limit;
     assert_eq!(case.case["stable"], stable, "{}", case.case);
-    // Of the amplitude, not of what damping has left of it: positions are rounded at 1e-17.
+    // Relative to the initial amplitude, not to the decayed one: positions are rounded at 1e-17.
     let peak = rows.iter().fold(start[0], |m, row| m.max(row[1].abs()));
     let bound = case.of_file("tolerance_rel") * peak;
     for (state, [_, x, v]) in seen.iter().zip(rows).filter(|_| stable) {
@@ -167,7 +167,7 @@ pub(super) fn oscillates(case: &StabilityCase) {
         let last = seen.last().expect("a case lists states");
         assert!(extension(last)[0].abs() > 10.0 * start[0], "{}", case.case);
     }
-    // The step's larger eigenvalue, from the step's own matrix.
+    // The spectral radius, from the matrix of a step.
     let amplitude = 1e-3;
     let column = |start| extension(&bare.run_to_end(&extended(start), 1)).map(|c| c / amplitude);
     let ([a, c], [b, d]) = (column([amplitude, 0.0]), column([0.0, amplitude]));
@@ -177,13 +177,13 @@ pub(super) fn oscillates(case: &StabilityCase) {
         true => determinant.sqrt(),
         false => 0.5 * trace.abs() + discriminant.sqrt(),
     };
-    // Two nearly equal eigenvalues are the root of the difference of entries that are rounded at 1e-13
-    // of the amplitude.
+    // Two nearly equal eigenvalues come from the root of a difference of entries that are rounded at 1e-13 of the
+    // amplitude.
     case.near("spectral_radius", radius, 1e-6);
 }
 
-/// `v^2 + omega^2 x^2 - dt omega^2 x v` of one oscillator stays as it is, and its energy in the
-/// band that follows from it.
+/// `v^2 + omega^2 x^2 - dt omega^2 x v` of one oscillator is constant, and its energy stays in the band that
+/// follows from it.
 pub(super) fn keeps_its_invariant(case: &StabilityCase) {
     let (omega, dt) = (case.number("omega"), case.number("dt"));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
@@ -202,16 +202,15 @@ pub(super) fn keeps_its_invariant(case: &StabilityCase) {
             (least, most) = (least.min(energy), most.max(energy));
         },
     );
-    // An extension of 1e-3 is rounded at 4e-16 in each of a million steps, at random: parts in 1e9 of
-    // the extension.
+    // An extension of 1e-3 is randomly rounded at 4e-16 in each of a million steps: 1e-9 of the extension.
     assert!(furthest < 1e-8, "the invariant is off by {furthest:e}");
     let (band, seen) = (case.number("relative_band_max_over_min"), most / least);
     assert!(seen <= band * (1.0 + 1e-8), "{seen} above {band}");
-    // Almost all phases come by, so that the band is filled.
+    // Almost all phases occur, so that the energy fills the band.
     assert!(seen > 1.0 + 0.99 * (band - 1.0));
 }
 
-/// Chains along the x axis of extreme stiffness and mass: their limits, and their motion below and above.
+/// Chains of extreme stiffness and mass along the x axis: their limits, and their motion below and above them.
 pub(super) fn vibrates(case: &StabilityCase) {
     let (k, rest, mass) = (case.numbers("k"), case.numbers("rest"), case.numbers("m"));
     let springs: Vec<_> = (0..k.len()).map(|e| ([e, e + 1], rest[e], k[e])).collect();

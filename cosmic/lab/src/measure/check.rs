@@ -84,7 +84,7 @@ impl Check {
         half.physics.steps *= 2;
         behind.controller = scene.controller.turned_back();
         let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-        // A mean of a hundred shares is rounded at 1e-16.
+        // The rounding of a mean of a hundred shares is about 1e-16.
         let is_within = |x: f64, bounds: Range| bounds.widened(1e-12).contains(x);
         Ok(Self {
             half_step: judged(&half)?,

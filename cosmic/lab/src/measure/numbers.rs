@@ -15,7 +15,7 @@ struct Finished {
     walks: Option<Walks>,
 }
 
-/// A number for each column, with the column's name: NaN if a rollout diverged, `None` if statistics leave it out.
+/// A number for each column, with the column's name: NaN if a rollout diverged, `None` if statistics omit it.
 /// `folder` is `None` for a run that diverged.
 ///
 /// # Errors

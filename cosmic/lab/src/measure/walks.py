@@ -1,8 +1,8 @@
 """Walks an exported robot in MuJoCo on grounds of several frictions, from perturbed starts.
 
-The arguments: the folder of the export, walks, how far each coordinate of their starts is moved (m),
-their seed, frictions. Prints JSON: the payload's displacements along the ground (m), a list a friction;
-null for a walk whose numbers MuJoCo gave up.
+Arguments: the folder of the export, the number of walks, the distance by which each coordinate of a start is
+moved (m), the seed, the frictions. Prints JSON: a list of the payload's displacements along the ground (m) for each
+friction, with null for a walk that MuJoCo reset.
 """
 import json, sys
 import mujoco, numpy
@@ -23,7 +23,7 @@ def distances_of(starts):
     begun = [data.qpos[0] for data in robots]
     for n in range(steps):
         walk.step(model, robots, net, n)
-    # MuJoCo begins anew, at time 0, where a number is absurd.
+    # MuJoCo resets the simulation to time 0 if a number is absurd.
     whole = (mechanical - 0.5) * model.opt.timestep
     ended = [data.time > whole and numpy.isfinite(data.qpos[0]) for data in robots]
     ways = [data.qpos[0] - start for data, start in zip(robots, begun)]
@@ -34,7 +34,7 @@ draw = numpy.random.default_rng(seed)
 starts = [distance * draw.choice([-1.0, 1.0], model.nq) for _ in range(walks)]
 found = []
 for friction in map(float, sys.argv[5:]):
-    # A contact has the larger friction of its two sides.
+    # The friction of a contact is the larger one of its two sides.
     model.geom_friction[:, 0] = friction
     found.append(distances_of(starts))
 json.dump({"mujoco": mujoco.__version__, "walks": found}, sys.stdout)

@@ -1,4 +1,4 @@
-//! `transfer.json`: how far a finished run's robot walks in MuJoCo, on ground of several frictions.
+//! `transfer.json`: the displacement of a finished run's robot in MuJoCo, on ground of several frictions.
 
 use crate::child;
 use crate::export::mujoco::{self, MujocoSettings};
@@ -27,7 +27,7 @@ pub(crate) struct Walks {
     frictions: Vec<f64>,
     /// For each friction the walks in MuJoCo, from perturbed starts.
     walks: Vec<Vec<Option<f64>>>,
-    /// For each friction the median of as many rollouts here, with the law `coulomb`.
+    /// For each friction the median of as many rollouts in this simulator, with the law `coulomb`.
     own: Vec<Option<f64>>,
 }
 
@@ -127,7 +127,7 @@ impl Walks {
         median.filter(|x| x.is_finite())
     }
 
-    /// The median of the rollouts here at the `k`-th friction.
+    /// The median of this simulator's rollouts at the `k`-th friction.
     pub(crate) fn own(&self, k: usize) -> Option<f64> {
         *self.own.get(k)?
     }
@@ -156,7 +156,7 @@ fn output_of(
 ) -> Result<Option<Vec<u8>>> {
     let mut command = Command::new(python);
     command.args(["-B", "-c", program]).args(arguments);
-    // Many programs run side by side: each has one thread. `-B` leaves no compiled files behind.
+    // Many programs run in parallel, with one thread each. `-B` avoids compiled files.
     command.envs(["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"].map(|name| (name, "1")));
     let output = child::output(&mut command, is_stopped);
     output.map_err(|says| Error::Usage(format!("{}: {says}", in_shell(python))))
@@ -167,7 +167,7 @@ mod tests {
     use super::Walks;
 
     #[test]
-    fn the_median_of_walks_counts_one_that_mujoco_gave_up_as_lowest() {
+    fn a_failed_walk_counts_as_the_lowest_in_the_median() {
         let walks = Walks {
             mujoco: String::new(),
             frictions: vec![5.0, 1.0],

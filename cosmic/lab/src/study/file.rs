@@ -39,7 +39,7 @@ pub(super) struct Keys {
     pub(super) mujoco: Vec<f64>,
     pub(super) pictures: Vec<String>,
     pub(super) variants: Vec<Variant>,
-    /// True if the file has no variants: the only one is named after the study.
+    /// True if the file has no variants. The only one is then named after the study.
     #[serde(skip)]
     is_plain: bool,
     trials: Vec<TrialKeys>,
@@ -95,7 +95,7 @@ pub(super) struct Trial {
     pub(super) scene: Scene,
 }
 
-/// Settings under the built-in scenes of a study. Without any, both texts are empty.
+/// Settings below those of the built-in scenes of a study. Without settings, both texts are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Base {
     /// The file's name, for messages.
@@ -105,7 +105,7 @@ pub struct Base {
 }
 
 impl StudyFile {
-    /// The study of this project with a name, else that of a file. Its scenes are read when the study is planned.
+    /// The project's study of this name, or the study of a file. Its scenes are read when the study is planned.
     ///
     /// # Errors
     /// Those of [`Scene::text`]; [`Error::Malformed`] for a text that is not TOML, an unknown key, and a name that the
@@ -134,7 +134,7 @@ impl StudyFile {
         study.check(&file).map(|()| study)
     }
 
-    /// The number of seeds, unless the user asks for another one.
+    /// The number of seeds, unless the user sets another.
     pub fn seeds(&self) -> NonZeroUsize {
         let usual = const { NonZeroUsize::new(16).unwrap() };
         self.keys.seeds.unwrap_or(usual)
@@ -162,7 +162,7 @@ impl StudyFile {
         entries
     }
 
-    /// Checks the names that refer to something, and the frictions.
+    /// Checks the references to names, and the frictions.
     fn check(&self, file: &TomlFile) -> Result<()> {
         let keys = &self.keys;
         let pictures = PICTURES.map(|(name, _)| name.to_owned());
@@ -198,11 +198,11 @@ impl StudyFile {
             };
             let scene = self.scene(&keys.scene, base, registry);
             let scene = scene.and_then(|scene| changes.try_fold(scene, change));
-            // The place is in the study's file, the cause may be in the base.
+            // The fault is shown in the study's file, but its cause may be in the base.
             let scene = scene.map_err(|error| match &base.file[..] {
                 "" => error,
                 file => Error::Usage(format!(
-                    "the settings of {file} do not go with the study's: {}",
+                    "the settings of {file} do not fit the study's: {}",
                     error.within()
                 )),
             });
@@ -217,7 +217,7 @@ impl StudyFile {
         self.entries().into_iter().map(trial).collect()
     }
 
-    /// A built-in scene over the base, else a scene of the program's or of a file beside the study's.
+    /// A built-in scene over the base, a scene of the registry, or a scene in a file beside the study's.
     fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
             let below = registry.load("stability")?.with(&base.file, &base.text)?;

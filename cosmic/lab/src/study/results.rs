@@ -60,7 +60,7 @@ impl Results {
         }
     }
 
-    /// What new results would not repeat of these: its name, and both values.
+    /// The first setting that differs from new results: its name, and both values.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
@@ -86,7 +86,8 @@ impl Study {
         self.out.join(format!("{}.{extension}", self.file.name))
     }
 
-    /// Checks that the results may be written: over results of the same settings and of these seeds or fewer.
+    /// Checks that the results may be written. Existing results must have the same settings, and no other seeds than
+    /// these.
     ///
     /// # Errors
     /// [`Error::Usage`]; the errors of the file's scenes; those of [`read_json`].
@@ -99,7 +100,7 @@ impl Study {
                 (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
-                    "{}: {what}: {before} in the results there, {now} in this study; name another \
+                    "{}: {what}: {before} in the existing results, {now} in this study; name another \
                      folder by --out",
                     path.display()
                 )));

@@ -46,7 +46,7 @@ impl TrialRow {
         Statistics::of(&self.sample(column))
     }
 
-    /// The run that got farthest, the first of equals; `None` if all diverged.
+    /// The run with the largest displacement, the first of equals; `None` if all diverged.
     pub(super) fn best(&self) -> Option<&Run> {
         let runs = self.runs.iter().rev();
         let runs = runs.filter_map(|run| Some((run, run.number(DISPLACEMENT)?)));
@@ -58,7 +58,7 @@ impl TrialRow {
 /// The sign for a missing number.
 const NONE: &str = "–";
 
-/// The part of its distance that a robot keeps in MuJoCo to be counted.
+/// The fraction of its distance that a robot must keep in MuJoCo to be counted.
 const MOST: f64 = 0.9;
 
 /// A number of a sample over the seeds, in which a diverged run is NaN.
@@ -120,7 +120,7 @@ pub(super) fn departures(known: &[Departure]) -> Table {
         .done()
 }
 
-/// A row for each trial; letters stand for its departures from the paper.
+/// A row for each trial, with letters for its departures from the paper.
 pub(super) fn trials(variant: &Variant, rows: &[&TrialRow], known: &[Departure]) -> Table {
     let title = variant.title.as_deref().unwrap_or("Trials");
     let over_paper = |row: &&TrialRow| Some(row.of(DISPLACEMENT).median? / row.trial.paper?);
@@ -171,8 +171,8 @@ pub(super) fn in_mujoco(frictions: &[f64], rows: &[TrialRow]) -> Table {
     table.decimals(2, NONE).done()
 }
 
-/// The change from some trials to others. Runs of one seed begin alike, so the verdict is on the mean change from seed
-/// to seed. A mean within twice its error decides nothing.
+/// The change from some trials to others. Runs with equal seeds have equal starts, so the verdict is about the mean
+/// change per seed. A mean within twice its error is undecided.
 pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
     let mean_of = |names: &[String], number: &dyn Fn(&TrialRow) -> Option<f64>| -> Option<f64> {
         let named = |name: &String| rows.iter().find(|row| row.trial.name == *name);
@@ -207,7 +207,7 @@ pub(super) fn questions(questions: &[Question], rows: &[TrialRow]) -> Table {
         .done()
 }
 
-/// A row for each run, with every number. Numbers that a run lacks are left empty.
+/// A row for each run with every number. Missing numbers are empty.
 pub(super) fn runs<'r>(rows: &'r [TrialRow]) -> Table {
     let of_row = |row: &'r TrialRow| row.runs.iter().map(move |run| (&row.trial, run));
     let runs: Vec<(&Trial, &Run)> = rows.iter().flat_map(of_row).collect();

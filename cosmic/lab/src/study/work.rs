@@ -3,9 +3,7 @@
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
-use crate::sweep::{
-    Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan, UnreadPlan,
-};
+use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
 use cosmic::Registry;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::record::files::make_folder;
@@ -23,7 +21,7 @@ pub struct Study {
     pub seeds: NonZeroUsize,
     /// Stops every run after this many iterations, for a shortened trial of the study.
     pub iterations: Option<NonZeroUsize>,
-    /// Settings under those of every built-in scene.
+    /// Settings below those of every built-in scene.
     pub base: Base,
     /// The folder of the results.
     pub out: PathBuf,
@@ -49,19 +47,19 @@ impl Study {
         )
     }
 
-    /// Freezes the plan in the folder of the runs, where any processes may do them. A plan that is there may be
-    /// replaced by one with other trials and other seeds.
+    /// Freezes the plan in the folder of the runs, which any process may do. An existing plan may be replaced by one
+    /// with other trials and other seeds.
     ///
     /// # Errors
-    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
-    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
+    /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if an existing trial has
+    /// another scene or another number of iterations, and if robots walk in MuJoCo and Python does not have it.
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan(&self.file.trials(&self.base, &self.registry)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
         if !self.runs.join(PLAN).exists() {
-            return plan.freeze(&self.runs).map(|()| plan);
+            return plan.freeze(&self.runs, &self.registry).map(|()| plan);
         }
-        let before = UnreadPlan::read(&self.runs)?.whole(&self.registry)?;
+        let before = SweepPlan::read(&self.runs)?;
         let is_other = |then: &PlannedScene| {
             let is_it = |now: &PlannedScene| now.name == then.name && now.scene != then.scene;
             plan.scenes.iter().any(is_it)
@@ -69,12 +67,12 @@ impl Study {
         if before.iterations != plan.iterations || before.scenes.iter().any(is_other) {
             let runs = self.runs.display();
             return Err(Error::Usage(format!(
-                "{runs}: the runs there are of other scenes or another number of iterations; \
-                 name another folder by --runs"
+                "{runs}: its runs have other scenes or another number of iterations; name another \
+                 folder by --runs"
             )));
         }
         if before != plan {
-            plan.check()?;
+            plan.check(&self.registry)?;
             plan.write(&self.runs)?;
         }
         Ok(plan)
@@ -84,11 +82,7 @@ impl Study {
     fn plan(&self, trials: &[Trial]) -> SweepPlan {
         let frictions = self.file.keys.mujoco.clone();
         let python = (!frictions.is_empty()).then(|| self.python.display().to_string());
-        let scene = |trial: &Trial| PlannedScene {
-            name: trial.name.clone(),
-            swept: Vec::new(),
-            scene: trial.scene.clone(),
-        };
+        let scene = |trial: &Trial| PlannedScene::new(trial.name.clone(), &trial.scene);
         SweepPlan {
             study: Some(PlannedStudy {
                 kind: self.file.name.clone(),
@@ -124,7 +118,7 @@ impl Study {
         match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
-                "other processes are doing {left} runs; the same command goes on when they are done"
+                "other processes are doing {left} runs; repeat the command when they are done"
             ))),
         }
     }

@@ -1,10 +1,10 @@
 //! The right to work on a run, among processes on any number of hosts that share a folder.
 //!
-//! A claim is a file that its holder created and that nobody else can create: `claims/NAME/K`, the K-th
-//! claim of that run. It names the holder's host and has a count that the holder raises while it works.
-//! Whoever finds the holder gone creates the next file. On one host a lock on the file tells whether the
-//! holder lives. Other hosts watch the count, by their own clocks: file systems on a network may lack
-//! locks, and clocks may differ.
+//! A claim is the file `claims/NAME/K`, the K-th claim of that run, which only one process can create. It
+//! names the holder's host and has a count that the holder raises while it works. A process that finds the
+//! holder gone creates the next file. On one host, a lock on the file shows whether the holder still runs.
+//! Other hosts watch the count by their own clocks, because network file systems may lack locks and clocks
+//! may differ.
 
 use cosmic::error::{Error, Result};
 use std::collections::HashMap;
@@ -18,7 +18,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How often a holder raises its count, and how long it may stand still before the holder counts as gone.
+/// The time between two counts of a holder, and the time without a change after which the holder counts as gone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     beat: Duration,
@@ -34,33 +34,35 @@ pub(super) const PACE: Pace = Pace {
 /// The content of a claim that was given back.
 const FREE: &[u8] = b"free\n";
 
-/// The host and its present run, `None` where the system does not tell: then locks are not relied on.
+/// The host's name and boot id; `None` if the system does not tell them. Locks are then not relied on.
 static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
     let read = |name: &str| fs::read_to_string(Path::new("/proc/sys/kernel").join(name)).ok();
     let parts = [read("hostname")?, read("random/boot_id")?];
     Some(parts.map(|part| part.trim().to_owned()).join(" "))
 });
 
-/// The claims of other hosts that were seen: their content, since when, and whether it has changed.
+/// The claims of other hosts that were seen.
 static SEEN: LazyLock<Mutex<HashMap<PathBuf, Seen>>> = LazyLock::new(Mutex::default);
 
 struct Seen {
     content: Vec<u8>,
+    /// The time since which the content is the same.
     since: Instant,
+    /// True if the content has ever changed.
     changed: bool,
 }
 
 /// The answer to a claim.
 pub(super) enum Answer {
-    /// It is granted.
+    /// The claim is granted.
     Granted(Claim),
-    /// The holder is at work.
+    /// Another process holds it.
     Taken,
-    /// The holder is on another host, and is watched to tell whether it lives.
+    /// The holder is on another host. It is not known yet whether it still runs.
     Watched,
 }
 
-/// A claim that is held, until it is dropped.
+/// A claim that is held until it is dropped.
 pub(super) struct Claim {
     is_lost: Arc<AtomicBool>,
     stop: Option<Sender<()>>,
@@ -68,7 +70,7 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// True once another process has taken the run over, which it does where this one has stood still.
+    /// True once another process has taken the run over because this one stood still.
     pub(super) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
     }
@@ -95,17 +97,17 @@ pub(super) fn claim(sweep: &Path, name: &str, pace: Pace) -> Result<Answer> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(Answer::Taken),
         opened => opened.map_err(Error::writing(&path))?,
     };
-    // Where there are no locks, this host's other processes go by the count as well.
+    // Without locks, this host's other processes watch the count too.
     let host = HOST.as_deref().filter(|_| file.try_lock().is_ok());
     let held = Held { path, file, host };
     held.write(0)?;
-    // A slow process may have come to a number that others have left behind.
+    // A slow process may have created a number that others have already passed.
     if self::last(&folder)? > own {
         let _ = fs::remove_file(&held.path);
         return Ok(Answer::Taken);
     }
     if last > 0 {
-        // One that stays does no harm.
+        // A file that stays does no harm.
         let _ = fs::remove_file(numbered(&folder, last));
     }
     Ok(Answer::Granted(Claim::new(held, folder, own, pace)))
@@ -126,17 +128,17 @@ fn last(folder: &Path) -> Result<u64> {
     Ok(last)
 }
 
-/// The file of a claim that is held. The lock on it goes with the process, however that ends.
+/// The file of a claim that is held. Its lock is released when the process ends, however it ends.
 struct Held {
     path: PathBuf,
     file: File,
-    /// Who holds the lock; `None` where there are no locks.
+    /// The host that holds the lock; `None` without locks.
     host: Option<&'static str>,
 }
 
 impl Held {
-    /// Writes the count, behind the host: of the file's length before, so that a reader sees the one or the
-    /// other.
+    /// Writes host and count. The length of the file does not change, so that a reader sees the old or the new
+    /// content.
     fn write(&self, count: u64) -> Result<()> {
         let host = self.host.unwrap_or("-");
         let text = format!("{host}\n{} {count:020}\n", process::id());
@@ -153,7 +155,7 @@ impl Held {
     }
 }
 
-/// The state of a claim's holder, as far as it is known.
+/// What is known of a claim's holder.
 enum Holder {
     Works,
     Gone,
@@ -178,7 +180,7 @@ fn holder(path: &Path, pace: Pace) -> Result<Holder> {
         .as_deref()
         .is_some_and(|own| host == Some(own.as_bytes()))
     {
-        // The holder's lock is gone with the holder.
+        // The holder's lock was released when the holder ended.
         return Ok(if file.try_lock_shared().is_ok() {
             Holder::Gone
         } else {
@@ -215,14 +217,14 @@ impl Claim {
                 if stopped.recv_timeout(pace.beat) != Err(RecvTimeoutError::Timeout) {
                     break;
                 }
-                // A folder that cannot be read or written for a while is seen by the run.
+                // If the folder cannot be read or written for a while, the run reports it.
                 let _ = held.write(count);
                 if last(&folder).is_ok_and(|last| last > own) {
                     lost.store(true, Ordering::Relaxed);
                     return;
                 }
             }
-            // One that is not given back is taken over in time.
+            // A claim that is not given back is taken over after a while.
             let _ = held.replace(FREE);
         });
         Self {
@@ -259,7 +261,7 @@ mod tests {
         matches!(claim(sweep, "a-0", FAST).unwrap(), Answer::Granted(_))
     }
 
-    /// A claim of another host, whose locks are not seen here.
+    /// A claim of another host, whose locks this host does not see.
     fn foreign(sweep: &Path) -> Held {
         let folder = sweep.join("claims/a-0");
         fs::create_dir_all(&folder).unwrap();
@@ -286,7 +288,7 @@ mod tests {
         assert!(!is_granted(sweep.path()));
         drop(held);
         assert!(is_granted(sweep.path()));
-        // A process that ended otherwise has lost its lock, and its file says nothing.
+        // A process that was killed has lost its lock, and its file was not freed.
         let held = foreign(sweep.path());
         if let Some(own) = HOST.as_deref() {
             fs::write(&held.path, format!("{own}\n1 00000000000000000000\n")).unwrap();
@@ -319,7 +321,7 @@ mod tests {
     fn a_holder_that_stood_still_learns_that_it_was_replaced() {
         let sweep = tempfile::tempdir().unwrap();
         let Answer::Granted(held) = claim(sweep.path(), "a-0", FAST).unwrap() else {
-            panic!("nobody else is here");
+            panic!("no other process holds it");
         };
         assert!(!held.is_lost());
         let folder = sweep.path().join("claims/a-0");

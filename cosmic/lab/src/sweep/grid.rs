@@ -1,4 +1,4 @@
-//! The grid of a plan: every combination of some settings.
+//! The grid of a plan: every combination of the values of some settings.
 
 use super::{PlannedScene, SweptValue};
 use cosmic::error::{Error, Result};
@@ -18,7 +18,7 @@ struct GridAxis {
 /// A value for every key of a grid.
 #[derive(Clone, Debug, PartialEq)]
 struct Combination {
-    /// What follows the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    /// The suffix to the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
     suffix: String,
     /// The settings, such as `physics.friction=0.6`.
     settings: Vec<String>,
@@ -27,13 +27,13 @@ struct Combination {
 /// The longest suffix, in bytes: a folder's name may have 255, with the scene's name and the seed.
 const LONGEST: usize = 160;
 
-/// Every scene, each with its name, with every combination of a grid's values: named as in
-/// `earth+friction=0.6+gravity=9.81`. An axis of the grid is `KEY=V,V…`; `settings`, `KEY=VALUE` each, change
-/// every scene first.
+/// Every scene with every combination of a grid's values, with names such as
+/// `earth+friction=0.6+gravity=9.81`. An axis of the grid is `KEY=V,V…`. The `settings`, each `KEY=VALUE`, are
+/// applied to every scene first.
 ///
 /// # Errors
-/// [`Error::Usage`] for an axis that is none, two of one key, and more combinations than a plan has runs;
-/// the errors of [`Scene::set`].
+/// [`Error::Usage`] for a malformed axis, two axes with one key, and more combinations than a plan may have
+/// runs; the errors of [`Scene::set`].
 pub fn on_grid(
     scenes: &[(String, Scene)],
     settings: &[String],
@@ -48,9 +48,8 @@ pub fn on_grid(
         let settings = [settings, &combination.settings].concat();
         let scene = scene.set(&settings)?;
         Ok(PlannedScene {
-            name: format!("{name}{}", combination.suffix),
             swept: swept(&scene, &combination.settings),
-            scene,
+            ..PlannedScene::new(format!("{name}{}", combination.suffix), &scene)
         })
     });
     planned.collect()
@@ -77,7 +76,7 @@ impl GridAxis {
     /// Reads `KEY=V,V…`. A comma within brackets, braces or quotes does not separate.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a text of another form, and for a value that is there twice.
+    /// [`Error::Usage`] for a text of another form, and for repeated values.
     fn parse(text: &str) -> Result<Self> {
         let refuse = |says: &str| {
             Err(Error::Usage(format!(
@@ -85,11 +84,11 @@ impl GridAxis {
             )))
         };
         let Some((key, values)) = text.split_once('=') else {
-            return refuse("no `=` is there");
+            return refuse("`=` is missing");
         };
         let key = key.trim();
         if key.is_empty() {
-            return refuse("no key is there");
+            return refuse("the key is missing");
         }
         let values = separated(values);
         let mut known = BTreeSet::new();
@@ -98,7 +97,7 @@ impl GridAxis {
                 return refuse("a value is empty");
             }
             if !known.insert(value) {
-                return refuse(&format!("{value} is there twice"));
+                return refuse(&format!("the value {value} is repeated"));
             }
         }
         Ok(Self {
@@ -113,7 +112,7 @@ impl GridAxis {
     }
 }
 
-/// The parts between commas that no bracket and no quote encloses.
+/// The parts between commas outside brackets and quotes.
 fn separated(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
     for c in text.chars() {
@@ -133,15 +132,15 @@ fn separated(text: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Every combination of the values of all axes; the values of the last axis follow one another.
+/// Every combination of the values of all axes. The values of the last axis change fastest.
 ///
 /// # Errors
-/// [`Error::Usage`] for a key that two axes have, and for more combinations than a plan has runs.
+/// [`Error::Usage`] for two axes with one key, and for more combinations than a plan may have runs.
 fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     for (k, axis) in axes.iter().enumerate() {
         if axes[..k].iter().any(|other| other.key == axis.key) {
             return Err(Error::Usage(format!(
-                "`{}` is in the grid twice; name all of its values at once",
+                "`{}` is in the grid twice; give all of its values in one --grid",
                 axis.key
             )));
         }
@@ -150,7 +149,7 @@ fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     let count = counts.fold(1_usize, usize::saturating_mul);
     if count > MOST_RUNS {
         return Err(Error::Usage(format!(
-            "the grid has {count} combinations, where at most {MOST_RUNS} runs are allowed"
+            "the grid has {count} combinations; at most {MOST_RUNS} runs are allowed"
         )));
     }
     let mut all = vec![Combination {
@@ -183,7 +182,7 @@ fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     Ok(all)
 }
 
-/// A text whose characters a folder's name can have; others become a `_`, at the ends nothing.
+/// A text with only the characters that a folder's name can have. Others become `_`, or nothing at the ends.
 fn for_a_folder(text: &str) -> String {
     let is_kept = |c: char| c.is_alphanumeric() || ".,-".contains(c);
     let parts = text.split(|c| !is_kept(c));
@@ -191,8 +190,7 @@ fn for_a_folder(text: &str) -> String {
     parts.join("_")
 }
 
-/// Makes suffixes short enough for a folder's name, and different: of those that are alike, all but the first
-/// get a number.
+/// Makes suffixes short enough for a folder's name, and unique: repeated suffixes get a number.
 fn tell_apart(all: &mut [Combination]) {
     let mut known = BTreeSet::new();
     for Combination { suffix, .. } in all {
@@ -246,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn every_combination_is_there_once_and_its_name_tells_it() {
+    fn every_combination_occurs_once_with_a_name_that_shows_it() {
         let two = ["physics.friction=0.6,1", "physics.gravity=3.7,9.81"];
         let expected = [
             "+friction=0.6+gravity=3.7",
@@ -273,7 +271,7 @@ mod tests {
 
     #[test]
     fn names_differ_and_fit() {
-        // The last part of a key that two axes share would not tell which.
+        // Two axes share the last part of their keys, so the whole key is shown.
         let keys = suffixes(&["volume.kind=1", "loss.kind=2"]);
         assert_eq!(keys, ["+volume.kind=1+loss.kind=2"]);
         assert_eq!(suffixes(&["a.b='x/y',x:y"]), ["+b=x_y", "+b=x_y~2"]);
@@ -286,12 +284,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_grid_is_refused() {
+    fn malformed_grids_are_refused() {
         for (text, says) in [
-            ("physics.friction", "no `=`"),
-            ("=1", "no key"),
+            ("physics.friction", "`=` is missing"),
+            ("=1", "the key is missing"),
             ("a.b=1,,2", "a value is empty"),
-            ("a.b=1, 1", "1 is there twice"),
+            ("a.b=1, 1", "the value 1 is repeated"),
         ] {
             let error = GridAxis::parse(text).unwrap_err().to_string();
             assert!(error.contains(says) && error.contains(text), "{error}");

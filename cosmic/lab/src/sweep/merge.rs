@@ -21,14 +21,14 @@ pub(super) const FORMAT: Format = Format {
     version: 1,
 };
 
-/// How far one run is.
+/// The progress of one run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurveyedRun {
     /// Its number in the plan.
     pub index: usize,
     /// Its scene's name.
     pub scene: String,
-    /// The run's values of the keys that the sweep varies, by key; empty without a grid.
+    /// The values of the keys that the sweep varies, by key; empty without a grid.
     pub swept: Map<String, Value>,
     /// Its seed.
     pub seed: u64,
@@ -38,7 +38,7 @@ pub struct SurveyedRun {
     pub iterations: usize,
 }
 
-/// How far the runs of a sweep are, in the plan's order.
+/// The progress of a sweep's runs, in the plan's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
     /// One entry per run.
@@ -51,15 +51,15 @@ impl Survey {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// The numbers of the runs that are not over.
+    /// The numbers of the unfinished runs.
     pub fn left(&self) -> Vec<usize> {
         let left = self.runs.iter().filter(|run| !run.state.is_over());
         left.map(|run| run.index).collect()
     }
 }
 
-/// How far the runs of a sweep are.
-pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
+/// Reads the progress of a sweep's runs.
+pub fn survey(sweep: &Path, plan: &SweepPlan) -> Survey {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
         let state = RunState::of(&folder);
@@ -70,7 +70,7 @@ pub fn survey<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Survey {
 }
 
 impl SurveyedRun {
-    fn new<S>(plan: &SweepPlan<S>, index: usize, state: RunState, iterations: usize) -> Self {
+    fn new(plan: &SweepPlan, index: usize, state: RunState, iterations: usize) -> Self {
         let (scene, seed) = plan.parts(index);
         let swept = scene.swept.iter().cloned();
         Self {
@@ -93,23 +93,23 @@ struct MergedRun {
     summary: Option<Summary>,
 }
 
-/// Merged results, and what they lack.
+/// The files of merged results, and the number of missing runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Merged {
     /// All results, as JSON.
     pub results: PathBuf,
     /// The table of the results, as CSV.
     pub table: PathBuf,
-    /// The number of runs that are not over.
+    /// The number of unfinished runs.
     pub missing: usize,
 }
 
-/// Writes the results of a sweep into its folder. The summaries pass through by the hundred: memory does not
-/// grow with them.
+/// Writes the results of a sweep into its folder. Summaries are read and written in blocks, so that memory does
+/// not grow with their number.
 ///
 /// # Errors
 /// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
-pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
+pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
     let progress = RefCell::new(Progress {
         missing: 0,
@@ -130,7 +130,7 @@ pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
         table,
         failed,
     } = progress.into_inner();
-    // The cause, not that the file ends where it was met.
+    // The cause of a failure, not its effect on the file.
     failed.map_or(done, Err)?;
     write_text(&csv, &table)?;
     Ok(Merged {
@@ -140,7 +140,7 @@ pub fn merge<S: Sync>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Merged> {
     })
 }
 
-/// What is gathered while `results.json` is written.
+/// What is collected while `results.json` is written.
 struct Progress {
     missing: usize,
     /// `results.csv` so far.
@@ -148,24 +148,23 @@ struct Progress {
     failed: Option<cosmic::Error>,
 }
 
-/// `results.json`, its runs read as they are written.
+/// `results.json`. Its runs are read while they are written.
 #[derive(Serialize)]
-#[serde(bound = "S: Sync")]
-struct Results<'p, S: Sync> {
-    runs: Runs<'p, S>,
+struct Results<'p> {
+    runs: Runs<'p>,
 }
 
-struct Runs<'p, S> {
+struct Runs<'p> {
     sweep: &'p Path,
-    plan: &'p SweepPlan<S>,
+    plan: &'p SweepPlan,
     keys: &'p [&'p str],
     progress: &'p RefCell<Progress>,
 }
 
-/// Runs that are read at once.
+/// Runs in a block.
 const AT_ONCE: usize = 256;
 
-impl<S: Sync> Runs<'_, S> {
+impl Runs<'_> {
     /// The runs from number `first` on, at most [`AT_ONCE`].
     fn read(&self, first: usize) -> Result<Vec<MergedRun>> {
         let (sweep, plan) = (self.sweep, self.plan);
@@ -184,7 +183,7 @@ impl<S: Sync> Runs<'_, S> {
     }
 }
 
-impl<S: Sync> Serialize for Runs<'_, S> {
+impl Serialize for Runs<'_> {
     fn serialize<T: Serializer>(&self, to: T) -> std::result::Result<T::Ok, T::Error> {
         let runs = self.plan.runs();
         let mut list = to.serialize_seq(Some(runs))?;

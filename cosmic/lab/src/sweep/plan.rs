@@ -9,7 +9,6 @@ use cosmic::record::snapshot::SavedScene;
 use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use rayon::prelude::*;
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -19,16 +18,17 @@ use std::path::{Path, PathBuf, is_separator};
 /// The plan's place in a sweep's folder.
 pub const PLAN: &str = "plan.json";
 
-/// A scene of a sweep; in a file it is a [`SavedScene`].
+/// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlannedScene<S = Scene> {
+pub struct PlannedScene {
     /// Its name, unique within a sweep.
     pub name: String,
     /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene.
-    pub scene: S,
+    /// The scene as the plan's file holds it. It is parsed only when it is needed: a process may do one run of
+    /// thousands.
+    pub scene: SavedScene,
 }
 
 /// A key that a sweep varies, and its value in a scene.
@@ -40,39 +40,26 @@ pub struct SweptValue {
     pub value: Value,
 }
 
-/// The scene of a plan in a form from which it can be made.
-pub trait HasScene: Sync {
-    /// The scene. `place` names it in messages.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a malformed scene.
-    fn scene(&self, place: &str, registry: &Registry) -> Result<Scene>;
-}
-
-impl HasScene for Scene {
-    fn scene(&self, _: &str, _: &Registry) -> Result<Scene> {
-        Ok(self.clone())
+impl PlannedScene {
+    /// A scene without values of a grid.
+    pub fn new(name: String, scene: &Scene) -> Self {
+        let mut scene = SavedScene::from(scene);
+        // Comments are nine tenths of the text, and a plan may have thousands of scenes.
+        let lines = scene.text.lines();
+        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+        scene.text = lines.map(|line| format!("{line}\n")).collect();
+        Self {
+            name,
+            swept: Vec::new(),
+            scene,
+        }
     }
-}
-
-impl HasScene for SavedScene {
-    fn scene(&self, place: &str, registry: &Registry) -> Result<Scene> {
-        let refused = |error: Error| Error::Usage(format!("{PLAN}: {error}"));
-        self.read(place, registry).map_err(refused)
-    }
-}
-
-/// Leaves the comments of a scene's TOML out, nine tenths of it: a plan may have thousands of scenes.
-fn without_comments(text: &str) -> String {
-    let lines = text.lines();
-    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-    lines.map(|line| format!("{line}\n")).collect()
 }
 
 /// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SweepPlan<S = Scene> {
-    /// The study that the runs are of, if they are of one.
+pub struct SweepPlan {
+    /// The study that the runs belong to, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<PlannedStudy>,
     /// The first seed.
@@ -82,16 +69,10 @@ pub struct SweepPlan<S = Scene> {
     /// Stops every run after this many iterations, even if its scene has more.
     pub iterations: Option<NonZeroUsize>,
     /// The scenes.
-    pub scenes: Vec<PlannedScene<S>>,
+    pub scenes: Vec<PlannedScene>,
 }
 
-/// A plan as its file has it. A scene is read when one of its runs begins: a process may do one run of thousands.
-pub type UnreadPlan = SweepPlan<SavedScene>;
-
-/// A plan without its scenes' content: enough to say how far its runs are.
-pub type PlanOutline = SweepPlan<IgnoredAny>;
-
-/// The study that a plan's runs are of: they are measured as its runs.
+/// The study that a plan's runs belong to. It determines how they are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStudy {
     /// The study's name.
@@ -108,13 +89,13 @@ impl PlannedStudy {
     /// Checks that this machine can measure.
     ///
     /// # Errors
-    /// [`Error::Usage`] if robots walk in MuJoCo and the Python lacks it.
+    /// [`Error::Usage`] if robots walk in MuJoCo and this Python does not have it.
     pub fn check(&self) -> Result<()> {
         let mut python = self.python.iter();
         python.try_for_each(|python| check_python(python.as_ref()))
     }
 
-    /// Measures a run that is done and writes the files of the measurements, except those that exist. Returns
+    /// Measures a finished run and writes the files of the measurements, except those that exist. Returns
     /// `None` if it was stopped.
     ///
     /// # Errors
@@ -140,84 +121,44 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two of one name, a name that is no folder's, too many runs or seeds, and
-    /// the errors of a scene that cannot be optimised.
-    pub fn check(&self) -> Result<()> {
+    /// The errors of [`check_shape`](Self::check_shape) and of scenes that cannot be optimised.
+    pub fn check(&self, registry: &Registry) -> Result<()> {
         self.check_shape()?;
-        let begins = |planned: &PlannedScene| {
-            let begun = CoDesign::new(&planned.scene)?.begin(self.first_seed);
-            begun.map(drop)
+        let begins = |index: usize| {
+            let scene = self.scene(index, registry)?;
+            CoDesign::new(&scene)?.begin(self.first_seed).map(drop)
         };
-        self.scenes.par_iter().try_for_each(begins)
+        let indices = 0..self.scenes.len();
+        indices.into_par_iter().try_for_each(begins)
     }
-}
 
-impl SweepPlan {
-    /// The plan as its file has it.
-    pub(super) fn saved(&self) -> UnreadPlan {
-        let saved = |_, scene: &Scene| {
-            let mut saved = SavedScene::from(scene);
-            saved.text = without_comments(&saved.text);
-            Ok(saved)
-        };
-        self.with_scenes(saved).expect("every scene can be saved")
-    }
-}
-
-impl UnreadPlan {
-    /// Reads all scenes.
+    /// Reads a scene.
     ///
     /// # Errors
-    /// The errors of [`HasScene::scene`].
-    pub fn whole(&self, registry: &Registry) -> Result<SweepPlan> {
-        self.with_scenes(|k, scene| scene.scene(&place(k), registry))
+    /// [`Error::Usage`] for a malformed scene.
+    fn scene(&self, index: usize, registry: &Registry) -> Result<Scene> {
+        let scene = &self.scenes[index].scene;
+        let read = scene.read(&format!("scenes[{index}].scene"), registry);
+        read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))
     }
-}
 
-/// The place of a scene in the file of a plan.
-fn place(scene: usize) -> String {
-    format!("scenes[{scene}].scene")
-}
-
-impl<S: HasScene> SweepPlan<S> {
     /// The plan of one run, whose scene may name the items of a registry.
     ///
     /// # Errors
-    /// The errors of [`HasScene::scene`].
+    /// [`Error::Usage`] for a malformed scene.
     pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
-        let (PlannedScene { name, scene, .. }, seed) = self.parts(index);
-        let scene = scene.scene(&place(index / self.seeds.get()), registry)?;
+        let (planned, seed) = self.parts(index);
+        let scene = self.scene(index / self.seeds.get(), registry)?;
         Ok(RunPlan {
             iterations: self.iterations,
-            ..RunPlan::new(name, scene, seed)
-        })
-    }
-}
-
-impl<S> SweepPlan<S> {
-    /// The plan with each scene, given by its number, in another form.
-    fn with_scenes<T>(&self, form: impl Fn(usize, &S) -> Result<T>) -> Result<SweepPlan<T>> {
-        let scenes = self.scenes.iter().enumerate();
-        let scenes = scenes.map(|(k, planned)| {
-            Ok(PlannedScene {
-                name: planned.name.clone(),
-                swept: planned.swept.clone(),
-                scene: form(k, &planned.scene)?,
-            })
-        });
-        Ok(SweepPlan {
-            study: self.study.clone(),
-            first_seed: self.first_seed,
-            seeds: self.seeds,
-            iterations: self.iterations,
-            scenes: scenes.collect::<Result<_>>()?,
+            ..RunPlan::new(&planned.name, scene, seed)
         })
     }
 
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// [`Error::Usage`] for a plan without scenes, two scenes of one name, a name that a folder cannot have, more
     /// than a million runs, and seeds beyond the largest.
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
@@ -228,7 +169,7 @@ impl<S> SweepPlan<S> {
         let runs = scenes.saturating_mul(seeds);
         if runs > MOST_RUNS {
             return refuse(format!(
-                "{runs} runs (scenes x seeds: {scenes} x {seeds}), where at most {MOST_RUNS} are \
+                "{runs} runs (scenes x seeds: {scenes} x {seeds}) are too many; at most {MOST_RUNS} are \
                  allowed"
             ));
         }
@@ -264,14 +205,14 @@ impl<S> SweepPlan<S> {
         keys
     }
 
-    /// The number of runs that are over, judged by their files.
+    /// The number of finished runs, judged by their files.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()
     }
 
     /// The scene and the seed of a run.
-    pub fn parts(&self, index: usize) -> (&PlannedScene<S>, u64) {
+    pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
         let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
         (&self.scenes[scene], self.first_seed + seed as u64)
     }
@@ -297,11 +238,7 @@ pub(super) mod tests {
     use std::path::Path;
 
     pub(in crate::sweep) fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
-        let scene = |name: &&str| PlannedScene {
-            name: (*name).to_owned(),
-            swept: Vec::new(),
-            scene: Scene::paper(),
-        };
+        let scene = |name: &&str| PlannedScene::new((*name).to_owned(), &Scene::paper());
         SweepPlan {
             study: None,
             first_seed,
@@ -325,7 +262,7 @@ pub(super) mod tests {
 
     #[test]
     fn plans_that_cannot_be_carried_out_are_refused() {
-        let refusal = |plan: SweepPlan| plan.check().unwrap_err().to_string();
+        let refusal = |plan: SweepPlan| plan.check(&Registry::default()).unwrap_err().to_string();
         assert!(refusal(plan(&[], 0)).contains("needs a scene"));
         assert!(refusal(plan(&["../a"], 0)).contains("`../a` cannot name"));
         assert!(refusal(plan(&["a"], u64::MAX)).contains("too many"));

@@ -1,4 +1,4 @@
-//! Room: what is left of runs that are over when their results are enough.
+//! Removes files of finished runs to save disk space; their results stay.
 
 use super::{RunState, SweepPlan};
 use cosmic::error::{Error, Result};
@@ -9,7 +9,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// What a pruning removed.
+/// What was removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pruned {
     /// Runs that had something to remove.
@@ -18,13 +18,13 @@ pub struct Pruned {
     pub bytes: u64,
 }
 
-/// Removes trajectories, snapshots and histories of runs that are over. Scenes, designs and summaries stay. The
-/// histories of a run that diverged stay too: they count its iterations. So do those of a study's runs:
-/// its figures are drawn from them.
+/// Removes trajectories, snapshots and histories of finished runs. Scenes, designs and summaries stay. The
+/// histories of a run that diverged stay too, because they count its iterations, and those of a study's runs,
+/// because its figures are drawn from them.
 ///
 /// # Errors
 /// [`Error::Write`] for a file that cannot be removed.
-pub fn prune<S>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Pruned> {
+pub fn prune(sweep: &Path, plan: &SweepPlan) -> Result<Pruned> {
     let mut pruned = Pruned::default();
     for index in 0..plan.runs() {
         let folder = plan.folder(sweep, index);
@@ -43,7 +43,7 @@ pub fn prune<S>(sweep: &Path, plan: &SweepPlan<S>) -> Result<Pruned> {
     Ok(pruned)
 }
 
-/// Removes a file, if it is there; its size.
+/// Removes a file, if it exists, and returns its size.
 fn removed(path: &Path) -> Result<u64> {
     let size = match fs::symlink_metadata(path) {
         Ok(found) => found.len(),

@@ -1,9 +1,9 @@
-//! Numbers of runs as text, in the form that arrays of a cluster take: `3-17,40`.
+//! Numbers of runs as text, in the form of a cluster's job arrays: `3-17,40`.
 
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 
-/// Numbers that ascend, as ranges: `3-17,40`. Empty for none.
+/// Ascending numbers as ranges: `3-17,40`. Empty for no numbers.
 pub fn in_ranges(numbers: &[usize]) -> String {
     let mut text = String::new();
     for run in numbers.chunk_by(|a, b| a + 1 == *b) {
@@ -16,12 +16,12 @@ pub fn in_ranges(numbers: &[usize]) -> String {
         } else {
             write!(text, "{first}-{last}")
         };
-        written.expect("a text takes what is written");
+        written.expect("writing to a string cannot fail");
     }
     text
 }
 
-/// Reads what [`in_ranges`] writes, in any order; `None` for anything else.
+/// Reads the output of [`in_ranges`], in any order; `None` for anything else.
 pub fn parse_ranges(text: &str) -> Option<Vec<RangeInclusive<usize>>> {
     let range = |part: &str| {
         let (first, last) = part.split_once('-').unwrap_or((part, part));
@@ -31,7 +31,7 @@ pub fn parse_ranges(text: &str) -> Option<Vec<RangeInclusive<usize>>> {
     text.split(',').map(range).collect()
 }
 
-/// A number of nothing but digits; the standard reader takes a `+` too.
+/// A number that consists of digits only; the standard parser accepts a `+` too.
 fn number(text: &str) -> Option<usize> {
     let digits = text.bytes().all(|byte| byte.is_ascii_digit());
     digits.then(|| text.parse().ok()).flatten()
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_range_is_refused() {
+    fn malformed_ranges_are_refused() {
         for text in ["", "3-", "-1", "5-3", "1,,2", "+1", "1 2", "a"] {
             assert_eq!(parse_ranges(text), None, "{text}");
         }

@@ -1,4 +1,4 @@
-//! The state of a sweep's run, judged by its files.
+//! The state of a sweep's run, determined by its files.
 
 use cosmic::record::DIVERGED;
 use cosmic::record::history::LINES;
@@ -13,9 +13,9 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
-    /// Not begun.
+    /// Not started.
     Waiting,
-    /// At work, or interrupted.
+    /// Running or interrupted.
     Begun,
     /// Finished, with a summary.
     Done,
@@ -40,7 +40,7 @@ impl RunState {
         }
     }
 
-    /// True if nothing is left to do.
+    /// True if the run is finished.
     pub fn is_over(self) -> bool {
         matches!(self, RunState::Done | RunState::Diverged)
     }
@@ -56,8 +56,8 @@ impl RunState {
     }
 }
 
-/// Iterations of a run in a state: of a run that is done as its summary says, else as its history does. A
-/// run at work may be one ahead; what cannot be read counts 0.
+/// Iterations of a run in a state, from the summary of a finished run or from the history of another. A running
+/// one may be one iteration ahead. Files that cannot be read count 0.
 pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     match state {
         RunState::Waiting => None,
@@ -67,7 +67,7 @@ pub(super) fn iterations(folder: &Path, state: RunState) -> usize {
     .unwrap_or(0)
 }
 
-/// A summary or a row of a history, of which only this matters.
+/// The number of iterations in a summary or in a row of a history.
 #[derive(Deserialize)]
 struct Counted {
     #[serde(alias = "iteration")]
@@ -79,10 +79,10 @@ fn in_summary(folder: &Path) -> Option<usize> {
     Some(counted.iterations)
 }
 
-/// More bytes than a row of a history has.
+/// Longer than any row of a history, in bytes.
 const ROW: u64 = 1 << 14;
 
-/// From the last whole row alone: thousands of histories are gigabytes.
+/// Reads only the end of the file, because thousands of histories are gigabytes.
 fn in_history(folder: &Path) -> Option<usize> {
     let mut file = File::open(folder.join(LINES)).ok()?;
     let length = file.metadata().ok()?.len();
@@ -90,7 +90,7 @@ fn in_history(folder: &Path) -> Option<usize> {
         .ok()?;
     let mut end = Vec::new();
     file.read_to_end(&mut end).ok()?;
-    // What follows the last line's end is being written.
+    // The text after the last line's end is still being written.
     let whole = &end[..end.iter().rposition(|&byte| byte == b'\n')?];
     let row = whole.rsplit(|&byte| byte == b'\n').next()?;
     let counted: Counted = serde_json::from_slice(row).ok()?;

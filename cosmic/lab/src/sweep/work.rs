@@ -1,7 +1,7 @@
-//! The work on a sweep: one run, the next run, or all that are left with a thread for each.
+//! The work on a sweep: one run, the next run, or all unfinished runs with a thread for each.
 
 use super::claim::{Answer, Claim, PACE, claim};
-use super::{HasScene, PLAN, RunState, SweepPlan};
+use super::{PLAN, RunState, SweepPlan};
 use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
@@ -17,7 +17,7 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-/// How often claims of other hosts are looked at.
+/// How often claims of other hosts are checked.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The outcome of a run that was asked for.
@@ -25,11 +25,11 @@ const LOOK: Duration = Duration::from_secs(1);
 pub enum RunOutcome {
     /// It ran to its end.
     Done(Box<Summary>),
-    /// Its result diverges; the sentence says where.
+    /// Its result diverges, with the message.
     Diverged(String),
-    /// It was already over.
+    /// It was already finished.
     Over,
-    /// Another process is at work on it.
+    /// Another process is running it.
     Taken,
 }
 
@@ -44,7 +44,7 @@ pub struct Ended {
 
 /// Watches a sweep from another thread, and may end it early.
 pub trait Overseer: Sync {
-    /// True to stop the sweep. Runs save themselves first.
+    /// True to stop the sweep. Runs are saved first.
     fn is_stopped(&self) -> bool;
 
     /// Called when a run ended. Calls do not overlap.
@@ -54,19 +54,19 @@ pub trait Overseer: Sync {
     fn warning(&self, run: &str, text: &str);
 }
 
-/// A sweep at work.
-pub struct Sweep<'s, S> {
+/// A sweep that is being run.
+pub struct Sweep<'s> {
     /// The folder.
     pub folder: &'s Path,
     /// The plan.
-    pub plan: &'s SweepPlan<S>,
+    pub plan: &'s SweepPlan,
     /// The items that the scenes may name.
     pub registry: &'s Registry,
 }
 
-impl<S: HasScene> Sweep<'_, S> {
-    /// Begins or resumes one run. If a process on another host has claimed it, a minute tells whether that
-    /// process still works; `is_stopped` may end the wait.
+impl Sweep<'_> {
+    /// Begins or resumes one run. If a process on another host has claimed it, this waits up to a minute to find
+    /// out whether that process still works. `is_stopped` may end the wait.
     ///
     /// # Errors
     /// The errors of [`record::optimise`] and [`record::resume_of`], except the divergence of a result; the errors
@@ -100,13 +100,13 @@ impl<S: HasScene> Sweep<'_, S> {
         }
     }
 
-    /// Begins or resumes one run; `None` if it is not known yet whether its holder, on another host, works.
+    /// Begins or resumes one run; `None` if it is not known yet whether its holder on another host still works.
     fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
         let folder = self.plan.folder(self.folder, index);
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
         }
-        // A folder that is gone is not made anew.
+        // A removed folder is not created again.
         let plan = self.folder.join(PLAN);
         fs::metadata(&plan).map_err(Error::writing(&plan))?;
         let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
@@ -139,19 +139,19 @@ impl<S: HasScene> Sweep<'_, S> {
                 RunOutcome::Done(Box::new(summary))
             }
             Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),
-            // Taken by `cosmic resume`, which makes no claims.
+            // `cosmic resume` runs it, which makes no claims.
             Err(Error::Taken(_)) => RunOutcome::Taken,
             Err(error) => return Err(error),
         }))
     }
 
-    /// Works on the first run that is neither over nor taken; `None` if there is none. It waits as
-    /// [`run_one`](Self::run_one) does. A run that cannot be done, for its time step or because its files cannot
-    /// be written, is passed over.
+    /// Works on the first run that is neither finished nor taken; `None` if there is none. It waits like
+    /// [`run_one`](Self::run_one). A run that fails, for example because of its time step or its files, is passed
+    /// over.
     ///
     /// # Errors
-    /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
-    /// is left.
+    /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other run
+    /// remains.
     pub fn run_next(
         &self,
         observer: &mut dyn Observer,
@@ -160,8 +160,8 @@ impl<S: HasScene> Sweep<'_, S> {
         self.once_known(is_stopped, || self.try_next(observer))
     }
 
-    /// As [`run_next`](Self::run_next), without waiting: `None` if it is not known yet whether anything is
-    /// left, `Some(None)` if nothing is.
+    /// As [`run_next`](Self::run_next), without waiting: `None` if it is not known yet whether runs remain,
+    /// `Some(None)` if none remains.
     fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
         let mut passed_over = BTreeMap::new();
         let mut is_known = true;
@@ -195,22 +195,21 @@ impl<S: HasScene> Sweep<'_, S> {
         }
     }
 
-    /// Works on every run that is neither over nor taken, see [`run_these`](Self::run_these).
+    /// Works on every run that is neither finished nor taken; see [`run_these`](Self::run_these).
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`run_these`](Self::run_these).
     pub fn run_all(&self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
         let all: Vec<usize> = (0..self.plan.runs()).collect();
         self.run_these(&all, threads, overseer)
     }
 
-    /// Works on those of some runs that are neither over nor taken, each on its own thread, until none
-    /// is left. This includes runs that other processes give back meanwhile. A run that cannot be done is
-    /// passed over, as by [`run_next`](Self::run_next).
+    /// Works on some runs, each on its own thread, until all are finished or taken. This includes runs that other
+    /// processes give back meanwhile. A run that fails is passed over, as by [`run_next`](Self::run_next).
     ///
     /// # Errors
-    /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after
-    /// all others are done. [`Error::Stopped`] if the overseer asked for it.
+    /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after all other runs
+    /// are done. [`Error::Stopped`] if the overseer stops the sweep.
     ///
     /// # Panics
     /// If the plan has no run of such a number.
@@ -237,19 +236,19 @@ impl<S: HasScene> Sweep<'_, S> {
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
-            // Whether a holder on another host works is told by waiting.
+            // Only waiting shows whether a holder on another host still works.
             if unknown > 0 && taken + unknown == left.len() {
                 thread::sleep(LOOK);
                 continue;
             }
-            // Nothing is left, or other processes are at work on all that is left.
+            // All runs are finished, or other processes are running the rest.
             if taken + unknown == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
     }
 
-    /// Tries each run once: its outcome as of [`try_one`](Self::try_one), or the reason why it was passed over.
+    /// Tries each run once: its outcome by [`try_one`](Self::try_one), or the reason why it was passed over.
     fn try_each(
         &self,
         runs: &[usize],

@@ -1,8 +1,8 @@
-//! How fast neighbouring motions diverge, and how long pointwise errors mean anything.
+//! How fast neighbouring motions diverge, and for how long errors at single times mean something.
 
 use rayon::prelude::*;
 
-use super::probe::{MOVED, Probe, distance, median};
+use super::probe::{MOVED, Probe, distance};
 use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
@@ -24,9 +24,9 @@ const SPENT: u32 = 7;
 pub(super) struct Chaos {
     /// Steps in which a small perturbation doubles, the median over starts; infinite if it does not
     /// double once in the whole rollout.
-    pub(super) doubling: f64,
+    doubling: f64,
     /// The time step, s.
-    pub(super) dt: f64,
+    dt: f64,
     /// Steps, and the largest growth of a small perturbation until then over all starts. Contacts
     /// stretch some directions for a while even if nothing grows in the long run. The list ends when
     /// the first start is beyond the range of small perturbations.
@@ -45,22 +45,23 @@ impl Chaos {
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
         observed.push(steps);
         let run = |starts: &[_]| probe.run_batch(starts, &observed);
-        let unmoved = run(std::slice::from_ref(&case.start)).remove(0).states;
+        let unmoved = run(std::slice::from_ref(&case.start)).remove(0);
         let starts = probe.moved_starts(STARTS);
         let groups = starts.par_chunks(together(STARTS));
         let moved = groups.map(run).collect::<Vec<_>>().concat();
-        let reach = |states: &[State<f64>]| {
+        let reach = |states: &Vec<State<f64>>| {
             let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
             probe.task.ground().along(last - first)
         };
-        let parting = moved.iter().map(|moved| {
-            let pairs = moved.states.iter().zip(&unmoved);
+        let distances = |states: &Vec<State<f64>>| {
+            let pairs = states.iter().zip(&unmoved);
             pairs.map(|(a, b)| distance(a, b)).collect()
-        });
-        let parting: Vec<Vec<f64>> = parting.collect();
-        let rate = median(parting.iter().map(|d| growth_rate(&observed, d)));
+        };
+        let parting: Vec<Vec<f64>> = moved.iter().map(distances).collect();
+        let rates: Vec<f64> = parting.iter().map(|d| growth_rate(&observed, d)).collect();
+        let rate = Quantiles::of(&rates).p50;
         let doubles = rate * steps as f64 >= 1.0;
-        let reached: Vec<f64> = moved.iter().map(|moved| reach(&moved.states)).collect();
+        let reached: Vec<f64> = moved.iter().map(reach).collect();
         Self {
             doubling: if doubles { 1.0 / rate } else { f64::INFINITY },
             dt: case.physics.dt,
@@ -79,27 +80,26 @@ impl Chaos {
         grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
-    /// The note beside every table.
+    /// The note before the tables.
     pub(super) fn note(&self) -> String {
         if self.doubling.is_infinite() {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
             return format!(
                 "Chaos: small perturbations of this design do not double once in the whole rollout. \
-                 In between some had grown {most:.0} times."
+                 The largest grew {most:.0} times in between."
             );
         }
         // Steps after which rounding has used up all binary digits of a number type.
         let horizon = |digits: u32| f64::from(digits - SPENT) * self.doubling;
         let [double, single] = [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(horizon);
+        let [doubling, double_s, single_s] =
+            [self.doubling, double, single].map(|steps| steps * self.dt);
         format!(
-            "Chaos: a small perturbation of this design doubles every {:.0} steps ({:.3} s). \
-             Beyond {double:.0} steps ({:.2} s) in f64, and {single:.0} steps ({:.2} s) in f32, \
-             every digit is lost to rounding and pointwise errors mean nothing. The spread over \
-             perturbed starts still has a meaning.",
+            "Chaos: a small perturbation of this design doubles every {:.0} steps ({doubling:.3} s). \
+             Beyond {double:.0} steps ({double_s:.2} s) in f64, and {single:.0} steps \
+             ({single_s:.2} s) in f32, every digit is lost to rounding and errors at single times mean \
+             nothing. The spread over perturbed starts still has a meaning.",
             self.doubling,
-            self.doubling * self.dt,
-            double * self.dt,
-            single * self.dt,
         )
     }
 
@@ -161,7 +161,7 @@ mod tests {
     use crate::verify::probe::small;
 
     #[test]
-    fn growth_is_read_off_small_distances_alone() {
+    fn growth_is_read_from_small_distances_only() {
         let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
         let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
         let distances: Vec<f64> = steps.iter().map(grown).collect();

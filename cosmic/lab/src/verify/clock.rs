@@ -4,8 +4,7 @@ use std::fs;
 use std::hint::black_box;
 use std::time::Duration;
 
-use super::probe::median;
-
+use cosmic::codesign::Quantiles;
 #[cfg(not(windows))]
 use cpu_time::ThreadTime as Clock;
 // Windows counts a thread's time in ticks of 16 ms: wall time is more precise there.
@@ -18,7 +17,7 @@ const LONG: f64 = 1.0;
 const LONGEST: Duration = Duration::from_secs(2);
 
 /// The processor time of this thread for a piece of work.
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
+fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = Clock::now();
     black_box(work());
     start.elapsed()
@@ -26,16 +25,14 @@ pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
 
 /// The median processor time of a piece of work over up to `repeats` runs, in s.
 pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64 {
-    let (mut times, mut spent) = (Vec::new(), 0.0);
-    while times.is_empty() || times.len() < repeats && spent < LONG {
-        let time = timed(&mut work).as_secs_f64();
-        spent += time;
-        times.push(time);
+    let mut times = Vec::new();
+    while times.is_empty() || times.len() < repeats && times.iter().sum::<f64>() < LONG {
+        times.push(timed(&mut work).as_secs_f64());
     }
-    median(times)
+    Quantiles::of(&times).p50
 }
 
-/// The least processor time of each work over some rounds, or over fewer if these take long, in s. Each
+/// The shortest processor time of each work over some rounds, or over fewer if these take long, in s. Each
 /// round runs every work once, so that a disturbance of the machine affects all of them.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
     let start = Clock::now();
@@ -57,12 +54,11 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
 pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
-        let before = resident_memory().filter(|_| forget_peak());
+        let before = memory("VmRSS:").filter(|_| forget_peak());
         let mut result = None;
-        let time: Duration = timed(|| result = Some(work()));
-        let after = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
-        let result = result.expect("the work was done");
-        (result, time.as_secs_f64(), after)
+        let time = timed(|| result = Some(work())).as_secs_f64();
+        let held = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
+        (result.expect("the work was done"), time, held)
     };
     // A new thread has no spare buffers of earlier work.
     std::thread::scope(|scope| {
@@ -82,11 +78,9 @@ fn ballast() -> Vec<Vec<u8>> {
     const ROUNDS: usize = 128;
     let mut blocks = Vec::new();
     for _ in 0..ROUNDS {
-        let before = resident_memory();
+        let before = memory("VmRSS:").unwrap_or(0);
         blocks.extend((0..BLOCKS).map(|_| black_box(vec![1u8; BLOCK])));
-        let risen = resident_memory()
-            .unwrap_or(u64::MAX)
-            .saturating_sub(before.unwrap_or(0));
+        let risen = memory("VmRSS:").unwrap_or(u64::MAX).saturating_sub(before);
         // Most of the round came fresh from the system.
         if risen as usize > BLOCK * BLOCKS / 5 * 4 {
             break;
@@ -100,12 +94,7 @@ pub fn peak_memory() -> Option<u64> {
     memory("VmHWM:")
 }
 
-/// The memory that this process holds, in bytes, if the system tells.
-fn resident_memory() -> Option<u64> {
-    memory("VmRSS:")
-}
-
-/// A size in the system's account of this process, in bytes.
+/// A size in the system's account of this process, in bytes, if the system has one.
 fn memory(key: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
@@ -118,16 +107,15 @@ fn forget_peak() -> bool {
     fs::write("/proc/self/clear_refs", "5").is_ok()
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::measured;
 
-    #[cfg(target_os = "linux")]
     #[test]
     fn memory_is_that_of_the_work() {
-        let ((), _, first) = measured(|| drop(std::hint::black_box(vec![1u8; 64 << 20])));
-        // Systems may refuse to start the count again.
-        if let Some(bytes) = first {
+        let ((), _, held) = measured(|| drop(std::hint::black_box(vec![1u8; 64 << 20])));
+        // A system may refuse to start the count again.
+        if let Some(bytes) = held {
             assert!(bytes >= 60 << 20, "{bytes}");
         }
     }

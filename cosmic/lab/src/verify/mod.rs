@@ -1,4 +1,4 @@
-//! The program's checks of itself: its numbers against other ways to compute them, and their cost.
+//! Checks of the program's numbers against other ways to compute them, and their cost.
 
 mod accuracy;
 mod chaos;
@@ -8,8 +8,7 @@ mod gradients;
 mod plan;
 mod probe;
 mod speed;
-pub mod stability;
-mod voids;
+mod stability;
 
 pub use accuracy::accuracy;
 pub use clock::{measured, peak_memory};
@@ -17,5 +16,5 @@ pub use gradcheck::{GradientCheck, Group, NegativeControl, check_gradients, chec
 pub use gradients::gradients;
 pub use plan::{Plan, Term};
 pub use probe::frequencies;
-pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
-pub use voids::{Pull, Voids};
+pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure};
+pub use stability::stability;

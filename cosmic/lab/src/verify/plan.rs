@@ -6,15 +6,15 @@
 
 use super::clock::least_times;
 use super::speed::Subject;
-use super::voids::{Voids, keep_all};
 use cosmic::case::Case;
-use cosmic::design::Design;
+use cosmic::design::{Design, Material};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
+use cosmic::policy::Network;
 use cosmic::scene::{
-    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses,
+    ControllerSettings, LossSettings, Named, PhysicsSettings, ProfileKind, Senses, VoidEdges,
 };
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
@@ -22,12 +22,12 @@ use std::iter::once;
 
 /// Steps of a measured rollout.
 const STEPS: usize = 1024;
-/// Rounds of measurements; the least time counts, as the least disturbed one.
+/// Rounds of measurements; the shortest time counts, because it is the least disturbed one.
 const ROUNDS: usize = 15;
 /// The radius of gyration of the section (m) with which bending is put back.
 const SOME_BENDING: f64 = 0.01;
-/// A scale with which the controller sees numbers that are too small to act on.
-const LEAST_SCALE: f64 = 1e-150;
+/// A stiffness, a strain or a scale below any rounding but not zero, so that steps compute its term.
+const LEAST: f64 = 1e-150;
 
 /// A term of a rollout. Times are microseconds per step, and `None` if not measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,7 +41,7 @@ pub struct Term {
     pub why: String,
     /// The time that leaving out a kept term saves.
     pub cost: Option<f64>,
-    /// The cost as a share of the step.
+    /// The cost as a fraction of the step.
     pub share: Option<f64>,
     /// The time that an omitted term would cost.
     pub saving: Option<f64>,
@@ -54,70 +54,61 @@ pub struct Plan {
     pub terms: Vec<Term>,
     /// Microseconds per step; `None` if not measured.
     pub step: Option<f64>,
-    /// The void edges of a layout; `None` for a mixture.
-    pub voids: Option<Voids>,
 }
+
+const HIDDEN: &str = "hidden layer";
+const POLICY: &str = "policy without its outputs";
+const OUTPUT: &str = "output layer";
+const BY_WEIGHTS: &str = "gradient by weights";
+const BY_DESIGN: &str = "gradient by the design";
 
 impl Plan {
     /// The plan of a case's rollout.
     pub fn of(case: &Case) -> Self {
-        let (facts, voids) = (Facts::new(case), Voids::of(case));
-        let rows = facts.rows(voids.as_ref());
+        let rows = rows(case, &case.body());
         Self {
             terms: rows.into_iter().map(|row| row.term).collect(),
             step: None,
-            voids,
         }
     }
 
     /// The plan with the times of all terms that can be put in or left out. The gradients are of `loss`.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
-        let (facts, voids) = (Facts::new(case), Voids::of(case));
-        let rows = facts.rows(voids.as_ref());
-        let others = rows.iter().filter_map(|row| row.other.as_deref());
+        let body = case.body();
+        let rows = rows(case, &body);
         let as_planned: &Change = &|_| ();
-        let changes = once(as_planned).chain(others);
-        let variants: Vec<Variant> = changes.map(|change| facts.variant(change)).collect();
+        let changes = once(as_planned).chain(rows.iter().filter_map(|row| row.other.as_deref()));
+        let variants: Vec<_> = changes.map(|change| variant(case, &body, change)).collect();
         let span = Span::from_start(vec![STEPS]);
         let times = least_times(ROUNDS, &variants, |(simulator, body)| {
             simulator.rollout(body, &case.controller, &case.start, &span)
         });
         let mut times = times.into_iter().map(|time| time * 1e6 / STEPS as f64);
         let step = times.next().unwrap_or(f64::NAN);
-        let timed = |mut row: Row| {
-            let (term, other) = (&mut row.term, row.other.and_then(|_| times.next()));
-            let added = |other: f64| {
-                if term.kept {
-                    step - other
-                } else {
-                    other - step
-                }
-            };
-            let time = other.map(|other| added(other).max(0.0));
-            (term.cost, term.saving) = if term.kept {
-                (time, None)
-            } else {
-                (None, time)
-            };
-            row.term
+        let timed = |row: Row| {
+            let mut term = row.term;
+            let other = row.other.and_then(|_| times.next());
+            match term.kept {
+                true => term.cost = other.map(|other| (step - other).max(0.0)),
+                false => term.saving = other.map(|other| (other - step).max(0.0)),
+            }
+            term
         };
+        let terms = rows.into_iter().map(timed).collect();
         let mut plan = Self {
-            terms: rows.into_iter().map(timed).collect(),
+            terms,
             step: Some(step),
-            voids: None,
         };
-        // A robot without outputs has no network, so leaving them out saved both layers.
+        // A robot without outputs has no policy, so leaving them out saved the output layer too.
         let output = plan.term(OUTPUT).cost;
-        let hidden = &mut plan.term(HIDDEN).cost;
+        let (name, _) = before_outputs(case);
+        let hidden = &mut plan.term(name).cost;
         let both = hidden.zip(output);
         *hidden = both.map(|(both, output)| (both - output).max(0.0));
         plan.add_gradients(case, loss);
         for term in &mut plan.terms {
             term.share = term.cost.map(|cost| cost / step);
         }
-        let row = plan.term(VOID_EDGES);
-        let saving = row.cost.or(row.saving);
-        plan.voids = voids.map(|voids| Voids { saving, ..voids });
         plan
     }
 
@@ -127,7 +118,7 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// Adds the costs of the gradients that an update does not ask for.
+    /// Adds the costs of the gradients that an update does not compute.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -140,15 +131,6 @@ impl Plan {
     }
 }
 
-const HIDDEN: &str = "hidden layer";
-const OUTPUT: &str = "output layer";
-const VOID_EDGES: &str = "void edges";
-const BY_WEIGHTS: &str = "gradient by weights";
-const BY_DESIGN: &str = "gradient by the design";
-
-/// A rollout with a term put in or left out.
-type Variant = (Simulator, Body<f64>);
-
 /// The settings and the body of a rollout.
 struct Parts {
     physics: PhysicsSettings,
@@ -158,6 +140,19 @@ struct Parts {
 
 /// A change of the planned rollout.
 type Change<'f> = dyn Fn(&mut Parts) + 'f;
+
+/// The rollout of [`STEPS`] steps with a change.
+fn variant(case: &Case, body: &Body<f64>, change: &Change) -> (Simulator, Body<f64>) {
+    let mut parts = Parts {
+        physics: case.physics.clone(),
+        sight: case.observation.clone(),
+        body: body.clone(),
+    };
+    parts.physics.steps = STEPS;
+    change(&mut parts);
+    let simulator = Simulator::new(&case.lattice, &parts.physics, &parts.sight);
+    (simulator, parts.body)
+}
 
 /// A term, and the change by which a rollout computes it if the planned one does not, or the other way
 /// round.
@@ -188,183 +183,190 @@ impl<'f> Row<'f> {
     }
 }
 
-/// The facts about a rollout on which the terms depend.
-struct Facts<'a> {
-    case: &'a Case,
-    body: Body<f64>,
-    /// Edges that strain, and edges in all.
-    outputs: [usize; 2],
+/// All terms of a case's rollout.
+fn rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
+    let mut rows = controller_rows(case, body);
+    rows.extend(force_rows(case, body));
+    rows.extend(ground_rows(case));
+    let why = "not in updates of the design, which compute the gradient by the design alone";
+    rows.push(row(BY_WEIGHTS, false, why));
+    let why = match case.design {
+        Design::Layout(_) => "the layout is frozen",
+        Design::Undecided(_) => "not in updates of the controller",
+    };
+    rows.push(row(BY_DESIGN, false, why));
+    rows
 }
 
-impl<'a> Facts<'a> {
-    fn new(case: &'a Case) -> Self {
-        let body = case.body();
-        // An edge without stiffness pulls on nothing, strained or not.
-        let edges = body.strain.iter().zip(&body.stiffness);
-        let strains = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
-        Self {
-            outputs: [strains.count(), body.strain.len()],
-            case,
-            body,
+/// The name and the size of the part of a policy that computes the inputs of its outputs.
+fn before_outputs(case: &Case) -> (&'static str, String) {
+    match Network::of(&case.controller) {
+        Some(network) => {
+            let units = network.first.biases.len();
+            (HIDDEN, format!("{units} units, of the observation"))
+        }
+        None => {
+            let (name, count) = (case.observation.policy.name(), case.controller.weights());
+            (POLICY, format!("`{name}` has {count} parameters"))
         }
     }
+}
 
-    /// The rollout of [`STEPS`] steps with a change.
-    fn variant(&self, change: &Change) -> Variant {
-        let case = self.case;
-        let mut parts = Parts {
-            physics: case.physics.clone(),
-            sight: case.observation.clone(),
-            body: self.body.clone(),
-        };
-        parts.physics.steps = STEPS;
-        change(&mut parts);
-        let simulator = Simulator::new(&case.lattice, &parts.physics, &parts.sight);
-        (simulator, parts.body)
+fn controller_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
+    // An edge without stiffness pulls on nothing, strained or not.
+    let edges = body.strain.iter().zip(&body.stiffness);
+    let straining = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
+    let (some, all) = (straining.count(), body.strain.len());
+    let strains = some > 0;
+    let weighed = strains && !body.presence.is_empty();
+    let (folded, why_weighed) = match weighed {
+        true => (
+            "scales, goal, clocks of one frequency and rotation are folded into the weights once",
+            "nodes count, and are observed, as much as their edges are solid",
+        ),
+        false => (
+            "mean, scales, goal, clocks of one frequency and rotation are folded into the weights once",
+            "all nodes count alike",
+        ),
+    };
+    let sight = |sees: bool, scale: &str| match (sees, strains) {
+        (false, _) => format!("controller.{scale} is 0"),
+        (true, false) => "there is no controller: no edge strains".to_owned(),
+        (true, true) => "the controller observes them".to_owned(),
+    };
+    let Senses { x, v } = case.observation.senses();
+    let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
+    let why_idle = match all - some {
+        0 => "every edge strains a little".to_owned(),
+        idle => format!("{idle} edges do not strain, or have no stiffness"),
+    };
+    let (before_outputs, why_before) = before_outputs(case);
+    vec![
+        row("making of observations", false, folded),
+        row(before_outputs, strains, why_before).or(strains, |parts| parts.body.strain.fill(0.0)),
+        row("presence of nodes", weighed, why_weighed)
+            .or(weighed, |parts| parts.body.presence.clear()),
+        row("sight of positions", x && strains, why_x)
+            .or(strains && !x, |parts| parts.sight.offset_scale = LEAST),
+        row("sight of velocities", v && strains, why_v)
+            .or(strains && !v, |parts| parts.sight.velocity_scale = LEAST),
+        row(OUTPUT, strains, format!("{some} edges strain"))
+            .or(strains, |parts| keep_first(&mut parts.body.strain)),
+        row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
+            keep_all(&mut parts.body.strain)
+        }),
+    ]
+}
+
+fn force_rows<'f>(case: &'f Case, body: &Body<f64>) -> Vec<Row<'f>> {
+    let physics = &case.physics;
+    let (cubic, radius) = (physics.stiffening, physics.bending_radius);
+    let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
+    let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
+    let stiffens = match cubic {
+        0.0 => "physics.stiffening is 0".to_owned(),
+        _ => format!("k (e + {cubic} e^3); the stable step includes their actuators' strokes"),
+    };
+    let resists = format!("physics.bending_radius is {radius} m");
+    let edges = body.stiffness.iter().filter(|k| **k != 0.0).count();
+    let springs = match physics.substeps {
+        1 => format!("{edges} edges, in whole lanes"),
+        substeps => format!("{edges} edges, {substeps} times a step"),
+    };
+    let mut rows = vec![
+        row("springs", true, springs),
+        void_row(case),
+        row("stiffening springs", cubic > 0.0, stiffens)
+            .or(true, move |parts| parts.physics.stiffening = stiffer),
+        row("bending of bars", radius > 0.0, resists)
+            .or(true, move |parts| parts.physics.bending_radius = bent),
+    ];
+    for (name, about) in physics.forces.about() {
+        rows.push(row(name, true, about).or(true, move |parts| {
+            parts.physics.forces = parts.physics.forces.without(name);
+        }));
     }
+    rows
+}
 
-    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
-        let mut rows = self.controller_rows();
-        rows.extend(self.force_rows(voids));
-        rows.extend(self.ground_rows());
-        let why = "not in updates of the design, which ask for the gradient by the design alone";
-        rows.push(row(BY_WEIGHTS, false, why));
-        let why = match self.case.design {
-            Design::Layout(_) => "the layout is frozen",
-            Design::Undecided(_) => "not in updates of the controller",
+/// The void edges of a layout, which steps leave out if the scene drops them or they have no stiffness.
+fn void_row(case: &Case) -> Row<'_> {
+    let Some(materials) = case.design.layout() else {
+        return row("void edges", true, "no edge of a mixture is void");
+    };
+    let no_stiffness = Material::Void.of(&case.materials.stiffness) == 0.0;
+    let (kept, why) = match case.physics.void_edges {
+        VoidEdges::Drop => (false, "physics.void_edges is \"drop\""),
+        VoidEdges::Keep if no_stiffness => (false, "void has no stiffness"),
+        VoidEdges::Keep => (true, "physics.void_edges is \"keep\""),
+    };
+    let void = materials.iter().filter(|m| **m == Material::Void).count();
+    let why = format!("{void} of {}: {why}", materials.len());
+    row("void edges", kept, why).or(true, move |parts| {
+        let physics = PhysicsSettings {
+            void_edges: if kept {
+                VoidEdges::Drop
+            } else {
+                VoidEdges::Keep
+            },
+            ..case.physics.clone()
         };
-        rows.push(row(BY_DESIGN, false, why));
-        rows
-    }
-
-    fn controller_rows(&self) -> Vec<Row<'_>> {
-        let ([some, all], hidden) = (self.outputs, self.case.observation.hidden);
-        let strains = some > 0;
-        let weighed = strains && !self.body.presence.is_empty();
-        let (folded, why_weighed) = if weighed {
-            (
-                "scales, goal, clocks of one frequency and rotation are folded into the weights once",
-                "nodes count, and are observed, as much as their edges are solid",
-            )
-        } else {
-            (
-                "mean, scales, goal, clocks of one frequency and rotation are folded into the weights \
-                 once",
-                "all nodes count alike",
-            )
-        };
-        let sight = |sees: bool, scale: &str| match (sees, strains) {
-            (false, _) => format!("controller.{scale} is 0"),
-            (true, false) => "there is no controller: no edge strains".to_owned(),
-            (true, true) => "the controller sees them".to_owned(),
-        };
-        let Senses { x, v } = self.case.observation.senses();
-        let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
-        let why_idle = match all - some {
-            0 => "there are none: every edge strains a little".to_owned(),
-            idle => format!("{idle} edges do not strain, or have no stiffness"),
-        };
-        let units = format!("{hidden} units, of what the controller sees");
-        vec![
-            row("making of observations", false, folded),
-            row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
-            row("presence of nodes", weighed, why_weighed)
-                .or(weighed, |parts| parts.body.presence.clear()),
-            row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
-                parts.sight.offset_scale = LEAST_SCALE
-            }),
-            row("sight of velocities", v && strains, why_v).or(strains && !v, |parts| {
-                parts.sight.velocity_scale = LEAST_SCALE
-            }),
-            row(OUTPUT, strains, format!("{some} edges strain"))
-                .or(strains, |parts| keep_first(&mut parts.body.strain)),
-            row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
-                keep_all(&mut parts.body.strain)
-            }),
-        ]
-    }
-
-    fn force_rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
-        let physics = &self.case.physics;
-        let (cubic, radius) = (physics.stiffening, physics.bending_radius);
-        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
-        let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
-        let stiffens = match cubic {
-            0.0 => "physics.stiffening is 0".to_owned(),
-            _ => format!(
-                "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
-            ),
-        };
-        let resists = format!("physics.bending_radius is {radius} m");
-        let edges = self.body.stiffness.iter().filter(|k| **k != 0.0).count();
-        let springs = match physics.substeps {
-            1 => format!("{edges} edges, in whole lanes"),
-            substeps => format!("{edges} edges, {substeps} times a step"),
-        };
-        let void_edges = match voids {
-            None => row(VOID_EDGES, true, "no edge of a mixture is void"),
-            Some(voids) => row(VOID_EDGES, !voids.dropped, voids.why(self.case))
-                .or(true, |parts| parts.body = voids.other_body(self.case)),
-        };
-        let mut rows = vec![
-            row("springs", true, springs),
-            void_edges,
-            row("stiffening springs", cubic > 0.0, stiffens)
-                .or(true, move |parts| parts.physics.stiffening = stiffer),
-            row("bending of bars", radius > 0.0, resists)
-                .or(true, move |parts| parts.physics.bending_radius = bent),
-        ];
-        for (name, about) in physics.forces.about() {
-            rows.push(row(name, true, about).or(true, move |parts| {
-                parts.physics.forces = parts.physics.forces.without(name);
-            }));
+        let design = case.own_design();
+        let body = Body::new(&design, &case.lattice, &case.materials, &physics);
+        parts.body.stiffness = body.stiffness;
+        if !kept {
+            keep_all(&mut parts.body.stiffness);
         }
-        rows
-    }
+    })
+}
 
-    fn ground_rows(&self) -> [Row<'_>; 4] {
-        let physics = &self.case.physics;
-        let rotation = match Ground::from(physics).is_flat() {
-            true => "the ground is flat".to_owned(),
-            false => format!(
-                "all is computed in the frame of the ground, which is inclined by {} degrees; \
-                 gravity and weights are turned once",
-                physics.incline_deg
-            ),
-        };
-        let nodes = format!("{} nodes", self.case.lattice.nodes());
-        let corners = physics.ground.resolved().points().len();
-        let (profile, other) = match corners {
-            0 => ("the ground is a line".to_owned(), ProfileKind::Steps),
-            _ => {
-                let kind = physics.ground.profile.name();
-                (format!("{corners} corners ({kind})"), ProfileKind::Flat)
+fn ground_rows(case: &Case) -> [Row<'_>; 4] {
+    let physics = &case.physics;
+    let rotation = match Ground::from(physics).is_flat() {
+        true => "the ground is flat".to_owned(),
+        false => format!(
+            "all is computed in the frame of the ground, which is inclined by {} degrees; \
+             gravity and weights are turned once",
+            physics.incline_deg
+        ),
+    };
+    let nodes = format!("{} nodes", case.lattice.nodes());
+    let corners = physics.ground.resolved().points().len();
+    let (profile, other) = match corners {
+        0 => ("the ground is a line".to_owned(), ProfileKind::Steps),
+        _ => {
+            let kind = physics.ground.profile.name();
+            (format!("{corners} corners ({kind})"), ProfileKind::Flat)
+        }
+    };
+    let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
+    let is_coulomb = law.name() == "coulomb";
+    let coulomb = format!("coefficient {}", physics.friction);
+    let why = |holds: bool, why: &str| if holds { why } else { law.about() }.to_owned();
+    let (why_contact, why_friction) = (why(is_there, &nodes), why(is_coulomb, &coulomb));
+    [
+        row("contact with the ground", is_there, why_contact).or(true, move |parts| {
+            parts.physics.contact = match is_there {
+                true => ContactLaw::none(),
+                false => ContactLaw::infinite(),
             }
-        };
-        let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
-        let is_coulomb = law.name() == "coulomb";
-        let coulomb = format!("coefficient {}", physics.friction);
-        let why_contact = if is_there { &nodes } else { law.about() };
-        let why_friction = if is_coulomb { &coulomb } else { law.about() };
-        let other_law = if is_there {
-            ContactLaw::none
-        } else {
-            ContactLaw::infinite
-        };
-        let other_friction = if is_coulomb {
-            ContactLaw::infinite
-        } else {
-            ContactLaw::coulomb
-        };
-        [
-            row("contact with the ground", is_there, why_contact)
-                .or(true, move |parts| parts.physics.contact = other_law()),
-            row("Coulomb friction", is_coulomb, why_friction)
-                .or(true, move |parts| parts.physics.contact = other_friction()),
-            row("rotation of an incline", false, rotation),
-            row("profile of the ground", is_there && corners > 0, profile)
-                .or(is_there, move |parts| parts.physics.ground.profile = other),
-        ]
+        }),
+        row("Coulomb friction", is_coulomb, why_friction).or(true, move |parts| {
+            parts.physics.contact = match is_coulomb {
+                true => ContactLaw::infinite(),
+                false => ContactLaw::coulomb(),
+            }
+        }),
+        row("rotation of an incline", false, rotation),
+        row("profile of the ground", is_there && corners > 0, profile)
+            .or(is_there, move |parts| parts.physics.ground.profile = other),
+    ]
+}
+
+/// Replaces zeros by numbers that change nothing, so that steps compute all edges.
+fn keep_all(numbers: &mut [f64]) {
+    for number in numbers.iter_mut().filter(|number| **number == 0.0) {
+        *number = LEAST;
     }
 }
 

@@ -1,6 +1,6 @@
 //! A case that is run and differentiated repeatedly, in any number type; small functions on numbers.
 
-use autodiff::{Dual, Real, Var};
+use autodiff::{Real, Var};
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
@@ -11,8 +11,8 @@ use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
 #[cfg(test)]
 use cosmic::scene::Scene;
+use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Span, Store, Trajectory};
 use cosmic::task::Task;
 
 /// The distance by which the coordinates of neighbouring starts are moved, m.
@@ -38,27 +38,23 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The observed states of a rollout from the case's start, rounded to f64.
-    pub(super) fn run<R: Real + Into<f64>>(&self, observed: Vec<usize>) -> Trajectory<f64> {
-        let design = self.design.lift();
-        let controller = self.case.controller.map(R::lit);
-        let start = self.case.start.map(R::lit);
-        let span = Span::from_start(observed);
-        let seen = self.task.rollout(&design, &controller, &start, &span);
-        Trajectory {
-            steps: seen.steps,
-            states: seen.states.iter().map(|s| s.map(R::into)).collect(),
-        }
+    /// The states after some steps of a rollout from the case's start, rounded to f64.
+    pub(super) fn run<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
+        let (design, inputs) = (self.design.lift(), self.inputs.lift::<R>());
+        let span = Span::from_start(observed.to_vec());
+        let seen = (self.task).rollout(&design, &inputs.controller, &inputs.start, &span);
+        seen.states.iter().map(|state| state.map(R::into)).collect()
     }
 
-    /// The observed states of rollouts from several starts, in f64.
+    /// The states after some steps of rollouts from several starts, in f64.
     pub(super) fn run_batch(
         &self,
         starts: &[State<f64>],
         observed: &[usize],
-    ) -> Vec<Trajectory<f64>> {
-        let span = Span::from_start(observed.to_vec());
-        (self.task).rollout_many(&[&self.design], &self.case.controller, starts, &span)
+    ) -> Vec<Vec<State<f64>>> {
+        let (designs, span) = ([&self.design], Span::from_start(observed.to_vec()));
+        let seen = (self.task).rollout_many(&designs, &self.case.controller, starts, &span);
+        seen.into_iter().map(|seen| seen.states).collect()
     }
 
     /// Starts with every coordinate moved by [`MOVED`], up or down. Cases of equal size get equal
@@ -77,43 +73,6 @@ impl<'a> Probe<'a> {
     ) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(blocks, loss)
     }
-
-    /// The inputs as duals, the numbers of some blocks moving along `N` directions at once.
-    pub(super) fn moving<R: Real, const N: usize>(
-        &self,
-        blocks: &[Block],
-        directions: [&[f64]; N],
-    ) -> Inputs<Dual<R, N>> {
-        let mut inputs = self.inputs.lift();
-        inputs.set(blocks, &duals(&self.inputs.get(blocks), directions));
-        inputs
-    }
-
-    /// The inputs with other numbers in some blocks.
-    pub(super) fn with(&self, blocks: &[Block], numbers: &[f64]) -> Inputs<f64> {
-        let mut inputs = self.inputs.clone();
-        inputs.set(blocks, numbers);
-        inputs
-    }
-}
-
-/// Numbers as duals that move along `N` directions at once.
-pub(super) fn duals<R: Real, const N: usize>(
-    numbers: &[f64],
-    directions: [&[f64]; N],
-) -> Vec<Dual<R, N>> {
-    let dual = |(i, &x): (usize, &f64)| Dual {
-        value: R::lit(x),
-        tangent: directions.map(|direction| R::lit(direction[i])),
-    };
-    numbers.iter().enumerate().map(dual).collect()
-}
-
-/// The energies of a robot's states, J; `None` if a force has no energy, such as the force of a damper.
-pub(super) fn energies(case: &Case, states: &[State<f64>]) -> Option<Vec<f64>> {
-    let body = case.body();
-    let store = Store::new(&case.lattice, &case.physics, &body);
-    states.iter().map(|state| store.energy(state)).collect()
 }
 
 /// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
@@ -149,19 +108,11 @@ pub(super) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// The length of the difference of two vectors over the length of the second. If the second is zero,
-/// the length of the difference.
+/// The length of the difference of two vectors, relative to the length of the second vector unless that is zero.
 pub(super) fn relative_error(got: &[f64], right: &[f64]) -> f64 {
     let off: Vec<f64> = got.iter().zip(right).map(|(a, b)| a - b).collect();
     let size = norm(right);
     norm(&off) / if size > 0.0 { size } else { 1.0 }
-}
-
-/// The median; NaN counts as the largest number.
-pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = numbers.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
 }
 
 /// A case of `size` columns and rows with 2 hidden units; `change` edits its scene.

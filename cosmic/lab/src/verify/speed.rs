@@ -2,134 +2,60 @@
 
 use std::hint::black_box;
 
-use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
+use autodiff::{Memory, Model, Program, Real, Rollout};
 
 use super::clock::least_times;
-use super::probe::{Probe, relative_error};
+use super::probe::Probe;
 use cosmic::case::Case;
-use cosmic::design::{Design, LayoutRules, Mixture, VolumeBounds, snap};
+use cosmic::design::{Design, Mixture};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
-use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
-use cosmic::policy::Controller;
 use cosmic::projection::Projection;
-use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
+use cosmic::scene::LossSettings;
 use cosmic::simulator::Span;
 use cosmic::task::Horizon;
 use serde::Serialize;
 
 /// Steps of a measured rollout, unless the case has fewer.
 pub const MEASURED_STEPS: usize = 4096;
-/// Repeats of each measurement; the least time counts, as the least disturbed one.
+/// Repeats of each measurement; the shortest time counts, because it is the least disturbed one.
 const REPEATS: usize = 25;
-/// Starts that are run together.
-const STARTS: usize = 8;
 
-/// The costs of steps, and the loss of accuracy in f32.
-#[derive(Clone, Debug, PartialEq)]
+/// The costs of a step in microseconds of processor time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Speed {
     /// Steps of the measured rollouts.
     pub steps: usize,
-    /// The measured works with their times in microseconds per step of one robot.
-    pub times: Vec<(String, f64)>,
-    /// The errors of gradients in f32 over the scene's first and last horizon.
-    pub single_errors: [GradientError; 2],
+    /// A plain rollout.
+    pub rollout: f64,
+    /// The value and the gradient by the design vectors.
+    pub value_and_design_gradient: f64,
+    /// The value and the gradient by the controller's weights.
+    pub value_and_controller_gradient: f64,
+    /// The controller's two matrix-vector products alone: the yardstick.
+    pub two_matvecs: f64,
 }
 
-impl Speed {
-    /// The time of a work in microseconds per step of one robot.
-    ///
-    /// # Panics
-    /// If no work has this name.
-    pub fn time(&self, work: &str) -> f64 {
-        let found = self.times.iter().find(|(name, _)| name == work);
-        found
-            .unwrap_or_else(|| panic!("no work is called {work}"))
-            .1
-    }
-
-    /// Adds a rollout, and its values with a gradient by the design and by the controller.
-    fn add_set(&mut self, set: &str, times: [f64; 3]) {
-        let by = |block: &str| format!("{set}value_and_{block}_gradient");
-        let works = [format!("{set}rollout"), by("design"), by("controller")];
-        self.times.extend(works.into_iter().zip(times));
-    }
-}
-
-/// The error of a gradient in f32 relative to the length of the gradient in f64. Both have the scene's
-/// bound on the cotangent.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct GradientError {
-    /// Steps of the horizon.
-    pub steps: usize,
-    /// By the design vectors.
-    pub design: f64,
-    /// By the controller's weights.
-    pub controller: f64,
-}
-
-/// Measures a case with a scene's loss: the case itself, a layout of its dominant materials within the
-/// scene's volume bounds, and eight starts that run together. The plan of the rollout and its sine table,
-/// which are made once, are left out.
-pub fn measure(case: &Case, scene: &Scene) -> Speed {
-    let layout = layout(case, &scene.volume);
-    let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
+/// Measures a case with a scene's loss. The plan of the rollout and its sine table, which are made once, are
+/// left out.
+pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
+    let (subject, matvecs) = (Subject::new(case, loss), TwoMatvecs::new(case));
     let steps = subject.steps();
-    let mut speed = Speed {
-        steps,
-        times: Vec::new(),
-        single_errors: (scene.schedule.horizon)
-            .map(|steps| subject.single_error(steps, &scene.gradient)),
-    };
-    let matvecs = TwoMatvecs::new(case);
-    // In turns with the yardstick: a disturbance of the machine affects both.
-    let [rollout, by_design, by_controller] = subject.works::<f64>();
-    let yardstick = work(|| matvecs.run(steps));
-    let [two_matvecs, double @ ..] =
-        microseconds(steps, [yardstick, rollout, by_design, by_controller]);
-    speed.add_set("", double);
-    // One set after the other: a change of number type or size frees the memory of the rows.
-    speed.add_set("f32_", microseconds(steps, subject.works::<f32>()));
-    speed.add_set("one_hot_", microseconds(steps, one_hot.works::<f64>()));
-    speed.add_set("one_hot_f32_", microseconds(steps, one_hot.works::<f32>()));
-    let eight = microseconds(STARTS * steps, subject.works_of_eight());
-    speed.add_set("eight_starts_", eight);
-    let [own] = microseconds(steps, [work(|| one_hot.own_gradient::<f64>())]);
-    let [own_f32] = microseconds(steps, [work(|| one_hot.own_gradient::<f32>())]);
-    let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
-    let others = [
-        ("one_hot_own_materials", own),
-        ("one_hot_f32_own_materials", own_f32),
-        ("one_of_two_designs", two_designs),
-        ("two_matvecs", two_matvecs),
+    // The works take turns: a disturbance of the machine affects all of them.
+    let works: [&dyn Fn(); 4] = [
+        &|| _ = black_box(subject.rollout::<f64>()),
+        &|| _ = black_box(subject.gradient::<f64>(DESIGN)),
+        &|| _ = black_box(subject.gradient::<f64>(CONTROLLER)),
+        &|| _ = black_box(matvecs.run(steps)),
     ];
-    let others = others.map(|(name, time)| (name.to_owned(), time));
-    speed.times.extend(others);
-    speed
-}
-
-/// A piece of work to be measured.
-type Work<'a> = Box<dyn Fn() + 'a>;
-
-fn work<'a, T>(run: impl Fn() -> T + 'a) -> Work<'a> {
-    Box::new(move || drop(black_box(run())))
-}
-
-/// The least time of each work in microseconds per step. The works take turns.
-fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
     let times = least_times(REPEATS, &works, |work| work());
-    std::array::from_fn(|k| times[k] * 1e6 / steps as f64)
-}
-
-/// The case with one material per edge, as the hard snap gives it. If all mixtures are alike, a single
-/// material dominates everywhere; the volume bounds ensure that there are actuators.
-fn layout(case: &Case, volume: &VolumeSettings) -> Case {
-    let bounds = VolumeBounds::widened(volume, 0.0);
-    let rules = LayoutRules::new(&case.lattice, &case.rules);
-    let snapped = snap(&case.own_design().mixtures(), &bounds, &rules);
-    Case {
-        design: Design::Layout(snapped),
-        ..case.clone()
+    let time = |k: usize| times[k] * 1e6 / steps as f64;
+    Speed {
+        steps,
+        rollout: time(0),
+        value_and_design_gradient: time(1),
+        value_and_controller_gradient: time(2),
+        two_matvecs: time(3),
     }
 }
 
@@ -137,8 +63,6 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
 #[derive(Clone)]
 pub struct Subject<'a> {
     probe: Probe<'a>,
-    /// Starts near the case's own.
-    starts: Vec<State<f64>>,
     loss: Displacement,
     horizon: Horizon,
 }
@@ -151,7 +75,6 @@ impl<'a> Subject<'a> {
         let mut probe = Probe::new(case);
         probe.task = moving.task();
         Self {
-            starts: probe.moved_starts(STARTS),
             loss: Displacement {
                 ground: probe.task.ground(),
                 settings: loss.clone(),
@@ -179,8 +102,7 @@ impl<'a> Subject<'a> {
         let Probe { case, task, .. } = &self.probe;
         let inputs = self.probe.inputs.lift::<R>();
         let design = case.projected(case.projection, &inputs.z);
-        let span = self.span();
-        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
+        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &self.span());
         self.loss.loss(&seen)
     }
 
@@ -193,34 +115,16 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its shares.
+    /// [`DESIGN`] or [`CONTROLLER`]. The design gradient of a layout is the one by its mixtures.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
-        self.gradient_over(blocks, &self.horizon)
-    }
-
-    fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
         self.probe.reverse(blocks, |inputs| {
-            (self.probe.task).loss(&self.design(blocks, inputs), inputs, &self.loss, horizon)
-        })
-    }
-
-    /// The loss of a frozen layout and its gradient by the share of each edge's own material. The other
-    /// shares are constants: they are zero and stay so. The controller's outputs for passive edges are
-    /// left out.
-    pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
-        let given = self.probe.inputs.z.as_flattened();
-        self.probe.reverse(DESIGN, |inputs| {
-            let zero = Var::constant(R::zero());
-            let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
-            let shares = inputs.z.as_flattened().iter().zip(given);
-            let shares: Vec<Var<R>> = shares.map(own).collect();
-            let design = Design::of_shares(shares.as_chunks().0);
+            let design = self.design(blocks, inputs);
             (self.probe.task).loss(&design, inputs, &self.loss, &self.horizon)
         })
     }
 
     /// The losses in the performance and in the stability projection, each with its gradient by the
-    /// design vectors, side by side as an optimisation takes them on one thread.
+    /// design vectors, side by side as an optimisation computes them on one thread.
     pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
         let Probe {
             case, task, inputs, ..
@@ -234,75 +138,12 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The mean loss of eight plain rollouts from other starts.
-    pub fn rollouts(&self) -> f64 {
-        let Probe { case, inputs, .. } = &self.probe;
-        let design = case.projected(case.projection, &inputs.z);
-        self.mean_loss(&design, &inputs.controller)
-    }
-
-    /// The mean loss of eight rollouts from other starts, and its gradient.
-    pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
-        self.probe.reverse(blocks, |inputs| {
-            self.mean_loss(&self.design(blocks, inputs), &inputs.controller)
-        })
-    }
-
-    fn mean_loss<R: Real>(&self, design: &Design<Mixture<R>>, controller: &Controller<R>) -> R {
-        let span = self.span();
-        let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let all = (self.probe.task).rollout_many(&[design], controller, &starts, &span);
-        let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
-        R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
-    }
-
-    /// The design to differentiate by some blocks. The shares of a layout are its design vectors.
+    /// The design to differentiate by some blocks. The design vectors of a layout are its mixtures.
     fn design<R: Real>(&self, blocks: &[Block], inputs: &Inputs<R>) -> Design<Mixture<R>> {
         let case = self.probe.case;
         match case.design {
             Design::Layout(_) if blocks.contains(&Block::Z) => Design::of_shares(&inputs.z),
             _ => case.projected(case.projection, &inputs.z),
-        }
-    }
-
-    /// The rollout, and its gradients by design and controller.
-    fn works<R: Real>(&self) -> [Work<'_>; 3] {
-        [
-            work(|| self.rollout::<R>()),
-            work(|| self.gradient::<R>(DESIGN)),
-            work(|| self.gradient::<R>(CONTROLLER)),
-        ]
-    }
-
-    /// The works of eight starts together.
-    fn works_of_eight(&self) -> [Work<'_>; 3] {
-        [
-            work(|| self.rollouts()),
-            work(|| self.mean_gradient(DESIGN)),
-            work(|| self.mean_gradient(CONTROLLER)),
-        ]
-    }
-
-    /// The error of gradients in f32 over a horizon.
-    fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
-        let horizon = Horizon {
-            steps: steps.min(self.probe.case.physics.steps),
-            cotangent_bound: settings.cotangent_bound.map(|norm| CotangentBound {
-                norm,
-                every: settings.cotangent_every,
-            }),
-            ..self.horizon
-        };
-        let error = |blocks| {
-            let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
-            let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
-            let single: Vec<f64> = single.into_iter().map(f64::from).collect();
-            relative_error(&single, &double)
-        };
-        GradientError {
-            steps: horizon.steps,
-            design: error(DESIGN),
-            controller: error(CONTROLLER),
         }
     }
 }
@@ -344,48 +185,5 @@ impl Model for TwoMatvecs {
         let hidden = p.dense(first, &[x], biases);
         p.dense(second, &[hidden], outputs);
         p.advance(x, x);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use approx::assert_relative_eq;
-
-    use super::Subject;
-    use crate::verify::probe::small;
-    use cosmic::case::Case;
-    use cosmic::inputs::DESIGN;
-    use cosmic::scene::Scene;
-
-    #[test]
-    fn gradients_in_f32_are_roundings_away_from_those_in_f64() {
-        let (case, scene) = (small([2, 2], |_| ()), Scene::paper());
-        let subject = Subject::new(&case, &scene.loss);
-        let error = subject.single_error(64, &scene.gradient);
-        for share in [error.design, error.controller] {
-            // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
-            assert!(share > 0.0 && share < 1e-4, "{share}");
-        }
-    }
-
-    #[test]
-    fn the_gradient_by_own_materials_is_part_of_that_by_the_mixture() {
-        let mut scene = Scene::load("baseline_tall").unwrap();
-        scene.physics.steps = 64;
-        let case = Case::of_scene(&scene, 0).unwrap();
-        let subject = Subject::new(&case, &scene.loss);
-        let (value, all) = subject.gradient::<f64>(DESIGN);
-        let (same, own) = subject.own_gradient::<f64>();
-        assert_eq!(value, same);
-        for ((own, all), share) in own
-            .iter()
-            .zip(&all)
-            .zip(case.design.vectors().as_flattened())
-        {
-            // The sums of a node's forces are the same; those of a weight are gone.
-            let expected = if *share == 0.0 { 0.0 } else { *all };
-            assert_relative_eq!(*own, expected, max_relative = 1e-9);
-        }
-        assert!(own.iter().any(|&bar| bar != 0.0));
     }
 }

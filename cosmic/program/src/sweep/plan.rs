@@ -49,7 +49,7 @@ impl Plan {
             iterations: self.iterations,
             scenes: on_grid(&scenes, &self.settings.set, &self.grid)?,
         };
-        plan.freeze(&self.out)?;
+        plan.freeze(&self.out, registry)?;
         answer_planned(&self.output, &self.out, plan.runs())
     }
 }

@@ -8,8 +8,7 @@ use crate::progress::{Many, Progress, title, told};
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::record::snapshot::SavedScene;
-use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, UnreadPlan, parse_ranges};
+use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, SweepPlan, parse_ranges};
 use serde_json::json;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -56,7 +55,7 @@ impl FromStr for Index {
 impl Run {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let folder = &self.sweep;
-        let plan = &UnreadPlan::read(folder)?;
+        let plan = &SweepPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
         let interrupt = Interrupt::listen()?;
         if let Some(study) = &plan.study {
@@ -101,12 +100,7 @@ impl Index {
 }
 
 /// Does the run of a number, or the next free run.
-fn one(
-    sweep: &Sweep<SavedScene>,
-    index: Option<usize>,
-    interrupt: Interrupt,
-    work: &Work,
-) -> Result<()> {
+fn one(sweep: &Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt.clone(), Vec::new());
     let is_stopped = || interrupt.is_asked();
@@ -126,12 +120,7 @@ fn one(
     }
 }
 
-fn several(
-    sweep: &Sweep<SavedScene>,
-    runs: &[usize],
-    interrupt: Interrupt,
-    work: &Work,
-) -> Result<()> {
+fn several(sweep: &Sweep, runs: &[usize], interrupt: Interrupt, work: &Work) -> Result<()> {
     let (plan, folder, output) = (sweep.plan, sweep.folder, &work.output);
     let overseer = Many::new(output, interrupt, plan, plan.over(folder));
     sweep.run_these(runs, work.threads, &overseer)?;
@@ -149,7 +138,7 @@ fn several(
     Ok(())
 }
 
-fn show(plan: &UnreadPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
+fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
     if output.json {
         let index = ended.as_ref().map(|ended| ended.index);
         let says = ended.as_ref().map(|ended| told(&ended.outcome));

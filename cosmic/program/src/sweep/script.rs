@@ -5,7 +5,7 @@ use crate::output::{lines, print};
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
-use cosmic_lab::sweep::{HandOver, PlanOutline, Scheduler, survey};
+use cosmic_lab::sweep::{HandOver, Scheduler, SweepPlan, survey};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -49,7 +49,7 @@ struct Which {
 
 impl Script {
     pub(super) fn write(&self) -> Result<()> {
-        let plan = PlanOutline::read(&self.sweep)?;
+        let plan = SweepPlan::read(&self.sweep)?;
         let left = survey(&self.sweep, &plan).left();
         if left.is_empty() {
             let sweep = self.sweep.display();

@@ -3,13 +3,13 @@
 use crate::arguments::Output;
 use crate::output::{answer, counted, in_json, lines, note, print, print_json};
 use cosmic::error::Result;
-use cosmic_lab::sweep::{self, PlanOutline, RunState, SurveyedRun, in_ranges, survey};
+use cosmic_lab::sweep::{self, RunState, SurveyedRun, SweepPlan, in_ranges, survey};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(super) fn status(sweep: &Path, as_json: bool) -> Result<()> {
-    let survey = survey(sweep, &PlanOutline::read(sweep)?);
+    let survey = survey(sweep, &SweepPlan::read(sweep)?);
     let left = in_ranges(&survey.left());
     if as_json {
         let count = |state: RunState| (state.name(), survey.count(state));
@@ -38,7 +38,7 @@ pub(super) fn status(sweep: &Path, as_json: bool) -> Result<()> {
 }
 
 pub(super) fn merge(sweep: &Path, output: &Output) -> Result<()> {
-    let plan = PlanOutline::read(sweep)?;
+    let plan = SweepPlan::read(sweep)?;
     let merged = sweep::merge(sweep, &plan)?;
     let (written, missing) = ([merged.results, merged.table], merged.missing);
     if missing > 0 && !output.quiet {
@@ -49,7 +49,7 @@ pub(super) fn merge(sweep: &Path, output: &Output) -> Result<()> {
 }
 
 pub(super) fn prune(sweep: &Path, output: &Output) -> Result<()> {
-    let sweep::Pruned { runs, bytes } = sweep::prune(sweep, &PlanOutline::read(sweep)?)?;
+    let sweep::Pruned { runs, bytes } = sweep::prune(sweep, &SweepPlan::read(sweep)?)?;
     let text = format!("{}, {bytes} bytes\n", counted(runs, "run"));
     answer(output, &json!({ "runs": runs, "bytes": bytes }), &text)
 }

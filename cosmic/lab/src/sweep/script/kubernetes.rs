@@ -25,11 +25,11 @@ pub(super) fn manifest(hand_over: &HandOver, tasks: &Tasks) -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!(
         r#"{title}#
-# Edit `image`, which has `cosmic` and a shell, and `claimName`, the volume with the sweep. The sweep's folder is
-# {sweep} below the volume's root, or there if that is an absolute path.
+# Edit `image`, which must have `cosmic` and a shell, and `claimName`, the volume with the sweep. The sweep's
+# folder is {sweep}, relative to the volume's root unless the path is absolute.
 # Start it with:  kubectl apply -f FILE
 #
-# A pod that is told to end saves its runs. Its exit code is then 75, and another pod goes on.
+# A pod that receives a signal saves its runs. Its exit code is then 75, and another pod continues.
 apiVersion: batch/v1
 kind: Job
 metadata:
@@ -41,7 +41,7 @@ spec:
   backoffLimitPerIndex: 2
   podFailurePolicy:
     rules:
-      # Interrupted: no failure.
+      # An interruption is not a failure.
       - action: Ignore
         onExitCodes:
           containerName: cosmic
@@ -51,7 +51,7 @@ spec:
         onPodConditions:
           - type: DisruptionTarget
             status: "True"
-      # A bad plan or a missing file does not mend itself.
+      # A wrong plan or a missing file fails every time.
       - action: FailIndex
         onExitCodes:
           containerName: cosmic
@@ -68,7 +68,7 @@ spec:
           command: ["/bin/sh", "-c"]
           args:
             - |
-              # The task of this pod, the one of that number among these.
+              # The task of this pod: the one of that number in the ranges.
               number=$JOB_COMPLETION_INDEX
               for range in {ranges}; do
                 first=${{range%-*}}

@@ -1,7 +1,7 @@
-//! What hands the runs that are left to the engine of a cluster: scripts and a manifest, plain enough to edit.
+//! Scripts and a manifest that hand the unfinished runs to a cluster's scheduler, simple enough to edit.
 //!
-//! A task does one run, or several that follow one another. An engine that gives a task only so much time first
-//! sends a signal, on which the runs save themselves; the exit code is then 75, and the task queues again.
+//! A task does one run, or several consecutive runs. Before the time of a task is up, the scheduler sends a
+//! signal, and the runs are saved. The exit code is then 75, and the task queues again.
 
 mod task;
 mod slurm;
@@ -14,7 +14,7 @@ use task::Tasks;
 
 pub use task::HandOver;
 
-/// An engine that runs tasks.
+/// A program that runs tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheduler {
     /// Slurm, by an array of tasks.

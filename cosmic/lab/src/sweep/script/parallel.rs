@@ -9,7 +9,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         limited(hand_over, tasks),
     );
     let sweep = &tasks.sweep;
-    // Ranges of a shell: {3..17} 40.
+    // Ranges in shell syntax: {3..17} 40.
     let in_braces = |range: &&str| match range.split_once('-') {
         None => (*range).to_owned(),
         Some((first, last)) => format!("{{{first}..{last}}}"),
@@ -25,15 +25,15 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         r#"#!/bin/bash
 {title}#
 # Start it with:  bash FILE
-# in the folder that this script was written in, and again for runs that are left after all: those that are over
-# are not done twice. Ctrl-C ends it; runs save themselves.
+# in the folder that this script was written in. If runs remain unfinished, start it again: finished runs are not
+# repeated. Ctrl-C ends it; runs are saved.
 
 task() {{
   task=$1
   {index}while :; do
     {command}
     code=$?
-    # 75: interrupted, its time is up. It goes on at once.
+    # 75: interrupted because its time is up. It continues at once.
     if [ "$code" -ne 75 ]; then return "$code"; fi
   done >>{sweep}/logs/"$task".log 2>&1
 }}

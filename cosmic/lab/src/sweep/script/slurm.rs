@@ -10,8 +10,8 @@ struct Output {
     redirect: String,
 }
 
-/// The output of tasks. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and a directive
-/// ends at the end of its line.
+/// The output of tasks. Slurm gives a special meaning to backslashes and to its words for heterogeneous jobs, and
+/// a directive ends at the end of its line.
 fn output(hand_over: &HandOver, tasks: &Tasks) -> Output {
     let sweep = hand_over.sweep.display().to_string();
     let lower = sweep.to_ascii_lowercase();
@@ -60,11 +60,11 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
         r#"#!/bin/bash
 {title}#
 # Start it with:  sbatch FILE
-# in the folder that this script was written in. Where an array may not reach so far (MaxArraySize of
+# in the folder that this script was written in. If the array is too large (MaxArraySize of
 # `scontrol show config`), write the script with more --seeds-per-task.
 #
 # {GRACE} seconds before its time is up, a task saves its runs. Its exit code is then 75, and it queues again.
-# Start the script again for runs that are left after all: those that are over are not done twice.
+# If runs remain unfinished, start the script again: finished runs are not repeated.
 #SBATCH --job-name={name}
 #SBATCH --array={numbers}{throttle}
 #SBATCH --ntasks=1
@@ -74,7 +74,7 @@ pub(super) fn script(hand_over: &HandOver, tasks: &Tasks) -> String {
 #SBATCH --open-mode=append
 #SBATCH --output={output}
 
-{redirect}# Slurm signals this shell alone, which passes the signal on.
+{redirect}# Slurm signals only this shell, which passes the signal on.
 run=
 trap 'if [ -n "$run" ]; then kill -TERM "$run"; fi' TERM
 
@@ -83,7 +83,7 @@ task=$SLURM_ARRAY_TASK_ID
 run=$!
 wait "$run"
 code=$?
-# A signal ends the first wait; the second is for the end of the runs.
+# A signal ends the first wait; the second waits for the end of the runs.
 if [ "$code" -gt 128 ]; then
   wait "$run"
   code=$?

@@ -1,4 +1,4 @@
-//! What is handed over as tasks: their numbers, and the lines that they share.
+//! The tasks that are handed over: their numbers, and the lines that all scripts share.
 
 use crate::sweep::in_ranges;
 use cosmic::error::in_shell;
@@ -8,14 +8,14 @@ use std::path::Path;
 /// Seconds between the signal and the end of a task's time.
 pub(super) const GRACE: u64 = 60;
 
-/// The runs that are handed over, and how.
+/// The runs that are handed over, and the options of their tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct HandOver<'s> {
     /// The sweep's folder, as the tasks find it.
     pub sweep: &'s Path,
     /// The number of runs in the plan.
     pub runs: usize,
-    /// The runs that are left, at least one.
+    /// The unfinished runs, at least one.
     pub left: &'s [usize],
     /// Runs per task.
     pub per_task: NonZeroUsize,
@@ -27,13 +27,13 @@ pub struct HandOver<'s> {
     pub minutes: Option<u64>,
 }
 
-/// The tasks that have runs left. Task k has the runs from `k * per_task` on.
+/// The tasks with unfinished runs. Task k has the runs from `k * per_task` on.
 #[derive(Clone)]
 pub(super) struct Tasks {
     /// Their numbers as ranges, `3-17,40`.
     pub(super) numbers: String,
     pub(super) count: usize,
-    /// The sweep's folder as a word of a shell.
+    /// The sweep's folder, quoted for a shell.
     pub(super) sweep: String,
     /// The name of the sweep's folder, of letters, digits and dashes.
     pub(super) name: String,
@@ -56,13 +56,13 @@ impl Tasks {
         }
     }
 
-    /// The ranges with another separator between them.
+    /// The ranges, one by one.
     pub(super) fn ranges(&self) -> Vec<&str> {
         self.numbers.split(',').collect()
     }
 }
 
-/// A name that every engine takes.
+/// A name that every scheduler accepts.
 fn label(name: &str) -> String {
     let letters = name.chars().map(|c| {
         let c = c.to_ascii_lowercase();
@@ -72,7 +72,7 @@ fn label(name: &str) -> String {
     name.trim_end_matches('-').to_owned()
 }
 
-/// The first comment: what the script does.
+/// The first comment of a script.
 pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let HandOver { runs, left, .. } = hand_over;
     let sweep: String = hand_over.sweep.display().to_string();
@@ -80,7 +80,7 @@ pub(super) fn title(hand_over: &HandOver, tasks: &Tasks) -> String {
     let (left, tasks) = (left.len(), tasks.count);
     let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     format!(
-        "# The runs of the sweep {sweep} that are left, {left} of {runs}, in {}.\n",
+        "# The unfinished runs of the sweep {sweep}, {left} of {runs}, in {}.\n",
         counted(tasks, "task")
     )
 }
@@ -106,7 +106,7 @@ pub(super) fn command(hand_over: &HandOver, tasks: &Tasks) -> String {
     format!("cosmic sweep run {sweep} --index \"$index\" --threads {cores}")
 }
 
-/// The command within the time limit, if there is one: the runs are told to save themselves before.
+/// The command within the time limit, if there is one. A signal before the end lets the runs be saved.
 pub(super) fn limited(hand_over: &HandOver, tasks: &Tasks) -> String {
     let command = command(hand_over, tasks);
     match hand_over.minutes {

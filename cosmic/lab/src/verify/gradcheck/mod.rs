@@ -2,29 +2,27 @@
 
 mod table;
 
-use std::sync::Arc;
-
-use autodiff::Real;
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
 
-use super::probe::{Probe, duals, norm};
+use super::probe::{Probe, norm};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
 use cosmic::laws::ContactLaw;
-use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
+use cosmic::objective::{AnyLoss, Displacement, LossOf, of_scene};
 use cosmic::projection::Projection;
-use cosmic::scene::{Integrator, ObjectiveSettings, Scene};
+use cosmic::scene::{Integrator, Scene};
 use cosmic::task::Horizon;
 
 /// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
 const LIFT: f64 = 1e-3;
-/// The share of rounding in the slopes that a check accepts without a note.
+/// The relative rounding of the slopes that a check accepts without a note.
 const WORN: f64 = 1e-6;
-/// This many times [`GradientCheck::rounding`], which is an estimate, make a bound.
+/// [`GradientCheck::rounding`] is an estimate; this many times it is a bound.
 const SAFETY: f64 = 64.0;
-/// The rounding of heights in an incline's frame, m.
+/// The rounding of heights in the frame of an incline, m.
 const ON_LINE: f64 = 1e-12;
 
 /// The check of one group of parameters.
@@ -32,29 +30,29 @@ const ON_LINE: f64 = 1e-12;
 pub struct Group {
     /// The name of its block of the inputs.
     pub name: String,
-    /// The count of its numbers.
+    /// The number of its parameters.
     pub numbers: usize,
-    /// Length of the gradient by them.
+    /// The length of the gradient by them.
     pub norm: f64,
     /// Slopes along random directions.
     pub report: Report,
-    /// True if the slopes are those of a robot lifted off the ground; see [`check_gradients_of`].
+    /// True if the slopes belong to a robot lifted off the ground; see [`check_gradients_of`].
     pub lifted: bool,
-    /// The report's verdict; at best a kink for a robot that had to be lifted.
+    /// The report's verdict, or a kink if the robot was lifted and the report is better.
     pub verdict: Verdict,
 }
 
 impl Group {
-    /// True if forward and reverse mode both say that the loss does not depend on the group, and
-    /// nothing contradicts them: such a row compares zeros with zeros.
+    /// True if the loss does not depend on the group by forward and reverse mode, and differences do not contradict
+    /// that. Such a row compares zeros with zeros.
     fn is_zero(&self) -> bool {
         let still = |direction: &Direction| direction.forward == Some(0.0);
         let agreed = self.verdict != Verdict::Wrong;
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// The verdict on this gradient made wrong; `None` unless the gradient is smooth, because only then
-    /// it can be told from a wrong one.
+    /// The verdict on this gradient made wrong; `None` unless the gradient is smooth, because otherwise it cannot be
+    /// distinguished from a wrong one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -65,7 +63,7 @@ impl Group {
     }
 }
 
-/// A gradient that is wrong on purpose. A check that misses it checks nothing.
+/// A gradient that is wrong on purpose. A check that does not find it proves nothing.
 #[derive(Clone, Debug)]
 pub struct NegativeControl {
     /// The group whose gradient was made wrong.
@@ -74,23 +72,22 @@ pub struct NegativeControl {
     pub verdict: Verdict,
 }
 
-/// The check of every group, and of the check itself.
+/// The checks of all groups, and the check of the check itself.
 #[derive(Clone, Debug)]
 pub struct GradientCheck {
     /// Steps of the rollout.
     pub steps: usize,
     /// One per block of the inputs.
     pub groups: Vec<Group>,
-    /// `None` if no group has a smooth gradient to make wrong that is neither zero nor below the
-    /// displacement's rounding.
+    /// `None` if no group has a smooth gradient that is neither zero nor below the displacement's rounding.
     pub control: Option<NegativeControl>,
-    /// An estimate of the rounding of the slopes, as a share of them: every step rounds the state, and
-    /// the motion magnifies that like a change of the start, and slopes alike.
+    /// An estimate of the relative rounding of the slopes: every step rounds the state, and the motion magnifies
+    /// that like a change of the start.
     pub rounding: f64,
 }
 
 impl GradientCheck {
-    /// The failed checks: groups with a wrong gradient, and a negative control that was believed.
+    /// The failed checks: groups with a wrong gradient, and a negative control that was accepted.
     pub fn failures(&self) -> Vec<String> {
         let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
         let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
@@ -105,38 +102,34 @@ impl GradientCheck {
     }
 }
 
-/// Checks the gradient of a scene's loss, or without a scene of `-(s . x_0(T))`, the paper's loss, of a
-/// case; see [`check_gradients_of`].
+/// Checks the gradient of a scene's loss for a case; without a scene, that of the paper's loss `-(s . x_0(T))`. See
+/// [`check_gradients_of`].
 pub fn check_gradients(
     case: &Case,
     scene: Option<&Scene>,
     steps: usize,
     options: &Options,
 ) -> GradientCheck {
-    let loss = match scene {
-        Some(scene) => of_scene(scene),
+    match scene {
+        Some(scene) => check_gradients_of(&*of_scene(scene), case, steps, options),
         None => {
-            let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
-            let task = ObjectiveSettings::default();
-            Arc::new(Objective::new(&task, &at_end, &case.physics))
+            let loss = Displacement::at_end(Ground::from(&case.physics));
+            check_gradients_of(&loss, case, steps, options)
         }
-    };
-    check_gradients_of(&*loss, case, steps, options)
+    }
 }
 
 /// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.
-/// Take few: a robot's motion is chaotic, and over thousands of steps no finite difference means
-/// anything.
+/// Use few steps: a robot's motion is chaotic, and over thousands of steps finite differences mean nothing.
 ///
-/// A node exactly on the ground line sits on a kink of the positions, with one derivative upwards and
-/// another downwards. Several such nodes take sides one by one, and no difference along a line shows
-/// that. The derivatives by the positions are then checked for a robot that is lifted until its lowest
-/// node is 1 mm above the ground. The derivatives by the velocities have a kink if a node starts on the
-/// ground line or below it, and if either leapfrog integrates, whose first drift comes before any force,
-/// or nothing has weight: then the velocity of a node decides whether it touches. They are checked for
-/// the lifted robot as well.
+/// A node exactly on the ground line is at a kink of the positions: its derivative upwards differs from
+/// its derivative downwards. With several such nodes, differences along a line cannot show the derivative.
+/// The derivatives by the positions are then checked for a robot that is lifted until its lowest node is
+/// 1 mm above the ground. The derivatives by the velocities have a kink if a node starts on or below the
+/// ground line and its velocity decides whether it touches: with leapfrog, whose first drift comes before
+/// any force, or without gravity. They are then checked for the lifted robot too.
 ///
-/// If the motion magnifies rounding until it shows in the slopes, differences that disagree prove
+/// If the motion magnifies rounding so that it shows in the slopes, differences that disagree prove
 /// nothing. The verdict is then a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
     loss: &dyn AnyLoss,
@@ -151,7 +144,7 @@ pub fn check_gradients_of(
     let lifted = touches.then(|| lifted(&case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
-    // The roundings of steps add up at random.
+    // The roundings of steps are random.
     let steps_taken = case.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
@@ -192,7 +185,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     })
 }
 
-/// True if a node starts on the ground line; true if a node starts there or below.
+/// Whether a node starts on the ground line, and whether one starts on or below it.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
@@ -221,7 +214,7 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a> {
     probe: Probe<'a>,
     of: &'a dyn AnyLoss,
-    /// The case with the softer stability projection, to which the derivative belongs.
+    /// The case with the softer stability projection, which has the derivative.
     softer: Case,
     /// The gradient that is checked, each number in the place of its input.
     gradient: Inputs<f64>,
@@ -254,8 +247,13 @@ impl<'a> CaseLoss<'a> {
     fn group(&self, part: &Part, options: &Options, rounding: f64) -> Group {
         let (x, gradient) = (self.probe.inputs.part(part), self.gradient.part(part));
         let forward = |direction: &[f64]| {
+            let pairs = x.iter().zip(direction);
+            let dual = |(&value, &d)| Dual {
+                value,
+                tangent: [d],
+            };
             let mut inputs = self.probe.inputs.lift();
-            inputs.set_part(part, &duals::<f64, 1>(&x, [direction]));
+            inputs.set_part(part, &pairs.map(dual).collect::<Vec<_>>());
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {
@@ -270,8 +268,8 @@ impl<'a> CaseLoss<'a> {
         };
         let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
-        // If the norm is below the rounding, a unit change of the parameters moves the robot by less
-        // than rounding does.
+        // If the norm is below the rounding, a unit change of the parameters moves the robot less than rounding
+        // does.
         let mut verdict = report.verdict;
         if magnified || norm < rounding {
             verdict = verdict.min(Verdict::Kink);
@@ -295,8 +293,8 @@ impl<'a> CaseLoss<'a> {
         self.loss_of(&case.projected(case.projection, &inputs.z), inputs)
     }
 
-    /// The function of the differences. The stability projection has the derivative of a softer one, so
-    /// differences see the change of the soft projection on top of the sharp value.
+    /// The function for the differences. The stability projection has the derivative of a softer projection, so the
+    /// differences use the change of the soft projection on top of the sharp value.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         let case = self.probe.case;
         let at = &self.probe.inputs.z;

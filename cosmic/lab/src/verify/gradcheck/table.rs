@@ -18,7 +18,7 @@ impl Group {
     }
 }
 
-/// A table with a row per group: its direction with the worst verdict and error.
+/// A table with a row per group, for the direction with the worst verdict and error.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slope = |x: f64| format!("{x:.9e}");
@@ -47,22 +47,22 @@ impl fmt::Display for GradientCheck {
         if !lifted.is_empty() {
             writeln!(
                 out,
-                "{}: nodes rest on the ground, a kink; the slopes are those of a robot {LIFT} m above",
+                "{}: nodes rest on the ground, a kink; the slopes belong to a robot lifted by {LIFT} m",
                 lifted.join(", ")
             )?;
         }
         if !zero.is_empty() {
             writeln!(
                 out,
-                "{}: the gradient is zero, and so are the differences; this shows only that the loss \
-                 does not depend on them here",
+                "{}: the gradient is zero, and so are the differences; the loss does not depend on them \
+                 here",
                 zero.join(", ")
             )?;
         }
         if self.rounding > WORN {
             writeln!(
                 out,
-                "the motion magnifies rounding to some {:.0e} of the slopes: take fewer steps",
+                "the motion magnifies rounding to about {:.0e} of the slopes: take fewer steps",
                 self.rounding
             )?;
         }
@@ -74,7 +74,7 @@ impl fmt::Display for GradientCheck {
             ),
             None => write!(
                 out,
-                "negative control: none, no group is smooth and steep enough for differences"
+                "negative control: none, because no group is smooth and steep enough for differences"
             ),
         }
     }

@@ -13,7 +13,7 @@ fn passed(case: &Case, steps: usize) -> GradientCheck {
 }
 
 #[test]
-fn wrong_groups_and_believed_controls_are_failures() {
+fn wrong_groups_and_accepted_controls_are_failures() {
     let mut check = passed(&small([2, 2], |_| ()), 32);
     assert_eq!((check.steps, check.total()), (32, 8));
     check.groups[2].verdict = Verdict::Wrong;
@@ -22,10 +22,10 @@ fn wrong_groups_and_believed_controls_are_failures() {
     assert_eq!(check.failures(), ["b1", "the negative control"]);
 }
 
-/// A slack robot does not feel its controller, and only the last digits of a falling robot that does not
-/// move depend on its design: such slopes are not called wrong, and are no control.
+/// The controller barely moves a slack robot, and only the last digits of a falling robot without strokes depend on
+/// its design. Such slopes are neither called wrong nor used as a control.
 #[test]
-fn slopes_below_the_displacement_s_rounding_fail_nothing() {
+fn slopes_below_the_displacement_s_rounding_do_not_fail() {
     let slack = &small([2, 2], |scene| {
         (scene.physics.contact, scene.materials.stiffness) = (ContactLaw::none(), [1e-16; 3]);
     });
@@ -50,7 +50,7 @@ fn slopes_below_the_displacement_s_rounding_fail_nothing() {
 }
 
 #[test]
-fn an_infinite_slope_is_not_put_down_to_rounding() {
+fn an_infinite_slope_is_not_explained_by_rounding() {
     let claim = Claim {
         x: &[1.0],
         gradient: &[2.0],
@@ -60,10 +60,10 @@ fn an_infinite_slope_is_not_put_down_to_rounding() {
     assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
 }
 
-/// Light nodes under large strains without damping: a change of the start grows beyond what
-/// floats hold, and nothing can be said.
+/// With light nodes and large strains, a change of the start grows beyond the range of floats, and the check is
+/// inconclusive.
 #[test]
-fn slopes_that_rounding_makes_up_are_not_called_wrong() {
+fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     let case = small([3, 3], |scene| {
         scene.lattice.drop = 0.01;
         (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
@@ -74,14 +74,14 @@ fn slopes_that_rounding_makes_up_are_not_called_wrong() {
         scene.controller.velocity_scale = 0.5;
     });
     let check = passed(&case, 200);
-    let says_so = check.to_string().contains("take fewer steps");
-    assert!(check.rounding > 1.0 && says_so, "{check}");
+    let warns = check.to_string().contains("take fewer steps");
+    assert!(check.rounding > 1.0 && warns, "{check}");
     let check = passed(&case, 32);
     assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
 }
 
-/// If a robot stands on the ground, leapfrog has a kink of the velocities as well, and so has a world
-/// without weight. Without ground there is no kink.
+/// If a robot stands on the ground, leapfrog has a kink of the velocities too, and so has a world without gravity.
+/// Without ground there is no kink.
 #[test]
 fn robots_that_stand_are_lifted_off_their_kinks() {
     type Change = fn(&mut Scene);
@@ -90,7 +90,7 @@ fn robots_that_stand_are_lifted_off_their_kinks() {
         (s.physics.integrator, s.physics.substeps) = (Integrator::Leapfrog, 2);
         s.physics.contact = ContactLaw::coulomb();
     };
-    // Nodes that rest below the line: their velocities alone have a kink.
+    // If nodes rest below the line, only their velocities have a kink.
     let sunk: Change = |s| {
         (s.physics.integrator, s.lattice.drop) = (Integrator::Leapfrog, -0.003);
     };

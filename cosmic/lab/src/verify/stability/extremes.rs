@@ -1,10 +1,9 @@
-//! The extremes that are tried: the command prints what becomes of them, and tests hold them to it.
+//! The extremes that are tried: the command prints the outcomes, and tests check them.
 
 use super::trial::{Trial, World};
 use crate::verify::probe::most;
 use cosmic::case::Case;
-use cosmic::design::Design;
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{Integrator, Scene, StartKind};
@@ -14,8 +13,8 @@ const STEPS: usize = 512;
 /// The strain up to which frequencies count as those at rest. Their squares change by about as much, and
 /// the nearest trial is a twentieth from the limit.
 const LINEAR: f64 = 0.01;
-/// The time steps that are tried, as shares of the limit.
-const SHARES: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
+/// The time steps that are tried, as fractions of the limit.
+const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
 /// A case with its own time step, and its robot with time steps around the limit, whatever the length of
 /// its rollout. A robot that starts far from rest has a limit that holds for its first step alone, and
@@ -28,15 +27,22 @@ pub(super) fn case_trials(case: &Case) -> Vec<Trial> {
         edges.map(|(&edge, rest)| (EdgeVector::of(&case.start, edge).length() / rest - 1.0).abs());
     let starts_at_rest = most(strains) < LINEAR;
     let own = Trial::new("scene", "its own time step", case.clone(), World::Driven);
-    let free = Trial::new("scene", "without its world", case, World::Free);
-    let around = starts_at_rest.then(|| around(&free)).into_iter();
-    std::iter::once(own).chain(around.flatten()).collect()
+    let mut trials = vec![own];
+    if starts_at_rest {
+        trials.extend(around(&Trial::new(
+            "scene",
+            "without its world",
+            case,
+            World::Free,
+        )));
+    }
+    trials
 }
 
 /// A robot with time steps below and above its limit, if there is one.
 fn around(trial: &Trial) -> Vec<Trial> {
-    let shares = SHARES.iter().filter(|_| trial.limit.is_finite());
-    shares.map(|share| trial.at(*share)).collect()
+    let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
+    fractions.map(|fraction| trial.at(*fraction)).collect()
 }
 
 /// The trials so far, each of a changed [`robot`].
@@ -48,8 +54,8 @@ impl Trials {
     fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(3);
         change(&mut case);
-        self.0
-            .extend(around(&Trial::new(group, what, case, World::Free)));
+        let trial = Trial::new(group, what, case, World::Free);
+        self.0.extend(around(&trial));
     }
 
     /// Adds a robot in its world, with its own time step.
@@ -65,12 +71,8 @@ pub(super) fn extreme_trials() -> Vec<Trial> {
     let mut trials = Trials::default();
     masses_and_stiffnesses(&mut trials);
     integrators_and_laws(&mut trials);
-    let driven = Trial::new(
-        "time step",
-        "on the ground, actuated",
-        robot(3),
-        World::Driven,
-    );
+    let what = "on the ground, actuated";
+    let driven = Trial::new("time step", what, robot(3), World::Driven);
     trials.0.extend(around(&driven));
     layouts_and_controllers(&mut trials);
     for side in [2, 3, 6, 10, 20, 40] {
@@ -103,16 +105,16 @@ fn set_mixture(case: &mut Case) {
     case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
-/// Each alone, and both ends of both ranges in one robot; without damping.
+/// Extreme stiffnesses and masses, alone and combined in one robot, without damping.
 fn masses_and_stiffnesses(trials: &mut Trials) {
-    fn springs(case: &mut Case, stiffness: [f64; 3]) {
+    let springs = |case: &mut Case, stiffness| {
         (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
-    }
+    };
     // Springs have no mass.
-    fn masses(case: &mut Case, node: f64, payload: f64) {
+    let masses = |case: &mut Case, node, payload| {
         (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
         (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
-    }
+    };
     for k in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
         let what = format!("{k:e} N/m");
         trials.free("stiffness", &what, |case| springs(case, [k; 3]));
@@ -121,7 +123,7 @@ fn masses_and_stiffnesses(trials: &mut Trials) {
         let what = format!("{mass:e} kg a node");
         trials.free("mass", &what, |case| masses(case, mass, 0.0));
     }
-    trials.free("ratio", "1e-9, 1 and 1e6 N/m by turns", |case| {
+    trials.free("ratio", "1e-9, 1 and 1e6 N/m in turns", |case| {
         springs(case, [1e-9, 1e6, 1.0]);
         set_layout(case, |edge| Material::ALL[edge % 3]);
     });
@@ -129,8 +131,8 @@ fn masses_and_stiffnesses(trials: &mut Trials) {
     trials.free("ratio", what, |case| masses(case, 1e-6, 1e3));
 }
 
-/// The laws are bars that resist bending, once slender and once so thick that bending has the highest
-/// frequency, and springs that stiffen.
+/// Damping, integrators and laws. The bars that resist bending are slender, or so thick that bending has the highest
+/// frequency.
 fn integrators_and_laws(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {
@@ -177,10 +179,8 @@ fn layouts_and_controllers(trials: &mut Trials) {
         trials.own("controller", what, |case| {
             set_layout(case, |_| Material::Actuator);
             case.controller = case.controller.map(|w| w * gain);
-            case.controller
-                .block_mut("b2")
-                .iter_mut()
-                .for_each(|b| *b += bias);
+            let biases = case.controller.block_mut("b2").iter_mut();
+            biases.for_each(|b| *b += bias);
         });
     }
     /// The node in whose place a node starts.

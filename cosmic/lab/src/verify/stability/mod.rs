@@ -1,15 +1,139 @@
-//! Robots at the extremes: the promise of the stable time step, and their motion.
+//! Extreme robots: the stable time step, and their motion below and above it.
 //!
 //! A row is stable if its time step is below the limit of its largest frequency. Then nothing may grow.
-//! Otherwise the check of the time step must have said so, and something must grow. No number may cease
-//! to be finite without a message.
+//! Otherwise the check of the time step must call it unstable, and something must grow. Every number that
+//! is not finite must be announced by a divergence.
 
 mod extremes;
-mod sheet;
 mod trial;
 
-pub use sheet::{stability, stable_steps};
-pub use trial::{Found, Outcome, Trial, World};
+use crate::report::sheet::Section;
+use crate::table::{Cell, Standing, Table};
+use crate::verify::probe::frequencies;
+use cosmic::case::Case;
+use cosmic::scene::{Integrator, Named, PhysicsSettings};
+use cosmic::simulator::stability::stable_step;
+use extremes::{case_trials, extreme_trials};
+use rayon::prelude::*;
+use trial::{Found, Outcome, Trial};
+
+/// Tries a case and all extremes. Every trial is checked, and the case's own time step.
+pub fn stability(case: &Case) -> Section {
+    let trials = [case_trials(case), extreme_trials()].concat();
+    let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
+    let mut section = stable_steps(case);
+    for found in &found {
+        let failure = format!("{}: {}", found.trial.group, found.trial.what);
+        section.check(found.is_ok(), failure);
+    }
+    section.tables.push(extremes(&found));
+    section.notes = notes(&found);
+    section
+}
+
+const BOUND: &str = "certainly stable, by the bound over the edges";
+const LIMIT: &str = "stable, by the largest frequency itself";
+
+fn word(stable: bool) -> &'static str {
+    if stable { "stable" } else { "unstable" }
+}
+
+/// The stable time steps of a case at its start, for every integrator. The case's own time step is checked.
+fn stable_steps(case: &Case) -> Section {
+    let [exact, bound, damping] = frequencies(case, &case.start.x);
+    let own = (case.physics.integrator, case.physics.substeps);
+    let mut offered: Vec<_> = Integrator::ALL.iter().map(|(_, i)| (*i, 1)).collect();
+    if !offered.contains(&own) {
+        offered.push(own);
+    }
+    let limit = |&(integrator, substeps): &(Integrator, usize), frequency| {
+        let physics = PhysicsSettings {
+            integrator,
+            substeps,
+            ..case.physics.clone()
+        };
+        stable_step(&physics, frequency, damping)
+    };
+    // A limit that is NaN is not above any step.
+    let is_stable = |offer: &_| case.physics.dt < limit(offer, exact);
+    let if_finite = |offer: &_, frequency| Cell::if_finite(limit(offer, frequency));
+    let integrator = |offer: &(Integrator, usize)| offer.0.name();
+    let title = "Time steps below which the design at its start does not ring";
+    let of_own = "the scene's time step with this integrator";
+    let table = Table::of("stable_steps", title, &offered)
+        .column("integrator", "how a step is integrated", integrator)
+        .column("substeps", "mechanical steps per time step", |o| o.1)
+        .column("dt_s", "the scene's time step", |_| case.physics.dt)
+        .column("bound_s", BOUND, |offer| if_finite(offer, bound))
+        .column("limit_s", LIMIT, |offer| if_finite(offer, exact))
+        .column("at_dt_s", of_own, |offer| word(is_stable(offer)))
+        .mark(Standing::Default, |offer| *offer == own)
+        .mark(Standing::Failed, |o| *o == own && !is_stable(o))
+        .done();
+    let mut section = Section {
+        title: "Stability".to_owned(),
+        tables: vec![table],
+        ..Section::default()
+    };
+    let failure = "the scene's time step is beyond the stable one";
+    section.check(is_stable(&own), failure);
+    section
+}
+
+fn notes(found: &[Found]) -> Vec<String> {
+    let unstable = found.iter().filter(|f| !f.expected_stable()).count();
+    let silent = found.iter().filter(|f| f.unannounced).count();
+    vec![
+        format!(
+            "{} robots at the extremes, {unstable} of them with a time step that is expected to be \
+             unstable. Rows with numbers that were neither finite nor announced: {silent}.",
+            found.len()
+        ),
+        "A row is stable below the limit, the smallest time step with which the fastest vibration \
+         about rest grows. A stable robot must stay bounded. An unstable one must be called unstable \
+         beforehand, and must grow."
+            .to_owned(),
+        "The energy of a robot without ground, gravity and actuation is watched. The speed of other \
+         robots is watched, relative to what drives them. `growth` is the largest value over the largest \
+         that a stable step reaches."
+            .to_owned(),
+    ]
+}
+
+fn extremes(found: &[Found]) -> Table {
+    let outcome = |f: &Found| match &f.outcome {
+        Outcome::Bounded => "bounded".to_owned(),
+        Outcome::Grew => "grew".to_owned(),
+        Outcome::Diverged(d) => format!("diverged: node {}, {}", d.node, d.term),
+    };
+    // The growth of a state that diverged is beyond all numbers, and means nothing.
+    let growth = |f: &Found| (f.outcome == Outcome::Bounded).then_some(f.growth);
+    let step = |f: &Found| match &f.outcome {
+        Outcome::Diverged(divergence) => divergence.step.into(),
+        Outcome::Bounded | Outcome::Grew => Cell::Missing,
+    };
+    let verdict = |f: &Found| if f.is_ok() { "ok" } else { "wrong" };
+    let of_expected = "stable or unstable, by the limit";
+    let expected = |f: &Found| word(f.expected_stable());
+    let said = |f: &Found| format!("{:?}", f.grade).to_lowercase();
+    let nodes = |f: &Found| f.trial.case.lattice.nodes();
+    Table::of("extremes", "Robots at the extremes", found)
+        .column("extreme", "what is extreme", |f| f.trial.group)
+        .column("what", "the robot", |f| f.trial.what.clone())
+        .column("nodes", "nodes of its lattice", nodes)
+        .column("dt_s", "time step", |f| f.trial.case.physics.dt)
+        .column("bound_s", BOUND, |f| Cell::if_finite(f.bound))
+        .column("limit_s", LIMIT, |f| Cell::if_finite(f.trial.limit))
+        .column("expected", of_expected, expected)
+        .column("said", "of the time step beforehand", said)
+        .column("outcome", "what happened", outcome)
+        .column("growth", "1 and more is growth", growth)
+        .column("step", "of the divergence, if there was one", step)
+        .column("verdict", "whether all is as expected", verdict)
+        .mark(Standing::Default, |f| f.trial.group == "scene")
+        .mark(Standing::Failed, |f| !f.is_ok())
+        .done()
+}
 
 #[cfg(test)]
 mod tests;

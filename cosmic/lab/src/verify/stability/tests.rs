@@ -4,6 +4,7 @@ use crate::verify::probe::small;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
+use rayon::prelude::*;
 
 /// Robots that only tests try, and in how many trials.
 fn odd_robots() -> Vec<(Case, usize)> {
@@ -15,7 +16,7 @@ fn odd_robots() -> Vec<(Case, usize)> {
             |scene| scene.physics = Scene::load("earth").unwrap().physics,
             5,
         ),
-        // Without springs every time step is stable, so only the own one is tried.
+        // Without springs every time step is stable, so only the robot's own is tried.
         (|scene| scene.materials.stiffness = [0.0; 3], 1),
         // Nothing moves.
         (
@@ -29,7 +30,7 @@ fn odd_robots() -> Vec<(Case, usize)> {
     ];
     let case = |(change, count): &(Change, usize)| (small([3, 2], change), *count);
     let mut robots: Vec<_> = cases.iter().map(case).collect();
-    // What starts far from rest is tried with its own time step alone.
+    // A robot that starts far from rest is tried with its own time step alone.
     for (moved, count) in [(0.9e-2, 5), (1.0, 1)] {
         let mut case = Case::of_scene(&Scene::paper(), 0).unwrap();
         case.start.x[1][0] -= moved * case.lattice.rest_length[0];
@@ -48,7 +49,7 @@ fn every_extreme_ends_as_expected() {
         assert_eq!(of_case.len(), count);
         trials.extend(of_case);
     }
-    let found: Vec<Found> = trials.iter().map(Trial::run).collect();
+    let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
     for row in &found {
         assert!(row.is_ok() && !row.unannounced, "{row:?}");
         let diverged = matches!(row.outcome, Outcome::Diverged(_));
@@ -61,7 +62,7 @@ fn every_extreme_ends_as_expected() {
 
 /// A check must notice what is wrong.
 #[test]
-fn a_wrong_expectation_is_seen() {
+fn a_wrong_expectation_is_found() {
     let [own, .., twice] = &case_trials(&small([3, 2], |_| ()))[..] else {
         panic!("a case is tried with several time steps")
     };
@@ -70,7 +71,7 @@ fn a_wrong_expectation_is_seen() {
     // Below the limit, and called unstable.
     stable.grade = Grade::Unstable;
     assert!(!stable.is_ok());
-    // Above it, and bounded; NaN that nobody announced.
+    // Above it, and bounded; NaN that was not announced.
     let unstable = twice.run();
     assert!(unstable.is_ok() && matches!(unstable.outcome, Outcome::Diverged(_)));
     for (outcome, unannounced, ok) in [
@@ -87,7 +88,7 @@ fn a_wrong_expectation_is_seen() {
     }
 }
 
-/// A scene's own time step is a row like the others: `verify` accepts an unstable one, and fails.
+/// `verify` accepts a scene with an unstable time step, and fails.
 #[test]
 fn an_unstable_scene_fails_the_verification() {
     let failures = |dt: f64| {

@@ -1,13 +1,13 @@
 //! The displacement of a case as a function of design and controller, and all ways to its gradient.
 
-use autodiff::{Real, Var};
+use autodiff::{DoubleDouble, Dual, Real, Var};
 use rand::RngExt;
+use rayon::prelude::*;
 
 use crate::verify::probe::{Probe, dot, norm};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
-use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::HorizonMode;
@@ -20,11 +20,11 @@ pub(super) const DIRECTIONS: usize = 8;
 /// Slopes along the directions.
 pub(super) type Slopes = [f64; DIRECTIONS];
 
-/// A case with random directions of its design vectors and weights; of a frozen layout the weights alone.
+/// A case with random directions of its design vectors and weights; of the weights alone for a layout.
 pub(super) struct Subject<'a> {
     probe: Probe<'a>,
     blocks: Vec<Block>,
-    /// Of length one.
+    /// Unit vectors.
     directions: [Vec<f64>; DIRECTIONS],
 }
 
@@ -49,48 +49,69 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The count of numbers in the gradient.
+    /// The length of the gradient.
     pub(super) fn numbers(&self) -> usize {
         self.directions[0].len()
     }
 
-    /// Minus the payload's position along the ground after each of `steps`, which ascend.
+    /// Minus the payload's position along the ground after each of `steps`, which must ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let Probe { case, task, .. } = &self.probe;
         let design = case.projected(case.projection, &inputs.z);
         let span = Span::from_start(steps.to_vec());
         let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
         let ground = task.ground();
-        let loss = |state: &State<R>| -ground.along(state.x[0]);
-        seen.states.iter().map(loss).collect()
+        let states = seen.states.iter();
+        states.map(|state| -ground.along(state.x[0])).collect()
     }
 
-    /// Slopes by central differences of this half-width, per step count.
-    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
+    /// The inputs in another number type. `step` maps each number and its part of the direction to the new number.
+    fn moved<R: Real>(&self, direction: &[f64], step: impl Fn(f64, f64) -> R) -> Inputs<R> {
+        let mut inputs = self.probe.inputs.lift();
         let numbers = self.probe.inputs.get(&self.blocks);
-        let moved = |direction: &[f64], h: f64| {
-            let pairs = numbers.iter().zip(direction);
-            let moved: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
-            self.losses(&self.probe.with(&self.blocks, &moved), steps)
-        };
-        let by_direction = self.directions.each_ref().map(|direction| {
-            let ends = moved(direction, h).into_iter().zip(moved(direction, -h));
-            let slopes = ends.map(|(up, down)| (up - down) / (2.0 * h));
-            slopes.collect::<Vec<f64>>()
-        });
-        let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
-        (0..steps.len()).map(slopes).collect()
+        let pairs = numbers.iter().zip(direction);
+        let moved: Vec<R> = pairs.map(|(&x, &d)| step(x, d)).collect();
+        inputs.set(&self.blocks, &moved);
+        inputs
     }
 
-    /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step count.
-    pub(super) fn duals<R: Real, const N: usize>(
+    /// Slopes by central differences of this half-width, per step count, on this thread.
+    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
+        let along = |direction: &Vec<f64>| self.differences_along::<f64>(direction, h, steps);
+        by_steps(self.directions.iter().map(along).collect())
+    }
+
+    /// Slopes by central differences in double-double, per step count, on all threads.
+    pub(super) fn truth(&self, h: f64, steps: &[usize]) -> Vec<Slopes> {
+        let along =
+            |direction: &Vec<f64>| self.differences_along::<DoubleDouble>(direction, h, steps);
+        by_steps(self.directions.par_iter().map(along).collect())
+    }
+
+    fn differences_along<R: Real + Into<f64>>(
         &self,
-        first: usize,
+        direction: &[f64],
+        h: f64,
         steps: &[usize],
-    ) -> Vec<[R; N]> {
-        let directions = std::array::from_fn(|k| &self.directions[first + k][..]);
-        let losses = self.losses(&self.probe.moving(&self.blocks, directions), steps);
-        losses.iter().map(|loss| loss.tangent).collect()
+    ) -> Vec<f64> {
+        let end = |h: f64| {
+            let inputs = self.moved(direction, |x, d| R::lit(x) + R::lit(h) * R::lit(d));
+            self.losses(&inputs, steps)
+        };
+        let ends = end(h).into_iter().zip(end(-h));
+        let slopes = ends.map(|(up, down)| (up - down) / R::lit(2.0 * h));
+        slopes.map(R::into).collect()
+    }
+
+    /// Slopes by duals along one direction after the other.
+    pub(super) fn duals(&self, steps: usize) -> Slopes {
+        self.directions.each_ref().map(|direction| {
+            let inputs = self.moved(direction, |value, d| Dual {
+                value,
+                tangent: [d],
+            });
+            self.losses(&inputs, &[steps])[0].tangent[0]
+        })
     }
 
     /// The gradient by the rollout driver.
@@ -135,4 +156,10 @@ impl<'a> Subject<'a> {
     pub(super) fn along(&self, gradient: &[f64]) -> Slopes {
         (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
+}
+
+/// Slopes by step count, from lists of a slope per step count, one for each direction.
+fn by_steps(by_direction: Vec<Vec<f64>>) -> Vec<Slopes> {
+    let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
+    (0..by_direction[0].len()).map(slopes).collect()
 }

@@ -1,0 +1,444 @@
+//! Trajectories: error against run time, for every integrator, time step and number type.
+
+use autodiff::{DoubleDouble, Real};
+use rayon::prelude::*;
+
+use super::chaos::Chaos;
+use super::clock::median_time;
+use super::probe::{Probe, distance, frequencies};
+use crate::report::chart::{Line, LogChart};
+use crate::report::sheet::Section;
+use crate::table::{Cell, Standing, Table};
+use cosmic::case::Case;
+use cosmic::geometry::Vector;
+use cosmic::lattice::State;
+use cosmic::scene::{Integrator, Named};
+use cosmic::simulator::stability::stable_step;
+use std::ops::Range;
+
+/// Positions are compared at four times, the last of them after this many steps of the scene or fewer.
+const LAST: usize = 512;
+/// The index of the time that the figures show: the second, before chaos dominates.
+const SHOWN: usize = 1;
+/// The time steps, as fractions of the scene's: exact in binary.
+const FRACTIONS: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
+/// The scene's time step over the reference's. The reference's step is 64 times shorter than the shortest
+/// of any row, unless the scene itself has more than four substeps.
+const FINER: usize = 2048;
+/// A distance from the reference counts as an error if it is at least this many uncertainties of the
+/// reference; it is then right to a third.
+const RESOLVED: f64 = 3.0;
+/// Runs whose median time is taken.
+const REPEATS: usize = 9;
+
+/// A number type in which trajectories are computed.
+struct Precision {
+    name: &'static str,
+    /// The dashes of its lines in figures.
+    dashes: &'static str,
+    /// The spacing of its numbers above 1.
+    unit: f64,
+    run: fn(&Probe, &[usize]) -> Vec<State<f64>>,
+}
+
+const fn precision<R: Real + Into<f64>>(
+    name: &'static str,
+    dashes: &'static str,
+    unit: f64,
+) -> Precision {
+    Precision {
+        name,
+        dashes,
+        unit,
+        run: |probe, observed| probe.run::<R>(observed),
+    }
+}
+
+/// Every number type. The distance from the last one is the rounding of the others.
+static PRECISIONS: [Precision; 3] = [
+    precision::<f32>("f32", "6 4", f32::EPSILON as f64),
+    precision::<f64>("f64", "", f64::EPSILON),
+    precision::<DoubleDouble>("double-double", "1 5", f64::EPSILON),
+];
+const DOUBLE: usize = 1;
+
+/// An integrator with its substeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Method {
+    integrator: Integrator,
+    substeps: usize,
+}
+
+impl Method {
+    fn name(&self) -> String {
+        let name = self.integrator.name().replace('_', " ");
+        match self.substeps {
+            1 => name,
+            substeps => format!("{name} x{substeps}"),
+        }
+    }
+
+    /// The case's own method.
+    fn of(case: &Case) -> Self {
+        Self {
+            integrator: case.physics.integrator,
+            substeps: case.physics.substeps,
+        }
+    }
+
+    /// The methods that are compared, including the case's own.
+    fn all(case: &Case) -> Vec<Self> {
+        let mut methods = vec![];
+        for substeps in [1, 4] {
+            methods.extend(Integrator::ALL.iter().map(|&(_, integrator)| Self {
+                integrator,
+                substeps,
+            }));
+        }
+        if !methods.contains(&Self::of(case)) {
+            methods.push(Self::of(case));
+        }
+        methods
+    }
+
+    /// The case with this method and a fraction of its time step, and the steps at its marks.
+    fn applied(&self, case: &Case, marks: [usize; 4], fraction: f64) -> (Case, [usize; 4]) {
+        let mut case = case.clone();
+        let physics = &mut case.physics;
+        (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
+        physics.dt *= fraction;
+        // Fractions are powers of two and marks even: exact.
+        let at = marks.map(|mark| (mark as f64 / fraction) as usize);
+        physics.steps = at[3];
+        (case, at)
+    }
+}
+
+/// A run with such short steps that it counts as the truth.
+struct Reference {
+    /// The uncertainty of distances from it at the marks, m: the largest distance of a node from a run by
+    /// symplectic Euler with equal steps, or from leapfrog with steps twice as long, whichever is larger.
+    /// Infinite if one of the three runs diverged.
+    uncertainty: [f64; 4],
+    states: Vec<State<f64>>,
+}
+
+impl Reference {
+    fn of(case: &Case, marks: [usize; 4]) -> Self {
+        let ways = [
+            (Integrator::Leapfrog, 1.0),
+            (Integrator::SymplecticEuler, 1.0),
+            (Integrator::Leapfrog, 2.0),
+        ];
+        let run = |&(integrator, coarser)| {
+            let method = Method {
+                integrator,
+                substeps: 1,
+            };
+            let (case, at) = method.applied(case, marks, coarser / FINER as f64);
+            Probe::new(&case).run::<f64>(&at)
+        };
+        let found: Vec<Vec<State<f64>>> = ways.par_iter().map(run).collect();
+        let diverged = found.iter().flatten().any(State::is_absurd);
+        let [first, other, coarser] = <[_; 3]>::try_from(found).expect("three ways");
+        let [a, b] = [other, coarser].map(|states| errors(&states, &first));
+        Self {
+            uncertainty: std::array::from_fn(|k| match diverged {
+                true => f64::INFINITY,
+                false => a[k].max(b[k]),
+            }),
+            states: first,
+        }
+    }
+
+    /// Distances from it, m; `None` if they may be errors of the reference itself.
+    fn errors(&self, states: &[State<f64>]) -> [Option<f64>; 4] {
+        let errors = errors(states, &self.states);
+        std::array::from_fn(|k| {
+            let least = RESOLVED * self.uncertainty[k];
+            // NaN is an error beyond all bounds.
+            let resolved = errors[k] >= least || errors[k].is_nan();
+            (least.is_finite() && resolved).then_some(errors[k])
+        })
+    }
+}
+
+/// The largest distances of a node at the marks, m.
+fn errors(states: &[State<f64>], truth: &[State<f64>]) -> [f64; 4] {
+    std::array::from_fn(|k| distance(&states[k], &truth[k]))
+}
+
+/// One way to run the case. Errors are largest distances of a node, m, at the marks.
+#[derive(Clone, Debug)]
+struct Run {
+    method: Method,
+    /// The time step over the scene's.
+    fraction: f64,
+    /// An index of [`PRECISIONS`].
+    precision: usize,
+    /// True for the scene's own method, time step and number type.
+    is_default: bool,
+    /// The distance from the reference; `None` if not resolved.
+    error: [Option<f64>; 4],
+    /// The distance from a double-double run with the same settings.
+    rounding: [f64; 4],
+    /// Median processor time of the whole run, s.
+    time: f64,
+    /// True if the time step is below the stable one of the design at its start.
+    stable: bool,
+    /// True if no observed state is absurd.
+    finite: bool,
+}
+
+impl Run {
+    /// True if its error comes from its time step.
+    fn is_sound(&self) -> bool {
+        self.finite && self.stable
+    }
+
+    /// True if the run diverged although its time step is stable, or is the scene's own.
+    fn is_failed(&self) -> bool {
+        !self.finite && (self.stable || self.is_default)
+    }
+
+    /// A number of the run. A number that is not finite is missing if the time step is above the stable
+    /// one, because divergence is expected.
+    fn number(&self, x: f64) -> Cell {
+        match self.stable || self.is_default {
+            true => x.into(),
+            false => Cell::if_finite(x),
+        }
+    }
+
+    /// The outcome in a few words.
+    fn status(&self, spacing: f64) -> &'static str {
+        match (self.finite, self.stable) {
+            _ if self.is_failed() => "diverged",
+            (false, _) => "diverged as expected: step beyond the stable one",
+            (true, false) => "step beyond the stable one",
+            (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
+            (true, true) => "ok",
+        }
+    }
+
+    /// The error that a figure shows; NaN, which is left out, if it is not resolved.
+    fn shown(&self) -> f64 {
+        self.error[SHOWN].unwrap_or(f64::NAN)
+    }
+}
+
+/// The errors of a case in every way to run it.
+struct Accuracy<'a> {
+    case: &'a Case,
+    /// The steps of the scene at which positions are compared.
+    marks: [usize; 4],
+    reference: Reference,
+    /// By method, time step and number type.
+    runs: Vec<Run>,
+    chaos: Chaos,
+}
+
+/// Trajectories of a case in every way to run it. Checks the rounding of rows with a stable step in f32 and
+/// f64, and that neither the scene's own run nor the reference diverged.
+pub fn accuracy(case: &Case) -> Section {
+    Accuracy::of(case).section()
+}
+
+impl<'a> Accuracy<'a> {
+    /// Runs a case in every way. Errors are computed in parallel, run times measured alone.
+    fn of(case: &'a Case) -> Self {
+        let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
+        let marks = [last / 16, last / 4, last / 2, last];
+        let reference = Reference::of(case, marks);
+        let ways: Vec<(Method, f64)> = Method::all(case)
+            .into_iter()
+            .flat_map(|method| FRACTIONS.map(|fraction| (method, fraction)))
+            .collect();
+        let mut runs: Vec<Run> = ways
+            .par_iter()
+            .flat_map_iter(|&way| runs(case, marks, way, &reference))
+            .collect();
+        for run in &mut runs {
+            let (case, at) = run.method.applied(case, marks, run.fraction);
+            let probe = Probe::new(&case);
+            run.time = median_time(REPEATS, || (PRECISIONS[run.precision].run)(&probe, &at));
+        }
+        Self {
+            case,
+            marks,
+            reference,
+            runs,
+            chaos: Chaos::of(case),
+        }
+    }
+
+    /// The times at which positions are compared, s.
+    fn times(&self) -> [f64; 4] {
+        self.marks.map(|mark| mark as f64 * self.case.physics.dt)
+    }
+
+    /// The row with the scene's own settings.
+    fn default_run(&self) -> &Run {
+        let found = self.runs.iter().find(|run| run.is_default);
+        found.expect("the scene's own method and time step are run")
+    }
+
+    /// True if the sums of a step and the growth of perturbations explain the rounding at the first
+    /// time: 7 binary digits for the sums of a step, and 7 for sums over the steps. Chaos dominates later.
+    fn rounds_well(&self, run: &Run) -> bool {
+        let growth = self.chaos.growth(self.marks[0]);
+        run.rounding[0] <= 128.0 * 128.0 * PRECISIONS[run.precision].unit * growth
+    }
+
+    fn section(&self) -> Section {
+        let mut section = Section {
+            title: "Accuracy of trajectories".to_owned(),
+            notes: self.notes(),
+            tables: vec![self.table(), self.chaos.table()],
+            figures: vec![
+                self.figure("work_precision", |run| run.time, 0..PRECISIONS.len()),
+                self.figure("order", |run| self.dt(run), DOUBLE..DOUBLE + 1),
+            ],
+            ..Section::default()
+        };
+        let is_checked = |run: &&Run| run.stable && run.precision <= DOUBLE;
+        for run in self.runs.iter().filter(is_checked) {
+            let (method, precision) = (run.method.name(), PRECISIONS[run.precision].name);
+            let failure = format!("rounding of {method}, dt {}, {precision}", self.dt(run));
+            section.check(self.rounds_well(run), failure);
+        }
+        section.check(self.default_run().finite, "the scene's own run diverged");
+        let is_finite = self.reference.uncertainty.iter().all(|u| u.is_finite());
+        section.check(is_finite, "the reference of the errors diverged");
+        section
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let [a, b, c, d] = self.times();
+        let uncertainty = self.reference.uncertainty.map(|u| format!("{u:.1e}"));
+        vec![
+            self.chaos.note(),
+            format!(
+                "`error`: the largest distance of a node, m, at {a}, {b}, {c} and {d} s from leapfrog \
+                 with time steps {FINER} times shorter than the scene's. The uncertainty of this \
+                 reference is {} m: its distance from symplectic Euler with the same steps, or from \
+                 leapfrog with steps twice as long, whichever is larger. The cell of an error below \
+                 {RESOLVED} uncertainties is empty.",
+                uncertainty.join(", ")
+            ),
+            "`rounding`: the distance from a double-double run with the same steps.".to_owned(),
+            "Times are medians of processor times of one thread, measured while nothing else of \
+             this program runs."
+                .to_owned(),
+        ]
+    }
+
+    fn table(&self) -> Table {
+        let method = "integrator, and substeps if there are more than one";
+        let error = "m, from the reference; empty if not resolved";
+        let rounding = "m, from double-double with the same steps";
+        let at = |kind: &str| self.times().map(|time| format!("{kind}_{time}"));
+        let precision = |run: &Run| PRECISIONS[run.precision].name;
+        let time = "median processor time of the whole run, s";
+        let spacing = self.case.lattice.spacing;
+        Table::of("accuracy", "Error against run time", &self.runs)
+            .mark(Standing::Default, |run| run.is_default)
+            .mark(Standing::Failed, Run::is_failed)
+            .column("method", method, |run| run.method.name())
+            .column("dt_s", "time step of the controller, s", |run| self.dt(run))
+            .column("precision", "number type", precision)
+            .column("time_s", time, |run| run.number(run.time))
+            .columns(at("error"), error, |run, k| {
+                run.error[k].map_or(Cell::Missing, |x| run.number(x))
+            })
+            .columns(at("rounding"), rounding, |run, k| {
+                run.number(run.rounding[k])
+            })
+            .column("status", "the outcome", |run| run.status(spacing))
+            .done()
+    }
+
+    /// The time step of a run, s.
+    fn dt(&self, run: &Run) -> f64 {
+        self.case.physics.dt * run.fraction
+    }
+
+    /// Errors against a quantity of the runs, with a line for every method in some number types.
+    fn figure(
+        &self,
+        name: &'static str,
+        along: impl Fn(&Run) -> f64,
+        precisions: Range<usize>,
+    ) -> LogChart {
+        let times = self.times();
+        let (caption, axis) = match precisions.len() {
+            1 => (
+                "Error in f64 against the time step.",
+                "time step, s".to_owned(),
+            ),
+            _ => (
+                "Error against run time; along each line the time step is halved four times. Solid \
+                 lines f64, dashed f32, dotted double-double. Errors that are not resolved are left \
+                 out.",
+                format!("run time of {} s of motion, s", times[3]),
+            ),
+        };
+        let point = |run: &Run| Vector::new([along(run), run.shown()]);
+        let default = Some(self.default_run()).filter(|run| run.is_sound() && run.shown() > 0.0);
+        LogChart {
+            name,
+            caption: caption.to_owned(),
+            title: format!("Largest error of a node at {} s, m", times[SHOWN]),
+            along: axis,
+            lines: self.lines(precisions, &point),
+            marked: default.map(|run| (point(run), "default".to_owned())),
+        }
+    }
+
+    fn lines(&self, precisions: Range<usize>, point: &dyn Fn(&Run) -> Vector<f64>) -> Vec<Line> {
+        let methods = Method::all(self.case);
+        let mut lines = vec![];
+        for precision in precisions {
+            let Precision { name, dashes, .. } = PRECISIONS[precision];
+            for (k, method) in methods.iter().enumerate() {
+                // The errors of diverged runs would press all other lines into one.
+                let belongs = |run: &&Run| {
+                    run.is_sound() && (run.method, run.precision) == (*method, precision)
+                };
+                let points = self.runs.iter().filter(belongs).map(point);
+                let name = format!("{}, {name}", method.name());
+                lines.push(Line::new(name, k, dashes, points));
+            }
+        }
+        lines
+    }
+}
+
+/// A method with a time step in every number type, not yet timed.
+fn runs(
+    case: &Case,
+    marks: [usize; 4],
+    (method, fraction): (Method, f64),
+    reference: &Reference,
+) -> Vec<Run> {
+    let (here, at) = method.applied(case, marks, fraction);
+    let [frequency, _, damping] = frequencies(&here, &here.start.x);
+    let stable = here.physics.dt < stable_step(&here.physics, frequency, damping);
+    let probe = Probe::new(&here);
+    let found = PRECISIONS.each_ref().map(|p| (p.run)(&probe, &at));
+    let run = |(precision, states): (usize, &Vec<State<f64>>)| Run {
+        method,
+        fraction,
+        precision,
+        is_default: (method, fraction, precision) == (Method::of(case), 1.0, DOUBLE),
+        error: reference.errors(states),
+        rounding: errors(states, &found[found.len() - 1]),
+        time: f64::NAN,
+        stable,
+        finite: !states.iter().any(State::is_absurd),
+    };
+    found.iter().enumerate().map(run).collect()
+}
+
+#[cfg(test)]
+mod tests;

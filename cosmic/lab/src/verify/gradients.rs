@@ -1,0 +1,469 @@
+//! Gradients: error, time and memory of every way to compute one, over horizons.
+
+mod subject;
+
+use autodiff::DoubleDouble;
+use rayon::prelude::*;
+
+use super::chaos::Chaos;
+use super::clock::measured;
+use super::probe::{MOVED, Probe, distance, most, norm, relative_error};
+use crate::report::chart::{Line, LogChart};
+use crate::report::sheet::Section;
+use crate::table::{Standing, Table};
+use cosmic::case::Case;
+use cosmic::geometry::Vector;
+use subject::{DIRECTIONS, Slopes, Subject};
+
+/// The longest horizon, and the number of its halvings.
+const LONGEST: usize = 4096;
+const HALVINGS: u32 = 6;
+/// Half-widths of central differences, along directions of length one.
+const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+/// The half-width of the differences in double-double that are the truth. Their rounding is 1e-32 over
+/// this, and their error by curvature its square, each times what the motion magnifies.
+const TINY: f64 = 1e-15;
+/// A full tape that would need more memory, in bytes, is left out with a note.
+const MOST_MEMORY: u64 = 3 << 30;
+/// Starts from which gradients are compared.
+const STARTS: usize = 8;
+/// The error of a gradient without two correct digits. Rows with larger errors are not checked.
+const WORTHLESS: f64 = 1e-2;
+
+/// The main source of a gradient's error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Limit {
+    /// The rounding of f64.
+    Rounding,
+    /// The rounding of f32.
+    Single,
+    /// The half-width of differences.
+    Width,
+    /// The early steps that are left out.
+    Truncation,
+}
+
+/// A way to compute a gradient.
+struct Way {
+    name: &'static str,
+    limit: Limit,
+    /// The whole gradient over a horizon, or the slopes along all directions.
+    run: fn(&Subject, &Horizon) -> Found,
+}
+
+enum Found {
+    Gradient(Vec<f64>),
+    Slopes(Slopes),
+}
+
+const fn way(name: &'static str, limit: Limit, run: fn(&Subject, &Horizon) -> Found) -> Way {
+    Way { name, limit, run }
+}
+
+const DRIVER: usize = 3;
+const FULL_TAPE: usize = 6;
+/// In the order in which they are measured: the full tape, which holds the most memory, comes last.
+static WAYS: [Way; 7] = [
+    way(
+        "central differences, best h",
+        Limit::Width,
+        |subject, of| Found::Slopes(subject.differences(of.width, &[of.steps])[0]),
+    ),
+    way("forward duals f64", Limit::Rounding, |subject, of| {
+        Found::Slopes(subject.duals(of.steps))
+    }),
+    way("rollout driver f32", Limit::Single, |subject, of| {
+        let single = subject.driver::<f32>(of.steps).into_iter();
+        Found::Gradient(single.map(f64::from).collect())
+    }),
+    way("rollout driver f64", Limit::Rounding, |subject, of| {
+        Found::Gradient(subject.driver(of.steps))
+    }),
+    way(
+        "driver, last 1/2 of the steps",
+        Limit::Truncation,
+        |subject, of| Found::Gradient(subject.truncated(of.steps, of.steps.div_ceil(2))),
+    ),
+    way(
+        "driver, last 1/4 of the steps",
+        Limit::Truncation,
+        |subject, of| Found::Gradient(subject.truncated(of.steps, of.steps.div_ceil(4))),
+    ),
+    way("full tape f64", Limit::Rounding, |subject, of| {
+        Found::Gradient(subject.full_tape(of.steps))
+    }),
+];
+
+/// The measurement of a way over a horizon.
+#[derive(Debug)]
+struct Row {
+    /// An index of [`WAYS`].
+    way: usize,
+    steps: usize,
+    /// Length of the error of the slopes along the directions over the length of the true slopes.
+    error: f64,
+    /// The largest error of an exact f64 way that rounding explains.
+    allowed: f64,
+    /// Angle between the two vectors of slopes, degrees.
+    angle: f64,
+    /// Processor time, s: of the whole gradient, or of the slopes.
+    time: f64,
+    /// The time of a whole gradient, s: a multiple of `time` if that is for the slopes.
+    whole: f64,
+    /// Memory in addition to that held before, bytes; `None` if the system does not tell.
+    memory: Option<u64>,
+    /// True if it was left out because of its memory; `memory` is then an estimate.
+    left_out: bool,
+}
+
+impl Row {
+    /// Measures a way over a horizon; `last` is the row before, of the same way if there is one.
+    fn new(subject: &Subject, way: usize, horizon: &Horizon, last: Option<&Self>) -> Self {
+        let steps = horizon.steps;
+        // Memory in proportion to that of the last horizon.
+        let last = last.filter(|row| row.way == way);
+        let expected = last.map_or(0, |row| {
+            row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
+        });
+        let left_out = way == FULL_TAPE && expected > MOST_MEMORY;
+        let (found, time, memory) = match left_out {
+            true => {
+                let nothing = Found::Slopes([f64::NAN; DIRECTIONS]);
+                (nothing, f64::NAN, Some(expected))
+            }
+            false => measured(|| (WAYS[way].run)(subject, horizon)),
+        };
+        let (slopes, times) = match &found {
+            Found::Gradient(gradient) => (subject.along(gradient), 1.0),
+            Found::Slopes(slopes) => (*slopes, subject.numbers() as f64 / DIRECTIONS as f64),
+        };
+        Self {
+            way,
+            steps,
+            error: relative_error(&slopes, &horizon.truth),
+            allowed: horizon.allowed,
+            angle: angle(&slopes, &horizon.truth),
+            time,
+            whole: time * times,
+            memory,
+            left_out,
+        }
+    }
+
+    /// True if the row can be checked: only the rounding of f64 limits it, and digits are left.
+    fn is_checked(&self) -> bool {
+        let exact = WAYS[self.way].limit == Limit::Rounding && !self.left_out;
+        exact && self.allowed < WORTHLESS
+    }
+
+    /// True if a checked row is wrong. NaN is wrong.
+    fn is_wrong(&self) -> bool {
+        let right = self.error <= self.allowed;
+        self.is_checked() && !right
+    }
+
+    /// The outcome in a few words.
+    fn status(&self) -> &'static str {
+        match WAYS[self.way].limit {
+            _ if self.left_out => "left out: too much memory",
+            _ if !self.error.is_finite() => "failed: not finite",
+            _ if self.is_wrong() => "failed: wrong",
+            _ if self.is_checked() => "checked",
+            Limit::Truncation if self.angle > 90.0 => "useless: against the gradient",
+            Limit::Truncation => "truncated",
+            _ if self.error > WORTHLESS => "useless: not two digits",
+            _ => "ok",
+        }
+    }
+}
+
+/// A horizon with its true slopes and bounds on errors.
+struct Horizon {
+    steps: usize,
+    truth: Slopes,
+    /// The largest error of an exact f64 way that rounding explains.
+    allowed: f64,
+    /// The best half-width of central differences.
+    width: f64,
+}
+
+impl Horizon {
+    /// The horizons up to the longest, ascending. Rounding in f64 explains an error of 7 binary digits for
+    /// the sums of a step and 7 for sums over the steps, plus the change of the slopes with a start that is
+    /// moved as far as rounding moves the motion, with 4 binary digits on top, because rounding acts during
+    /// the motion and not at the start.
+    fn all(case: &Case, subject: &Subject, longest: usize) -> Vec<Self> {
+        let mut steps: Vec<usize> = (0..=HALVINGS).rev().map(|k| longest >> k).collect();
+        steps.retain(|&steps| steps > 0);
+        let truth = subject.truth(TINY, &steps);
+        let sweep = WIDTHS
+            .par_iter()
+            .map(|&h| (h, subject.differences(h, &steps)));
+        let sweep: Vec<(f64, Vec<Slopes>)> = sweep.collect();
+        let (moved, rounding) = (moved(case, subject, &steps), rounding(case, &steps));
+        let horizon = |k: usize| {
+            let errors = sweep
+                .iter()
+                .map(|(h, slopes)| (*h, relative_error(&slopes[k], &truth[k])));
+            let better =
+                |best: (f64, f64), new: (f64, f64)| if new.1 < best.1 { new } else { best };
+            Self {
+                steps: steps[k],
+                truth: truth[k],
+                allowed: 128.0 * 128.0 * f64::EPSILON + 16.0 * moved[k] / MOVED * rounding[k],
+                width: errors.fold((WIDTHS[0], f64::INFINITY), better).0,
+            }
+        };
+        (0..steps.len()).map(horizon).collect()
+    }
+}
+
+/// The largest relative change of the slopes from the case's start to one of the moved starts.
+fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
+    let slopes = |subject: &Subject| -> Vec<Slopes> {
+        let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
+        horizons.iter().map(gradient).collect()
+    };
+    let here = slopes(subject);
+    let starts = Probe::new(case).moved_starts(STARTS);
+    let there = starts.into_par_iter().map(|start| {
+        let case = Case {
+            start,
+            ..case.clone()
+        };
+        slopes(&Subject::new(&case))
+    });
+    let there: Vec<_> = there.collect();
+    let largest = |k: usize| {
+        let changes = there
+            .iter()
+            .map(|moved| relative_error(&moved[k], &here[k]));
+        changes.fold(0.0, f64::max)
+    };
+    (0..horizons.len()).map(largest).collect()
+}
+
+/// The largest distance of the motion in f64 from that in double-double until each horizon.
+fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
+    let probe = Probe::new(case);
+    let observed: Vec<usize> = (0..=horizons[horizons.len() - 1]).collect();
+    let (wide, double) = rayon::join(
+        || probe.run::<DoubleDouble>(&observed),
+        || probe.run::<f64>(&observed),
+    );
+    let apart: Vec<f64> = wide
+        .iter()
+        .zip(&double)
+        .map(|(a, b)| distance(a, b))
+        .collect();
+    let largest = |&steps: &usize| most(apart[..=steps].iter().copied());
+    horizons.iter().map(largest).collect()
+}
+
+/// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
+fn angle(slopes: &Slopes, truth: &Slopes) -> f64 {
+    if slopes == truth {
+        // Two vectors of zeros have no direction; their angle is 0 too.
+        return 0.0;
+    }
+    let unit = |v: &Slopes| v.map(|x| x / norm(v));
+    let half = 0.5 * relative_error(&unit(slopes), &unit(truth));
+    2.0 * half.clamp(0.0, 1.0).asin().to_degrees()
+}
+
+/// The measurements of every way over every horizon.
+struct Gradients {
+    rows: Vec<Row>,
+    /// The length of the gradient.
+    numbers: usize,
+    chaos: Chaos,
+}
+
+/// Gradients of a case in every way. Ways that only rounding limits are checked.
+pub fn gradients(case: &Case) -> Section {
+    Gradients::of(case).section()
+}
+
+impl Gradients {
+    /// Differentiates a case in every way. The truth is computed in parallel, run times and
+    /// memory are measured alone.
+    fn of(case: &Case) -> Self {
+        let longest = LONGEST.min(case.physics.steps.max(1));
+        let mut case = case.clone();
+        case.physics.steps = case.physics.steps.max(longest);
+        let subject = Subject::new(&case);
+        let horizons = Horizon::all(&case, &subject, longest);
+        let mut rows = Vec::new();
+        for way in 0..WAYS.len() {
+            for horizon in &horizons {
+                rows.push(Row::new(&subject, way, horizon, rows.last()));
+            }
+        }
+        Self {
+            rows,
+            numbers: subject.numbers(),
+            chaos: Chaos::of(&case),
+        }
+    }
+
+    fn section(&self) -> Section {
+        let longest = self.rows.iter().rfind(|row| row.way == DRIVER);
+        let by_time = |row: &Row| Vector::new([row.whole, row.error]);
+        let figure =
+            |name, along: &str, caption: &str, point: &dyn Fn(&Row) -> Vector<f64>| LogChart {
+                name,
+                caption: caption.to_owned(),
+                title: "Relative error of the slopes".to_owned(),
+                along: along.to_owned(),
+                lines: self.lines(point),
+                marked: None,
+            };
+        let mut section = Section {
+            title: "Gradients".to_owned(),
+            notes: self.notes(),
+            tables: vec![self.table(), self.chaos.table()],
+            figures: vec![
+                figure(
+                    "gradient_error",
+                    "steps of the horizon",
+                    "Error against the horizon.",
+                    &|row| Vector::new([row.steps as f64, row.error]),
+                ),
+                figure(
+                    "gradient_time",
+                    "time of a whole gradient, s",
+                    "Error against the time of a whole gradient; along each line the horizon doubles.",
+                    &by_time,
+                ),
+            ],
+            ..Section::default()
+        };
+        section.figures[1].marked =
+            longest.map(|row| (by_time(row), format!("driver, {} steps", row.steps)));
+        for row in self.rows.iter().filter(|row| row.is_checked()) {
+            let failure = format!("{} over {} steps", WAYS[row.way].name, row.steps);
+            section.check(!row.is_wrong(), failure);
+        }
+        section
+    }
+
+    fn notes(&self) -> Vec<String> {
+        vec![
+            self.chaos.note(),
+            format!(
+                "Gradients of minus the payload's position along the ground after so many steps, by \
+                 the {} numbers of design and controller. `error` and `angle` compare the slopes along \
+                 {DIRECTIONS} random directions with differences in double-double. Until the payload \
+                 leaves its place the gradient is exactly zero, and so is its error.",
+                self.numbers
+            ),
+            format!(
+                "`time`: processor time of one thread, for a whole gradient in reverse mode, for \
+                 {DIRECTIONS} slopes in forward mode and by differences. `whole`: for a whole gradient; \
+                 in forward mode and by differences a multiple, not a measurement. `memory`: the \
+                 largest amount held in addition to what the program held before; do not trust numbers \
+                 below 1 MiB."
+            ),
+            format!(
+                "Exact ways are checked against the truth as long as rounding leaves them two \
+                 digits. `allowed`: 128 x 128 roundings, and 16 times what the slopes change if the \
+                 start is moved as far as rounding moves the motion. A full tape that would take \
+                 more than {} GiB is left out.",
+                MOST_MEMORY >> 30
+            ),
+            "Truncated gradients leave out the early steps: their error is the cost of that, not \
+             rounding."
+                .to_owned(),
+        ]
+    }
+
+    fn table(&self) -> Table {
+        let title = "Error, time and memory over horizons";
+        let (angle, whole) = ("between the two vectors of slopes", "of a whole gradient");
+        let error = "length of the error of the slopes over the length of the slopes";
+        let allowed = "the largest error of an exact f64 way that rounding explains";
+        let memory = "peak memory beyond what was held before";
+        let known = |row: &Row, x: f64| (!row.left_out).then_some(x);
+        let is_failed = |row: &Row| row.status().starts_with("failed");
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let way = |row: &Row| WAYS[row.way].name;
+        Table::of("gradients", title, &self.rows)
+            .column("way", "how the gradient is computed", way)
+            .column("steps", "the horizon", |row| row.steps)
+            .column("error", error, |row| known(row, row.error))
+            .column("allowed", allowed, |row| row.allowed)
+            .column("angle_deg", angle, |row| known(row, row.angle))
+            .column("time_s", "processor time", |row| known(row, row.time))
+            .column("whole_s", whole, |row| known(row, row.whole))
+            .column("memory_mib", memory, |row| row.memory.map(mebibytes))
+            .column("status", "the outcome", |row| row.status())
+            .mark(Standing::Default, |row| row.way == DRIVER)
+            .mark(Standing::Failed, is_failed)
+            .done()
+    }
+
+    /// A line for every way.
+    fn lines(&self, point: &dyn Fn(&Row) -> Vector<f64>) -> Vec<Line> {
+        let line = |(k, way): (usize, &Way)| {
+            let dashes = match way.limit {
+                Limit::Truncation => "1 5",
+                Limit::Single => "6 4",
+                _ => "",
+            };
+            let rows = self.rows.iter().filter(|row| row.way == k);
+            Line::new(way.name.to_owned(), k, dashes, rows.map(point))
+        };
+        WAYS.iter().enumerate().map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DRIVER, Gradients, Limit, Row, WAYS, angle};
+    use crate::table::Standing;
+    use crate::verify::probe::{relative_error, small};
+
+    #[test]
+    fn every_way_is_as_good_as_it_can_be_and_a_wrong_one_fails() {
+        let mut gradients = Gradients::of(&small([2, 2], |scene| scene.physics.steps = 128));
+        let failures = gradients.section().failures;
+        assert!(failures.is_empty(), "{failures:?}");
+        for (way, of) in WAYS.iter().enumerate() {
+            let rows: Vec<&Row> = gradients.rows.iter().filter(|row| row.way == way).collect();
+            let horizons: Vec<usize> = rows.iter().map(|row| row.steps).collect();
+            assert_eq!(horizons, [2, 4, 8, 16, 32, 64, 128]);
+            let worst = rows.iter().map(|row| row.error).fold(0.0, f64::max);
+            // Rounding of some hundred steps in each type. Differences lose a third of the digits. The error of
+            // truncation is large.
+            let expected = match of.limit {
+                Limit::Rounding => 0.0..1e-10,
+                Limit::Single => 0.0..1e-2,
+                Limit::Width => 0.0..1e-5,
+                Limit::Truncation => 0.01..f64::INFINITY,
+            };
+            assert!(expected.contains(&worst), "{}: {worst}", of.name);
+        }
+        let driver = |row: &&mut Row| row.way == DRIVER;
+        gradients.rows.iter_mut().rfind(driver).unwrap().error = 1e-3;
+        let section = gradients.section();
+        assert_eq!(section.failures.len(), 1, "{:?}", section.failures);
+        let rows = section.tables[0].rows.iter();
+        let failed: Vec<_> = rows
+            .filter(|row| row.standing == Standing::Failed)
+            .collect();
+        assert!(failed.len() == 1 && failed[0].cells.contains(&"failed: wrong".into()));
+    }
+
+    #[test]
+    fn errors_and_angles() {
+        let truth = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let mut turned = truth;
+        turned[1] = 1.0;
+        // Rounding of a root and an arc sine.
+        assert!((relative_error(&turned, &truth) - 1.0).abs() < 1e-15);
+        assert!((angle(&turned, &truth) - 45.0).abs() < 1e-13);
+        assert_eq!(angle(&truth, &truth), 0.0);
+        assert!(angle(&[f64::NAN; 8], &truth).is_nan());
+        assert_eq!(relative_error(&[0.0; 8], &[0.0; 8]), 0.0);
+    }
+}

@@ -1,0 +1,80 @@
+//! Small robots, and the check of their gradients.
+
+use autodiff::check::{Options, Verdict};
+use cosmic::case::Case;
+use cosmic::geometry::{Ground, Vector};
+use cosmic::lattice::State;
+use cosmic::scene::{PhysicsSettings, Scene};
+use cosmic::simulator::Span;
+use cosmic_lab::verify::check_gradients;
+
+/// A robot of 3x2 nodes that falls on the ground while it moves along it, and whose edges all have different
+/// mixtures. `settings` are TOML, over the paper's scene. The 90 steps are long enough to land and to push off,
+/// and short enough for differences.
+///
+/// # Panics
+/// If the settings are wrong.
+pub fn robot(settings: &str) -> Case {
+    let scene = Scene::paper().with("test", settings);
+    robot_of(scene.unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// The same robot in another scene. Its lattice, its steps and its network remain those of [`robot`].
+///
+/// # Panics
+/// If the robot does not fit the scene.
+pub fn robot_of(mut scene: Scene) -> Case {
+    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+    // High enough that nothing touches in the first step, low enough to land in a third of the time.
+    scene.lattice.drop += 0.004;
+    // The controller must have an effect within so few steps.
+    (scene.controller.hidden, scene.controller.velocity_scale) = (6, 0.5);
+    scene.physics.steps = 90;
+    let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
+    let ground = Ground::from(&scene.physics);
+    let velocity =
+        |i: usize| ground.vector_to_world(Vector::new([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
+    case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
+    let z = case.design.undecided_mut().expect("a start of mixtures");
+    for (e, z) in z.iter_mut().enumerate() {
+        z[1] += 0.002 * (e as f64).sin();
+        z[2] += 0.002 * (1.7 * e as f64).cos();
+    }
+    case
+}
+
+/// Every state of a case's rollout.
+pub fn states(case: &Case) -> Vec<State<f64>> {
+    let (task, design) = (case.task(), case.own_design());
+    let span = Span::from_start((0..=case.physics.steps).collect());
+    let seen = task.rollout(&design, &case.controller, &case.start, &span);
+    seen.states
+}
+
+/// The least height of a node above the profile of its ground, m.
+pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
+    let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));
+    let nodes = states.iter().flat_map(|state| &state.x);
+    let heights = nodes.map(|&x| profile.above(ground.point_to_ground(x)));
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+/// Asserts that the gradients by all blocks of a case's inputs agree with differences and forward mode, that
+/// none is zero, and that a wrong gradient is found.
+///
+/// # Panics
+/// If they do not.
+pub fn assert_smooth(name: &str, case: &Case) {
+    let check = check_gradients(case, None, case.physics.steps, &Options::default());
+    for group in &check.groups {
+        let text = format!("{name}, {}:\n{}", group.name, group.report);
+        assert_eq!(group.verdict, Verdict::Smooth, "{text}");
+        assert!(group.norm > 0.0, "{text}");
+    }
+    let control = check.control.map(|control| control.verdict);
+    assert_eq!(
+        control,
+        Some(Verdict::Wrong),
+        "{name}: the negative control"
+    );
+}
