@@ -203,7 +203,10 @@ where
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }
         let bits = u16::MAX >> (WIDEST - n);
-        unsafe { self.sums.add(self.kernel, (x, y_bar), &self.uniforms, (i, bits)) };
+        unsafe {
+            self.sums
+                .add(self.kernel, (x, y_bar), &self.uniforms, (i, bits))
+        };
     }
 }
 

@@ -4,7 +4,7 @@ use autodiff::emit::{adjoint, assert_fresh};
 
 use super::bar::Tension;
 use super::bending::{Bend, Total};
-use super::contact::{Contact, Drifting, Flying};
+use super::contact::{Contact, Drifting, Flat, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hooke::Hooke;
@@ -35,11 +35,7 @@ use super::sticking::Sticking;
 const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
 
 /// The adjoints of a step and of a drift under a contact law with this many settings.
-fn of_contact<C: Contact>(
-    name: &str,
-    settings: usize,
-    build: impl Fn(&[f64]) -> C,
-) -> Vec<String> {
+fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) -> C) -> Vec<String> {
     let of_flight = ["self.flight.drift.dt", "self.flight.decay"];
     let flying = |v: &[f64]| Flying {
         flight: Flight {
@@ -48,10 +44,12 @@ fn of_contact<C: Contact>(
             gravity: Vector::new([v[2], v[3]]),
         },
         contact: build(&v[4..]),
+        ground: Flat,
     };
     let drifting = |v: &[f64]| Drifting {
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
+        ground: Flat,
     };
     let of_flight = [&of_flight, &UNIFORMS[..2 + settings]].concat();
     let of_drift = [&["self.drift.dt"], &UNIFORMS[..settings]].concat();
@@ -67,9 +65,7 @@ fn adjoints_are_fresh() {
         of_contact("NoGround", 0, |_| NoGround {}),
         of_contact("Sticking", 0, |_| Sticking {}),
     ];
-    let coulomb = of_contact("Coulomb", 1, |v| Coulomb {
-        friction: v[0],
-    });
+    let coulomb = of_contact("Coulomb", 1, |v| Coulomb { friction: v[0] });
     let bars = [
         adjoint("Tension<Hooke>", &["self.dt"], |v| Tension {
             law: Hooke {},

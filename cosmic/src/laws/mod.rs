@@ -38,7 +38,7 @@ pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes}
 pub(crate) use choice::{SECTIONS, force_names};
 pub(crate) use choice::{TOP_KEYS, choosing};
 pub(crate) use contact::{AnyContact, Pushed};
-pub use contact::{Contact, Drifting, Flying, Impact};
+pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::AnyForce;

@@ -392,7 +392,10 @@ impl Simulator {
             Driving::Held(activations) => (activations, None),
         };
         let fits = |given: &Surroundings<R>| given.fits(&self.surroundings::<R>());
-        assert!(surroundings.iter().all(fits), "the surroundings are from a simulator with other laws");
+        assert!(
+            surroundings.iter().all(fits),
+            "the surroundings are from a simulator with other laws"
+        );
         let mut filled = Filled {
             bodies,
             surroundings,
