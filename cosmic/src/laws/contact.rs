@@ -109,7 +109,8 @@ pub trait Contact: Law {
     }
 }
 
-/// In the `impl` of a [`Contact`]: the adjoints are the emitted ones. The argument is `_` for a law without settings.
+/// In the `impl` of a [`Contact`]: the adjoints are the emitted ones. The argument is `_`, or `settings, settings` if the
+/// law has settings.
 macro_rules! emitted_adjoints {
     ($settings:pat $(, $given:ident)?) => {
         #[inline(always)]

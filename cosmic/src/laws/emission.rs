@@ -1,4 +1,4 @@
-//! Writes `adjoints.rs`, and tests that it is up to date.
+//! Writes `adjoints.rs` and tests that it is up to date.
 
 use autodiff::emit::{adjoint, assert_fresh};
 
