@@ -46,6 +46,19 @@ pub struct Actuation<R> {
     pub strain: R,
 }
 
+impl<R: Real> Actuation<R> {
+    /// The four numbers in the order of the fields.
+    #[inline(always)]
+    pub fn new([activation, stiffness, rest_length, strain]: [R; 4]) -> Self {
+        Self {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        }
+    }
+}
+
 impl<R: Real> Bar<R> {
     /// The bar of an edge. Its rate is 0 unless `needs_rate` is true.
     #[inline(always)]
@@ -55,23 +68,18 @@ impl<R: Real> Bar<R> {
         needs_rate: bool,
         given: Actuation<R>,
     ) -> Self {
-        let Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        } = given;
+        let rate = if needs_rate {
+            edge.rate(length)
+        } else {
+            R::zero()
+        };
         Self {
             length,
-            rate: if needs_rate {
-                edge.rate(length)
-            } else {
-                R::zero()
-            },
-            target: target_length(rest_length, strain, activation),
-            rest_length,
-            stiffness,
-            strain,
+            rate,
+            target: target_length(given.rest_length, given.strain, given.activation),
+            rest_length: given.rest_length,
+            stiffness: given.stiffness,
+            strain: given.strain,
         }
     }
 }
@@ -187,22 +195,14 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     }
 
     #[inline(always)]
-    fn eval_with<R: Real>(
-        &self,
-        [dx, dy, activation, stiffness, rest_length, strain]: [R; 6],
-        settings: &Uniforms<R>,
-    ) -> [R; 2] {
+    fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
+        let [dx, dy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::zero(),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.impulse(edge, given, settings).array()
+        let impulse = self.impulse(edge, Actuation::new(given), settings);
+        impulse.array()
     }
 
     #[inline(always)]
@@ -244,18 +244,13 @@ impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
-        let [dx, dy, dvx, dvy, activation, stiffness, rest_length, strain] = x;
+        let [dx, dy, dvx, dvy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::new([dvx, dvy]),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.0.impulse(edge, given, settings).array()
+        let impulse = self.0.impulse(edge, Actuation::new(given), settings);
+        impulse.array()
     }
 }
 
