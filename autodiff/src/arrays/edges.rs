@@ -6,10 +6,10 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::{Kernel, Pullback};
+use super::kernel::Pullback;
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::UniformInputs;
+use super::uniform::{UniformInputs, UniformKernel};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 
@@ -136,7 +136,7 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-impl<R: Real, K: Kernel<I, O>, const C: usize, const I: usize, const O: usize>
+impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
     EdgeMap<R, K, C, I, O>
 {
     pub(crate) fn new(
@@ -217,7 +217,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
 impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
 where
     R: Real,
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
 {
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
@@ -246,7 +246,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
     for Forward<'_, EdgeMap<R, K, C, I, O>, R>
 where
     R: Real,
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
 {
     type Output = ();
     #[inline(always)]
@@ -282,7 +282,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
     for Reverse<'_, '_, EdgeMap<R, K, C, I, O>, R>
 where
     R: Real,
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
 {
     type Output = ();
     #[inline(always)]

@@ -2,10 +2,10 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback, Uniforms};
+use super::kernel::Pullback;
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{UniformInputs, UniformSums};
+use super::uniform::{UniformInputs, UniformKernel, UniformSums, Uniforms};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 
@@ -19,7 +19,7 @@ pub(crate) struct Map<K, const I: usize, const O: usize> {
     reach: Reach,
 }
 
-impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
+impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     pub(crate) fn new(
         kernel: K,
         inputs: [Array; I],
@@ -52,7 +52,9 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
+impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Operation<R>
+    for Map<K, I, O>
+{
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
@@ -121,7 +123,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ForwardLanes<'_, K, R, L, I, O>
 where
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]
@@ -138,7 +140,7 @@ where
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
+impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized<R>
     for Forward<'_, Map<K, I, O>, R>
 {
     type Output = ();
@@ -178,7 +180,7 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ReverseLanes<'_, K, R, L, I, O>
 where
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]
@@ -210,7 +212,7 @@ where
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
+impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized<R>
     for Reverse<'_, '_, Map<K, I, O>, R>
 {
     type Output = ();

@@ -1,11 +1,166 @@
-//! The uniform inputs of a mapped kernel: loaded once per operation, summed up only on demand.
+//! Kernels with uniform inputs. An operation loads them once, and sums up their cotangents only on demand.
 #![allow(unsafe_code)] // Cotangents are added through pointers: see `Places`.
 
 use super::array::Array;
-use super::kernel::{Kernel, MOST_UNIFORMS, Uniforms, by_uniform, checked};
+use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
 use super::row::{Bars, Places, Reach, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
+
+/// The most uniform inputs that a kernel may have.
+pub const MOST_UNIFORMS: usize = 16;
+
+/// The uniform inputs of a kernel, then zeros.
+pub type Uniforms<R> = [R; MOST_UNIFORMS];
+
+/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated by
+/// them, and the starts of a batch may differ in them.
+///
+/// Every [`Kernel`] is one without uniform inputs. Mark the methods `#[inline(always)]`.
+///
+/// ```
+/// use autodiff::arrays::{UniformKernel, Uniforms};
+/// use autodiff::{Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// struct Decay;
+///
+/// impl UniformKernel<1, 1> for Decay {
+///     const UNIFORMS: usize = 1;
+///
+///     #[inline(always)]
+///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
+///         [x - uniforms[0] * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Cooling;
+///
+/// impl Model for Cooling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let (rate, x) = (program.parameter(1), program.state(3));
+///         let [next] = program.map_with(Decay, [x], &[rate]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
+/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
+/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
+/// // The sum is 24 (1 - rate)^2.
+/// assert_eq!(gradient_of(sum, &[0.5]), [-24.0]);
+/// ```
+pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
+    /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
+    const UNIFORMS: usize;
+
+    /// The results at `x`.
+    fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
+
+    /// The cotangents of `x`, as [`Kernel::vjp`]. Cotangents of the uniform inputs need no method: they come from dual
+    /// numbers, and only if they are needed.
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        uniforms: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        vjp_by_duals_with(self, at, uniforms)
+    }
+}
+
+impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K {
+    const UNIFORMS: usize = 0;
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; I], _: &Uniforms<R>) -> [R; O] {
+        self.eval(x)
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        _: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        self.vjp(at)
+    }
+}
+
+/// A kernel whose uniform inputs are constants.
+#[derive(Clone, Debug)]
+pub struct Fixed<K> {
+    /// The kernel.
+    pub kernel: K,
+    /// The values of its uniform inputs.
+    pub uniforms: Vec<f64>,
+}
+
+impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
+        self.kernel.eval_with(x, &constant_uniforms(&self.uniforms))
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        self.kernel.vjp_with(at, &uniforms)
+    }
+}
+
+#[inline(always)]
+fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
+    let mut uniforms = [R::zero(); MOST_UNIFORMS];
+    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+        *uniform = R::lit(value);
+    }
+    uniforms
+}
+
+/// A list that fits into [`Uniforms`].
+#[inline(always)]
+pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+    assert!(
+        list.len() <= MOST_UNIFORMS,
+        "a kernel has at most {MOST_UNIFORMS} uniform inputs"
+    );
+    list
+}
+
+/// The default of [`UniformKernel::vjp_with`], by dual numbers.
+#[inline(always)]
+pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
+    kernel: &K,
+    at: Pullback<R, I, O, M>,
+    uniforms: &Uniforms<R>,
+) -> [[R; I]; M]
+where
+    R: Real,
+    K: UniformKernel<I, O> + ?Sized,
+{
+    let y = kernel.eval_with(seeded(at.x), &constants(*uniforms));
+    pulled_back(y, at.y_bar)
+}
+
+/// The cotangent of the uniform input number `k`, from one element.
+#[inline(always)]
+fn by_uniform<R, K, const I: usize, const O: usize>(
+    kernel: &K,
+    (x, y_bar): ([R; I], [R; O]),
+    uniforms: &Uniforms<R>,
+    k: usize,
+) -> R
+where
+    R: Real,
+    K: UniformKernel<I, O>,
+{
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(*uniforms);
+    moving[k].tangent = [R::one()];
+    let y = kernel.eval_with(constants(x), &moving);
+    let [[bar]] = pulled_back(y, [y_bar]);
+    bar
+}
 
 /// Arrays of one number for each start.
 pub(super) struct UniformInputs {
@@ -18,7 +173,9 @@ pub(super) struct UniformInputs {
 impl UniformInputs {
     /// # Panics
     /// Unless the kernel has as many uniform inputs.
-    pub(super) fn new<K: Kernel<I, O>, const I: usize, const O: usize>(arrays: &[Array]) -> Self {
+    pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
+        arrays: &[Array],
+    ) -> Self {
         assert_eq!(
             checked(arrays).len(),
             K::UNIFORMS,
@@ -90,7 +247,7 @@ impl<R: Real> UniformSums<'_, R> {
         (first, bits): (usize, u16),
     ) where
         L: Lane<R>,
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         if K::UNIFORMS == 0 {
             return;
@@ -113,34 +270,20 @@ impl<R: Real> UniformSums<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use crate::arrays::{Pullback, Uniforms, uniforms, vjp_by_duals_with};
+    use crate::arrays::{UniformKernel, Uniforms};
     use crate::check::{Options, Verdict, check_gradient};
-    use crate::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient_of};
 
     /// A spring of stiffness `u[0]` that pulls harder by `u[1]` at each length.
     #[derive(Clone)]
     struct Spring;
 
-    impl Kernel<1, 1> for Spring {
+    impl UniformKernel<1, 1> for Spring {
         const UNIFORMS: usize = 2;
-
-        #[inline(always)]
-        fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
-            self.eval_with(x, &uniforms(&[0.2, 0.1]))
-        }
 
         #[inline(always)]
         fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
             [u[0] * d + u[1] * d * d * d]
-        }
-
-        #[inline(always)]
-        fn vjp_with<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, 1, 1, M>,
-            u: &Uniforms<R>,
-        ) -> [[R; 1]; M] {
-            vjp_by_duals_with(self, at, u)
         }
     }
 
@@ -148,26 +291,12 @@ mod tests {
     #[derive(Clone)]
     struct Move;
 
-    impl Kernel<2, 1> for Move {
+    impl UniformKernel<2, 1> for Move {
         const UNIFORMS: usize = 1;
-
-        #[inline(always)]
-        fn eval<R: Real>(&self, x: [R; 2]) -> [R; 1] {
-            self.eval_with(x, &uniforms(&[0.3]))
-        }
 
         #[inline(always)]
         fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
             [x + force + u[0] * x.sin()]
-        }
-
-        #[inline(always)]
-        fn vjp_with<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, 2, 1, M>,
-            u: &Uniforms<R>,
-        ) -> [[R; 2]; M] {
-            vjp_by_duals_with(self, at, u)
         }
     }
 

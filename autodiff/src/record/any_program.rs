@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use super::replay::Plan;
 use super::replayed::{Places, ReplayedKernel, recorded};
-use crate::arrays::{Array, Graph, Kernel};
+use crate::arrays::{Array, Graph, Kernel, UniformKernel};
 use crate::real::{ByType, Real};
 use crate::steps::Program;
 
@@ -110,7 +110,7 @@ impl AnyProgram<'_> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         match &mut self.0 {
             Numbers::Double(program) => program.map_with(kernel, x, uniforms),
@@ -149,7 +149,7 @@ impl AnyProgram<'_> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         match &mut self.0 {
             Numbers::Double(program) => {
