@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
+use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
+use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
-use super::law::{Law, StepInput, step_inputs, uniforms};
+use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
@@ -99,7 +99,7 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 ///
 /// ```
 /// use autodiff::Real;
@@ -186,13 +186,8 @@ impl<L: BarForce> Tension<L> {
     }
 }
 
-impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
     const UNIFORMS: usize = L::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 6]) -> [R; 2] {
-        self.eval_with(x, &uniforms(&[], &self.law))
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
@@ -203,11 +198,6 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
         };
         let impulse = self.impulse(edge, Actuation::new(given), settings);
         impulse.array()
-    }
-
-    #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        self.vjp_with(at, &uniforms(&[], &self.law))
     }
 
     #[inline(always)]
@@ -225,22 +215,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
-impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
+impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
-        self.eval_with(x, &uniforms(&[], &self.0.law))
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 8, 2, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 8]; M] {
-        vjp_by_duals_with(self, at, settings)
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
