@@ -12,7 +12,7 @@ use crate::real::Real;
 /// programs keep the kernel.
 ///
 /// A number that all elements share, such as gravity, is a field if it is a constant. If robots of one batch may
-/// differ in it, or a derivative by it is needed, it is an input of a [`UniformKernel`].
+/// differ in it, or a derivative by it is needed, it is an input of a [`UniformKernel`](super::UniformKernel).
 ///
 /// `eval` is all that a kernel has to supply. The derivatives then come from dual numbers, at a cost
 /// that grows with the number of inputs: about seven evaluations of the kernel for eight inputs,

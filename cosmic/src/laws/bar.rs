@@ -33,40 +33,15 @@ pub struct Bar<R> {
     pub strain: R,
 }
 
-/// What a bar depends on besides the positions and velocities of its ends.
-#[derive(Clone, Copy, Debug)]
-pub struct Actuation<R> {
-    /// The controller's output, from -1 to 1.
-    pub activation: R,
-    /// Stiffness of the material, N/m.
-    pub stiffness: R,
-    /// Length at rest, m.
-    pub rest_length: R,
-    /// Strain at full activation.
-    pub strain: R,
-}
-
-impl<R: Real> Actuation<R> {
-    /// The four numbers in the order of the fields.
-    #[inline(always)]
-    pub fn new([activation, stiffness, rest_length, strain]: [R; 4]) -> Self {
-        Self {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        }
-    }
-}
-
 impl<R: Real> Bar<R> {
-    /// The bar of an edge. Its rate is 0 unless `needs_rate` is true.
+    /// The bar of an edge, from its activation, stiffness, rest length and strain at full activation. Its rate is 0
+    /// unless `needs_rate` is true.
     #[inline(always)]
-    pub fn new<const D: usize>(
+    fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
         length: R,
         needs_rate: bool,
-        given: Actuation<R>,
+        [activation, stiffness, rest_length, strain]: [R; 4],
     ) -> Self {
         let rate = if needs_rate {
             edge.rate(length)
@@ -76,18 +51,13 @@ impl<R: Real> Bar<R> {
         Self {
             length,
             rate,
-            target: target_length(given.rest_length, given.strain, given.activation),
-            rest_length: given.rest_length,
-            stiffness: given.stiffness,
-            strain: given.strain,
+            // D8
+            target: rest_length * strain.fma(activation, R::one()),
+            rest_length,
+            stiffness,
+            strain,
         }
     }
-}
-
-/// The length that an actuator sets (D8), m.
-#[inline(always)]
-pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
-    rest_length * strain.fma(activation, R::one())
 }
 
 /// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
@@ -176,7 +146,7 @@ impl<L: BarForce> Tension<L> {
     fn impulse<R: Real, const D: usize>(
         &self,
         edge: EdgeVector<R, D>,
-        given: Actuation<R>,
+        given: [R; 4],
         settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length();
@@ -196,7 +166,7 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
             d: Vector::new([dx, dy]),
             dv: Vector::zero(),
         };
-        let impulse = self.impulse(edge, Actuation::new(given), settings);
+        let impulse = self.impulse(edge, given, settings);
         impulse.array()
     }
 
@@ -225,7 +195,7 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
             d: Vector::new([dx, dy]),
             dv: Vector::new([dvx, dvy]),
         };
-        let impulse = self.0.impulse(edge, Actuation::new(given), settings);
+        let impulse = self.0.impulse(edge, given, settings);
         impulse.array()
     }
 }
@@ -238,12 +208,12 @@ impl<L: BarForce> OnBars<L> {
     /// The bar of an edge in a pose.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
-        let given = Actuation {
-            activation: pose.activation.get(edge).copied().unwrap_or(0.0),
-            stiffness: pose.body.stiffness[edge],
-            rest_length: pose.lattice.rest_length[edge],
-            strain: pose.body.strain[edge],
-        };
+        let given = [
+            pose.activation.get(edge).copied().unwrap_or(0.0),
+            pose.body.stiffness[edge],
+            pose.lattice.rest_length[edge],
+            pose.body.strain[edge],
+        ];
         Bar::new(&between, between.length(), true, given)
     }
 
