@@ -260,7 +260,7 @@ where
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
-            let uniforms = map.uniforms.load(values);
+            let uniforms = map.uniforms.load(K::UNIFORMS, values);
             // First the kernel, edge by edge, into scratch; the sums at the nodes follow below.
             for &lane in &map.plan.edges {
                 let y = map.kernel.eval_with(sources.load::<L>(lane), &uniforms);
@@ -299,7 +299,7 @@ where
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
-            let uniforms = map.uniforms.load(*values);
+            let uniforms = map.uniforms.load(K::UNIFORMS, *values);
             for &lane in &map.plan.edges {
                 // A result was added at the tail and subtracted at the head. Its cotangent is the
                 // difference of theirs; ghosts have none.

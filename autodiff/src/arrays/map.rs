@@ -156,7 +156,7 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized
             let mut lanes = ForwardLanes::<_, _, L, I, O> {
                 kernel: &map.kernel,
                 x: map.sources(values),
-                uniforms: map.uniforms.load(values),
+                uniforms: map.uniforms.load(K::UNIFORMS, values),
                 y: &mut after[..O * len],
                 len,
             };
@@ -228,7 +228,7 @@ impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &map.kernel,
                 x: map.sources(*values),
-                uniforms: map.uniforms.load(*values),
+                uniforms: map.uniforms.load(K::UNIFORMS, *values),
                 sums,
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(map.outputs[0]),

@@ -193,13 +193,18 @@ impl UniformInputs {
         self.active = (0..self.arrays.len()).filter(is_active).collect();
     }
 
-    /// A register of each: the numbers of all starts, repeated.
+    /// A register of each: the numbers of all starts, repeated. `count`, the kernel's [`UniformKernel::UNIFORMS`], is
+    /// known to the compiler.
     #[inline(always)]
-    pub(super) fn load<R: Real, L: Lane<R>>(&self, values: StepValues<R>) -> Uniforms<L> {
+    pub(super) fn load<R: Real, L: Lane<R>>(
+        &self,
+        count: usize,
+        values: StepValues<R>,
+    ) -> Uniforms<L> {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
-        for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
-            let numbers = values.get(array);
-            *uniform = match numbers.len() {
+        for k in 0..count {
+            let numbers = values.get(self.arrays[k]);
+            uniforms[k] = match numbers.len() {
                 1 => L::splat(numbers[0]),
                 starts if starts == L::N => L::load(numbers),
                 starts => {
@@ -215,8 +220,11 @@ impl UniformInputs {
     }
 
     /// Where cotangents are added.
+    #[inline(always)]
     pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
-        self.reach.check(bars.parameters, bars.row);
+        if !self.active.is_empty() {
+            self.reach.check(bars.parameters, bars.row);
+        }
         let places = Places::new(bars);
         UniformSums {
             uniform: self,
