@@ -162,7 +162,7 @@ impl<R: Real> Program<R> {
     /// outputs are arrays over the nodes.
     ///
     /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
     /// /// What a warmer head gives its tail in a step.
     /// #[derive(Clone, Copy)]
@@ -208,7 +208,7 @@ impl<R: Real> Program<R> {
     ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
     ///     bar.run(&t, &[&graph.to_slots(k)])[1]
     /// };
-    /// assert_eq!(gradient_of(middle, &[0.5, 0.25]), [-4.0, 4.0]);
+    /// assert_eq!(gradient(middle, &[0.5, 0.25]), [-4.0, 4.0]);
     /// ```
     ///
     /// # Panics
