@@ -1,6 +1,8 @@
 //! Arrays weighted entry by entry, and their offsets from the weighted mean.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
+use std::hint::assert_unchecked;
+
 use super::array::Array;
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add};
@@ -88,11 +90,8 @@ impl<R: Real, const C: usize, const V: usize> Operation<R> for Weighted<C, V> {
 /// Partial sums of a sum. A fixed number of them gives the same bits in registers of any width.
 const PARTS: usize = WIDEST;
 
-/// The numbers of all starts, one after the other and repeated up to the width of a register.
-type Each<R> = [R; WIDEST];
-
-/// The sums over all entries, of each start: of the weights if `TOTAL`, and of the products of weights and each
-/// array.
+/// The sums over all entries: of the weights if `TOTAL`, and of the products of weights and each array. A register holds
+/// the sums of all starts, one after the other and repeated.
 ///
 /// # Safety
 /// All arrays are as long as the weights.
@@ -101,7 +100,7 @@ unsafe fn sums<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
     weights: &[R],
     x: [&[R]; C],
     starts: usize,
-) -> (Each<R>, [Each<R>; C]) {
+) -> (L, [L; C]) {
     // SAFETY: the caller's promise.
     unsafe {
         if starts == 1 {
@@ -123,7 +122,7 @@ unsafe fn sums_in<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
     x: [&[R]; C],
     registers: usize,
     starts: usize,
-) -> (Each<R>, [Each<R>; C]) {
+) -> (L, [L; C]) {
     let (mut total, mut products) = ([L::zero(); PARTS], [[L::zero(); PARTS]; C]);
     let (len, mut at) = (weights.len(), 0);
     // SAFETY: the caller's promise, and places end with the arrays.
@@ -155,16 +154,16 @@ unsafe fn sums_in<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
             at += L::N;
         }
     }
-    let mut all = [[R::zero(); WIDEST]; C];
+    let mut all = [L::zero(); C];
     for c in 0..C {
         all[c] = folded(&mut products[c], registers, starts);
     }
     (folded(&mut total, registers, starts), all)
 }
 
-/// The sum of the partial sums of each start.
+/// The sum of the partial sums of each start, repeated up to the width of the register.
 #[inline(always)]
-fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts: usize) -> Each<R> {
+fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts: usize) -> L {
     let mut n = registers;
     while n > 1 {
         n /= 2;
@@ -186,7 +185,20 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     for k in starts..L::N {
         sums[k] = sums[k - starts];
     }
-    sums
+    L::load(&sums)
+}
+
+/// Writes the number of each start in a register to the places from `at` on.
+#[inline(always)]
+fn put<R: Real, L: Lane<R>>(numbers: L, to: &mut [R], at: usize, starts: usize) {
+    let mut all = [R::zero(); WIDEST];
+    numbers.store(&mut all);
+    if starts == 1 {
+        // Spares a call of `memcpy`.
+        to[at] = all[0];
+    } else {
+        to[at..at + starts].copy_from_slice(&all[..starts]);
+    }
 }
 
 struct ForwardLanes<'a, R, L, const C: usize, const V: usize> {
@@ -233,16 +245,66 @@ struct ReverseLanes<'a, R, L, const C: usize, const V: usize> {
 }
 
 impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ReverseLanes<'_, R, L, C, V> {
+    /// Adds to the cotangents of all entries.
+    ///
+    /// # Safety
+    /// As [`lane`](Self::lane), for all entries.
+    #[inline(always)]
+    unsafe fn all(&mut self) {
+        let mut are_active = !self.w_bar.is_null();
+        for place in self.x_bar {
+            are_active &= !place.is_null();
+        }
+        for place in self.v_bar {
+            are_active &= !place.is_null();
+        }
+        // SAFETY: the caller's promise; `are_active` was checked.
+        unsafe {
+            if are_active {
+                self.lanes::<true>();
+            } else {
+                self.lanes::<false>();
+            }
+        }
+    }
+
+    /// # Safety
+    /// As [`all`](Self::all); no pointer is null if `ACTIVE`.
+    #[inline(always)]
+    unsafe fn lanes<const ACTIVE: bool>(&mut self) {
+        let (mut at, len) = (0, self.weights.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            while at + L::N <= len {
+                self.lane::<ACTIVE>(at, L::N);
+                at += L::N;
+            }
+            if at < len {
+                self.lane::<ACTIVE>(at, len - at);
+            }
+        }
+    }
+
     /// Adds to the cotangents of `n` entries from place `at` on.
     ///
     /// # Safety
-    /// As [`ForwardLanes::lane`]; pointers are null or point to such arrays, which nothing else reads or writes
-    /// meanwhile.
+    /// As [`ForwardLanes::lane`]; pointers point to such arrays, which nothing else reads or writes meanwhile. Unless
+    /// `ACTIVE`, they may be null.
     #[inline(always)]
-    unsafe fn lane(&mut self, at: usize, n: usize) {
+    unsafe fn lane<const ACTIVE: bool>(&mut self, at: usize, n: usize) {
         let len = self.weights.len();
         // SAFETY: the caller's promise.
         unsafe {
+            if ACTIVE {
+                // Spares a branch for every register.
+                assert_unchecked(!self.w_bar.is_null());
+                for c in 0..C {
+                    assert_unchecked(!self.x_bar[c].is_null());
+                }
+                for c in 0..V {
+                    assert_unchecked(!self.v_bar[c].is_null());
+                }
+            }
             let weight = L::load_n(self.weights, at, n);
             let mut of_weight = L::zero();
             for c in 0..C {
@@ -285,11 +347,11 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Forward<'_, Weig
             let mut means = [L::zero(); C];
             let mut to = map.outputs[1].start - map.outputs[0].start;
             for c in 0..C {
-                means[c] = L::load(&products[c]) / L::load(&total);
-                means[c].store_n(after, to, starts.min(L::N));
+                means[c] = products[c] / total;
+                put(means[c], after, to, starts);
                 to += starts;
             }
-            after[to..to + starts].copy_from_slice(&total[..starts]);
+            put(total, after, to, starts);
             let mut lanes = ForwardLanes {
                 weights,
                 x,
@@ -352,7 +414,7 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Reverse<'_, '_, 
             for c in 0..C {
                 means[c] = each(&values.row[first + c * starts..], starts);
                 let mean_bar: L = each(&after[first - begin + c * starts..], starts);
-                shifts[c] = (L::load(&products[c]) - mean_bar) / total;
+                shifts[c] = (products[c] - mean_bar) / total;
             }
             let mut lanes = ReverseLanes {
                 weights,
@@ -365,14 +427,7 @@ impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Reverse<'_, '_, 
                 x_bar,
                 v_bar,
             };
-            let mut at = 0;
-            while at + L::N <= len {
-                lanes.lane(at, L::N);
-                at += L::N;
-            }
-            if at < len {
-                lanes.lane(at, len - at);
-            }
+            lanes.all();
         }
         let mut from = (C + V) * len;
         for (&other, &active) in map.others.iter().zip(&map.active.others) {
