@@ -24,5 +24,6 @@ mod policies;
 mod reference_rollouts;
 mod rollout_gradients;
 mod stability;
+mod surroundings;
 mod time_step;
 mod void_edges;

@@ -11,6 +11,9 @@ use crate::real::Real;
 /// never branches. Its constants are fields of the implementing type. The type must own them, because
 /// programs keep the kernel.
 ///
+/// A number that all elements share, such as gravity, is a field if it is a constant. If robots of one batch may
+/// differ in it, or a derivative by it is needed, it is an input of a [`UniformKernel`](super::UniformKernel).
+///
 /// `eval` is all that a kernel has to supply. The derivatives then come from dual numbers, at a cost
 /// that grows with the number of inputs: about seven evaluations of the kernel for eight inputs,
 /// seventy for fifty. Straight-line code [emitted](crate::emit) from a recording of `eval` costs two to
@@ -64,17 +67,42 @@ where
     R: Real,
     K: Kernel<I, O> + ?Sized,
 {
-    let mut seeded = [Dual::<R, I>::zero(); I];
-    for i in 0..I {
-        seeded[i] = Dual::variable(at.x[i], i);
+    let y = kernel.eval(seeded(at.x));
+    pulled_back(y, at.y_bar)
+}
+
+/// Numbers that move in no direction. Loops, not closures, which might be compiled without the caller's
+/// instruction set.
+#[inline(always)]
+pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
+    let mut constants = [Dual::zero(); L];
+    for i in 0..L {
+        constants[i] = Dual::constant(x[i]);
     }
-    let y = kernel.eval(seeded);
+    constants
+}
+
+/// Numbers that each move in a direction of its own.
+#[inline(always)]
+pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
+    let mut seeded = [Dual::zero(); I];
+    for i in 0..I {
+        seeded[i] = Dual::variable(x[i], i);
+    }
+    seeded
+}
+
+/// Rows of cotangents times the tangents of the results.
+#[inline(always)]
+pub(super) fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
+    y: [Dual<R, I>; O],
+    y_bar: [[R; O]; M],
+) -> [[R; I]; M] {
     let mut x_bar = [[R::zero(); I]; M];
-    // Loops, not closures, which might be compiled without the caller's instruction set.
     for m in 0..M {
         for o in 0..O {
             for i in 0..I {
-                x_bar[m][i] = R::chain_add(y[o].tangent[i], at.y_bar[m][o], x_bar[m][i]);
+                x_bar[m][i] = R::chain_add(y[o].tangent[i], y_bar[m][o], x_bar[m][i]);
             }
         }
     }

@@ -30,14 +30,14 @@ impl Law for Ice {
 
 impl Contact for Glue {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 }
 
 impl Contact for Ice {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity.along()
     }
 }

@@ -3,84 +3,62 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::arrays::vjp_by_duals;
-use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
+use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
+use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
 
-use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::Law;
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// A factor on strokes that rounding cannot take back.
+/// Lengthens a stroke by more than rounding can shorten it.
 const BEYOND: f64 = 1.0 + 1e-9;
 
-/// A bar, by the numbers that its tension may depend on.
+/// The numbers that the tension of a bar may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Bar<R> {
     /// Length, m.
     pub length: R,
     /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The target length that its actuator sets (D8), m; for a passive bar, the rest length.
+    /// The length that its actuator sets (D8), m; for a passive bar, the rest length.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
-    /// Stiffness of its material, N/m: next to nothing for a void edge.
+    /// Stiffness of its material, N/m; almost 0 for a void edge.
     pub stiffness: R,
     /// Strain at full activation: the strain of an actuator times the bar's share of actuator; 0 for a
     /// passive bar. The activation only changes `target`.
     pub strain: R,
 }
 
-/// What a bar depends on beside the places and velocities of its ends.
-#[derive(Clone, Copy, Debug)]
-pub struct Actuation<R> {
-    /// The controller's output, from -1 to 1.
-    pub activation: R,
-    /// Stiffness of the material, N/m.
-    pub stiffness: R,
-    /// Length at rest, m.
-    pub rest_length: R,
-    /// Strain at full activation.
-    pub strain: R,
-}
-
 impl<R: Real> Bar<R> {
-    /// The bar of an edge. Its rate is 0 unless a law needs it.
+    /// The bar of an edge, from its activation, stiffness, rest length and strain at full activation. Its rate is 0
+    /// unless `needs_rate` is true.
     #[inline(always)]
-    pub fn new<const D: usize>(
+    fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
         length: R,
         needs_rate: bool,
-        given: Actuation<R>,
+        [activation, stiffness, rest_length, strain]: [R; 4],
     ) -> Self {
-        let Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        } = given;
+        let rate = if needs_rate {
+            edge.rate(length)
+        } else {
+            R::zero()
+        };
         Self {
             length,
-            rate: if needs_rate {
-                edge.rate(length)
-            } else {
-                R::zero()
-            },
-            target: target_length(rest_length, strain, activation),
+            rate,
+            // D8
+            target: rest_length * strain.fma(activation, R::one()),
             rest_length,
             stiffness,
             strain,
         }
     }
-}
-
-/// The length that an actuator sets (D8), m.
-#[inline(always)]
-pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
-    rest_length * strain.fma(activation, R::one())
 }
 
 /// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
@@ -92,7 +70,7 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 ///
 /// ```
 /// use autodiff::Real;
@@ -101,9 +79,9 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 ///
 /// cosmic::settings! {
 ///     /// Bars are prestressed: each bar pulls a little at any length.
-///     struct Prestress {
+///     struct Prestress<R> {
 ///         /// Tension, relative to the tension that stretches the bar to twice its length.
-///         share: f64 = 0.01, allowed within(0.0, 1.0), source "an example";
+///         share: R = 0.01, allowed within(0.0, 1.0), source "an example";
 ///     }
 /// }
 ///
@@ -113,8 +91,8 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 ///
 /// impl BarForce for Prestress {
 ///     #[inline(always)]
-///     fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-///         R::lit(self.share) * bar.stiffness * bar.rest_length
+///     fn tension<R: Real>(prestress: &Prestress<R>, bar: Bar<R>) -> R {
+///         prestress.share * bar.stiffness * bar.rest_length
 ///     }
 /// }
 ///
@@ -123,21 +101,21 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
-/// assert!((law.tension(bar) - 0.8).abs() < 1e-12);
+/// assert!((Prestress::tension(&law, bar) - 0.8).abs() < 1e-12);
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
-    /// The noun for what the law makes of a bar, in messages.
+    /// What messages call the bar under this law: "spring".
     const NOUN: &'static str = Self::NAME;
     /// True if [`Bar::rate`] is read.
     const NEEDS_RATE: bool = false;
 
     /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
-    /// them apart. Like all generic code, it must select and never branch on a [`Real`].
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R;
+    /// them apart. `law` has the settings as numbers of the type `R`. Like all generic code, the method must select and
+    /// never branch on a [`Real`].
+    fn tension<R: Real>(law: &Self::Of<R>, bar: Bar<R>) -> R;
 
-    /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has
-    /// none.
+    /// The energy of the bar, J: the tension is its derivative by the length. `None` if the law has no energy.
     fn energy(&self, _bar: Bar<f64>) -> Option<f64> {
         None
     }
@@ -147,18 +125,19 @@ pub trait BarForce: Law {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
+        settings: &Uniforms<R>,
     ) -> [[R; 6]; M] {
-        vjp_by_duals(tension, at)
+        vjp_by_duals_with(tension, at, settings)
     }
 }
 
-/// The impulse of an edge on its tail over a step, N s, from the edge's vector (m), activation,
-/// stiffness (N/m), rest length (m) and strain at full activation.
+/// Maps an edge to its impulse on its tail over a step, N s, from the edge's vector (m), activation,
+/// stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
     pub law: L,
-    /// For how long it pulls, s.
+    /// The duration of the pull, s.
     pub dt: f64,
 }
 
@@ -167,60 +146,57 @@ impl<L: BarForce> Tension<L> {
     fn impulse<R: Real, const D: usize>(
         &self,
         edge: EdgeVector<R, D>,
-        given: Actuation<R>,
+        given: [R; 4],
+        settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length();
         let bar = Bar::new(&edge, length, L::NEEDS_RATE, given);
-        let per_length = self.law.tension(bar) * R::lit(self.dt) / length;
+        let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
     }
 }
 
-impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(
-        &self,
-        [dx, dy, activation, stiffness, rest_length, strain]: [R; 6],
-    ) -> [R; 2] {
+    fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
+        let [dx, dy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::zero(),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.impulse(edge, given).array()
+        let impulse = self.impulse(edge, given, settings);
+        impulse.array()
     }
 
     #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        L::tension_vjp(self, at)
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 6, 2, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 6]; M] {
+        L::tension_vjp(self, at, settings)
     }
 }
 
-/// [`Tension`] of a law that asks for the rate: the difference of the ends' velocities (m/s) follows
-/// the edge's vector.
+/// [`Tension`] of a law with [`BarForce::NEEDS_RATE`]: the second input is the difference of the velocities of the ends
+/// (m/s).
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
-impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
+impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
-        let [dx, dy, dvx, dvy, activation, stiffness, rest_length, strain] = x;
+    fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
+        let [dx, dy, dvx, dvy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::new([dvx, dvy]),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.0.impulse(edge, given).array()
+        let impulse = self.0.impulse(edge, given, settings);
+        impulse.array()
     }
 }
 
@@ -232,18 +208,18 @@ impl<L: BarForce> OnBars<L> {
     /// The bar of an edge in a pose.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
-        let given = Actuation {
-            activation: pose.activation.get(edge).copied().unwrap_or(0.0),
-            stiffness: pose.body.stiffness[edge],
-            rest_length: pose.lattice.rest_length[edge],
-            strain: pose.body.strain[edge],
-        };
+        let given = [
+            pose.activation.get(edge).copied().unwrap_or(0.0),
+            pose.body.stiffness[edge],
+            pose.lattice.rest_length[edge],
+            pose.body.strain[edge],
+        ];
         Bar::new(&between, between.length(), true, given)
     }
 
-    /// The slope of the tension by the rate of the length, N s/m, or by the length, N/m.
+    /// The derivative of the tension by the rate of the length, N s/m, or by the length, N/m.
     fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
-        let constant = Dual::constant;
+        let constant = Dual::<f64, 1>::constant;
         let mut moving = Bar {
             length: constant(bar.length),
             rate: constant(bar.rate),
@@ -257,11 +233,11 @@ impl<L: BarForce> OnBars<L> {
         } else {
             &mut moving.length
         };
-        *by = Dual::<f64, 1>::variable(by.value, 0);
-        self.0.tension(moving).tangent[0]
+        *by = Dual::variable(by.value, 0);
+        L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar whose length is off from rest by its stroke.
+    /// A bar whose length differs from its rest length by its stroke.
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
             length: rest_length + off * BEYOND,
@@ -293,11 +269,15 @@ impl<L: BarForce> AnyForce for OnBars<L> {
 }
 
 impl<L: BarForce> Force for OnBars<L> {
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(&self.0)
+    }
+
     fn record(
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        _: &[Array],
+        given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let (law, dt) = (self.0.clone(), step.dt);
@@ -310,9 +290,11 @@ impl<L: BarForce> Force for OnBars<L> {
         ];
         let impulses = if L::NEEDS_RATE {
             let ends = step.nodes.array();
-            p.map_edges(step.graph, MovingTension(tension), ends, &edge)
+            let moving = MovingTension(tension);
+            p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
         } else {
-            p.map_edges(step.graph, tension, step.nodes.x.array(), &edge)
+            let ends = step.nodes.x.array();
+            p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
         };
         add(p, before, Vector::new(impulses))
     }
@@ -322,7 +304,7 @@ impl<L: BarForce> Force for OnBars<L> {
         let here = edges.filter(|(e, ends)| ends.contains(&node) && pose.body.stiffness[*e] != 0.0);
         let pull = |(edge, &[i, j]): (usize, &[usize; 2])| {
             let bar = self.bar(pose, edge);
-            let per_length = self.0.tension(bar) / bar.length;
+            let per_length = L::tension(&self.0, bar) / bar.length;
             let other = if i == node { j } else { i };
             let x = &pose.state.x;
             Pull {
@@ -334,7 +316,7 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     fn tension(&self, pose: &Pose, edge: usize) -> f64 {
-        self.0.tension(self.bar(pose, edge))
+        L::tension(&self.0, self.bar(pose, edge))
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {
@@ -342,9 +324,8 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// A bar is taken to be as stiff as it is where its length is off by the stroke of its own
-    /// actuator and a little more, so that stops there count; what else pulls it longer makes a
-    /// stiffening one stiffer than that.
+    /// The stiffness of a bar is taken slightly beyond the stroke of its own actuator, so that stops there count. A
+    /// stiffening bar that other forces stretch further is stiffer than that.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

@@ -1,8 +1,8 @@
 //! Coulomb friction: it shortens the velocity along the ground and never reverses it (D5).
 
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -10,10 +10,12 @@ use crate::settings::Settings;
 
 /// The normal part of the velocity vanishes; friction brakes the part along the ground.
 #[derive(Clone, Debug, Default)]
-pub struct Coulomb {
+pub struct Coulomb<R = f64> {
     /// Coefficient of friction: the scene's `physics.friction`.
-    pub friction: f64,
+    pub friction: R,
 }
+
+crate::settings! { @inputs Coulomb [R] [friction: R, "physics.friction";] }
 
 impl Settings for Coulomb {
     fn about(&self) -> &'static str {
@@ -27,24 +29,23 @@ impl Law for Coulomb {
 
 impl Contact for Coulomb {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
-        let (along, friction) = (impact.velocity.along(), R::lit(self.friction));
+    fn respond<R: Real, const D: usize>(law: &Coulomb<R>, impact: Impact<R, D>) -> Vector<R, D> {
+        let (along, friction) = (impact.velocity.along(), law.friction);
         let braked = along.shortened(friction * impact.velocity.up().abs());
-        // Without friction nothing holds a node at rest: no kink is there, and no derivative of
-        // one.
+        // Without friction nothing holds a node at rest, so the kink of `shortened` must not act.
         Vector::select(R::zero().less(friction), braked, along).along()
     }
 
-    // Without a way out of the ground after the impact, which is none.
+    // After the impact the velocity out of the ground is 0: the node only moves along.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        law: &Coulomb<R>,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
         let (touches, moving) = drift.touch(node);
         let (velocity, rest) = (node.v, R::lit(drift.dt) - moving);
-        let braked = self.respond(Impact { velocity, rest });
+        let braked = Self::respond(law, Impact { velocity, rest });
         let slid = Vector::select(touches, braked * rest, Vector::zero());
         Particle {
             x: node.after(moving).x.moved_along(slid),
@@ -56,19 +57,5 @@ impl Contact for Coulomb {
         Self { friction }
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at)
-    }
+    emitted_adjoints! { settings, settings }
 }

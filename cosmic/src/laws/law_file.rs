@@ -1,4 +1,4 @@
-//! The JSON form of laws, used in cases.
+//! The JSON form of laws in case files.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -149,7 +149,7 @@ mod tests {
         struct Everything {
             /// A number.
             number: f64 = 0.1, allowed within(-1e300, 1e300), source "a test";
-            /// A whole number.
+            /// An integer.
             count: usize = 3, allowed within(0.0, 1e6), source "a test";
             /// Two numbers.
             pair: [f64; 2] = [0.25, -1.5], allowed within(-1e6, 1e6), source "a test";
@@ -157,7 +157,7 @@ mod tests {
             off: Option<f64> = None, allowed within(0.0, 1e6), source "a test";
             /// A bound that is on.
             on: Option<f64> = Some(2.5), allowed within(0.0, 1e6), source "a test";
-            /// A truth value.
+            /// A boolean.
             truth: bool = false, source "a test";
             /// A name.
             way: Way = Way::Together, source "a test";
@@ -169,12 +169,12 @@ mod tests {
     }
 
     impl BarForce for Everything {
-        fn tension<R: Real>(&self, _: Bar<R>) -> R {
+        fn tension<R: Real>(_: &Self, _: Bar<R>) -> R {
             R::zero()
         }
     }
 
-    /// Other values for a setting: off and on, both truth values, every name, other numbers.
+    /// Other values for a setting: off and on, both booleans, every name, other numbers.
     fn others(field: &Field) -> Vec<Value> {
         let values = [
             json!(null),

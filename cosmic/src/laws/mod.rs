@@ -1,9 +1,9 @@
 //! Laws: the terms of a step. One file each, by the same traits as a user's.
 //!
 //! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
-//! that meets the ground, the [tension](BarForce::tension) of a bar, the [force](NodeForce::force) on a
-//! node. What is none of these is a [`Force`]. From the method follow its derivatives, its SIMD lanes and
-//! its part in the stable time step. Scenes can name a law that is in the [registry](crate::Registry::with_law).
+//! that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a
+//! node. Any other force implements [`Force`]. Derivatives, SIMD lanes and the stable time step follow from the method;
+//! so do derivatives by the settings. Scenes can name a law that is in the [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;
@@ -31,18 +31,18 @@ mod emission;
 mod tests;
 
 pub(crate) use bar::OnBars;
-pub use bar::{Actuation, Bar, BarForce, Tension, target_length};
+pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub(crate) use contact::{AnyContact, Pushed};
-pub use contact::{Contact, Drifting, Flying, Impact};
+pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::AnyForce;
-pub use force::{Force, Pose, Pull, Step};
+pub use force::{Force, Given, Pose, Pull, Step};
 pub use hooke::Hooke;
-pub use law::Law;
+pub use law::{Law, StepInput};
 pub(crate) use law_file::LawFile;
 pub use motion::{Drift, Flight, Particle};
 pub use no_ground::NoGround;

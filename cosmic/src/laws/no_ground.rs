@@ -1,8 +1,8 @@
 //! No contact: there is no ground.
 
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -20,32 +20,18 @@ impl Contact for NoGround {
     const HAS_GROUND: bool = false;
 
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity
     }
 
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        _: &Self,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
         node.after(R::lit(drift.dt))
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at)
-    }
+    emitted_adjoints! { _ }
 }

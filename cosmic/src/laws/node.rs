@@ -1,20 +1,21 @@
-//! Forces on every node by itself: fields, drag, pulls.
+//! Forces on single nodes: fields, drag, pulls.
 
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
+use autodiff::arrays::{UniformKernel, Uniforms};
+use autodiff::{AnyProgram, Array, Dual, Real};
 
-use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::Law;
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Vector};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 
-/// A node, by the numbers that the force on it may depend on. Vectors are in the ground's frame: the first
-/// component is along the ground, the last is above it.
+/// The numbers that the force on a node may depend on. Vectors are in the ground's frame: the first
+/// component is along the ground, the last is out of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<R, const D: usize = 2> {
     /// Position, m.
@@ -31,30 +32,30 @@ pub struct Node<R, const D: usize = 2> {
     pub vertical: Vector<R, D>,
 }
 
-/// A force on every node. To write one, give it [settings](Law) and [`force`](NodeForce::force);
-/// derivatives, lanes and files follow.
+/// A force on every node. To write a law, give it [settings](Law) and [`force`](NodeForce::force). Derivatives, SIMD
+/// lanes and file formats need no further code.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 pub trait NodeForce: Law {
     /// True if [`Node::time`] is read.
     const NEEDS_TIME: bool = false;
 
-    /// The force, N, in the ground's frame. Like all generic code it selects and never branches.
-    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D>;
+    /// The force, N, in the ground's frame. `law` has the settings as numbers of the type `R`. Like all generic code, the
+    /// method must select and never branch on a [`Real`].
+    fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
-    /// A number of the node's own, settled before the rollout: a share, a choice of nodes, a section.
+    /// A number for each node that no step changes, such as 1 for the nodes on which the force acts and 0 for others.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
         1.0
     }
 
-    /// The potential energy of the node, J, of which the force is minus the slope; `None` if it has
-    /// none.
+    /// The potential energy of the node, J: the force is minus its gradient. `None` if the law has no energy.
     fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
     }
 }
 
-/// The impulse on a node over a step, N s: from position, velocity, 1 / mass, weight and time.
+/// Maps position, velocity, 1 / mass, weight and time of a node to the impulse on it over a step, N s.
 #[derive(Clone, Debug)]
 struct NodeKernel<L, const D: usize = 2> {
     law: L,
@@ -68,24 +69,33 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
         &self,
         Particle { x, v }: Particle<R, D>,
         [inverse_mass, weight, time]: [R; 3],
+        settings: &Uniforms<R>,
     ) -> Vector<R, D> {
-        let force = self.law.force(Node {
+        let node = Node {
             x,
             v,
             mass: inverse_mass.recip(),
             weight,
             time: if L::NEEDS_TIME { time } else { R::zero() },
             vertical: Vector::lit(self.vertical),
-        });
+        };
+        let force = L::force(&self.law.of(settings), node);
         force * R::lit(self.dt)
     }
 }
 
-impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
+impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy, inverse_mass, weight, time]: [R; 7]) -> [R; 2] {
+    fn eval_with<R: Real>(
+        &self,
+        [x, y, vx, vy, inverse_mass, weight, time]: [R; 7],
+        settings: &Uniforms<R>,
+    ) -> [R; 2] {
         let node = Particle::new([x, y, vx, vy]);
-        self.impulse(node, [inverse_mass, weight, time]).array()
+        let impulse = self.impulse(node, [inverse_mass, weight, time], settings);
+        impulse.array()
     }
 }
 
@@ -114,7 +124,7 @@ impl<L: NodeForce> OnNodes<L> {
         }
     }
 
-    /// The derivative of the force where the node's position and velocity change at these rates.
+    /// The derivative of the force if position and velocity of the node change at these rates.
     fn slope<const D: usize>(
         &self,
         node: Node<f64, D>,
@@ -127,14 +137,15 @@ impl<L: NodeForce> OnNodes<L> {
                 tangent: [rate],
             })
         };
-        let force = self.law.force(Node {
+        let node = Node {
             x: moving(node.x, dx),
             v: moving(node.v, dv),
             mass: Dual::<f64, 1>::constant(node.mass),
             weight: Dual::constant(node.weight),
             time: Dual::constant(node.time),
             vertical: node.vertical.map(Dual::constant),
-        });
+        };
+        let force = L::force(&self.law.constant::<Dual<f64, 1>>(), node);
         force.map(|f| f.tangent[0])
     }
 }
@@ -166,6 +177,10 @@ impl<L: NodeForce> Force for OnNodes<L> {
         vec![self.weights.clone()]
     }
 
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(&self.law)
+    }
+
     fn needs_time(&self) -> bool {
         L::NEEDS_TIME
     }
@@ -174,7 +189,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        constants: &[Array],
+        given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let kernel = NodeKernel {
@@ -182,16 +197,17 @@ impl<L: NodeForce> Force for OnNodes<L> {
             dt: step.dt,
             vertical: step.vertical,
         };
-        let ([x, y, vx, vy], weight) = (step.nodes.array(), constants[0]);
+        let ([x, y, vx, vy], weight) = (step.nodes.array(), given.constants[0]);
         let time = step.time.unwrap_or(weight);
-        let impulses = p.map(kernel, [x, y, vx, vy, step.inverse_mass, weight, time]);
+        let node = [x, y, vx, vy, step.inverse_mass, weight, time];
+        let impulses = p.map_with(kernel, node, &given.inputs);
         add(p, before, Vector::new(impulses))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
         vec![Pull {
             part: L::NAME.to_owned(),
-            force: self.law.force(self.node(pose, node)),
+            force: L::force(&self.law, self.node(pose, node)),
         }]
     }
 
@@ -208,7 +224,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
             let at = self.node(pose, node);
             let by_place = Vector::axes().map(|axis| -self.slope(at, axis, zero));
             stiffness.node(node, Matrix::symmetric(by_place));
-            // The norm over rows bounds every eigenvalue.
+            // The row sum norm bounds every eigenvalue.
             let by_velocity = Vector::axes().map(|axis| self.slope(at, zero, axis).map(f64::abs));
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);

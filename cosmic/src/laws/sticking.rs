@@ -1,8 +1,8 @@
 //! Infinite friction: a node stops where it touches the ground.
 
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -18,14 +18,14 @@ impl Law for Sticking {
 
 impl Contact for Sticking {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 
-    // Without the way after the impact, which is none.
+    // After the impact the node does not move.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        _: &Self,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
@@ -36,19 +36,5 @@ impl Contact for Sticking {
         }
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at)
-    }
+    emitted_adjoints! { _ }
 }

@@ -12,6 +12,11 @@
 /// }
 /// ```
 ///
+/// `struct Mud<R> {` declares the settings of a law. Its numbers have the type `R`, not `f64`: a law's generic method
+/// gets them as numbers of its own type, so that a rollout can be differentiated by them. See [`Inputs`].
+///
+/// [`Inputs`]: crate::settings::Inputs
+///
 /// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
 /// A new key is marked, before `source`: `since 2 before 0.5` for a key that scenes of runs hold from version 2
@@ -28,8 +33,16 @@
 /// `scene` lists its sections and the type of its base.
 #[macro_export]
 macro_rules! settings {
+    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt) => {
+        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body }
+    };
+    ($(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }) => {
+        $crate::settings! {
+            @struct [] $(#[doc = $about])+ struct $Settings $(with $part: $Part)? { $($body)* }
+        }
+    };
     (
-        $(#[doc = $about:literal])+
+        @struct [$($R:ident)?] $(#[doc = $about:literal])+
         struct $Settings:ident $(with $part:ident: $Part:ty)? {
             $(
                 $(#[doc = $doc:literal])+
@@ -42,7 +55,7 @@ macro_rules! settings {
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, PartialEq)]
-        pub struct $Settings {
+        pub struct $Settings $(<$R = f64>)? {
             $(
                 $(#[doc = $doc])+
                 #[doc = concat!(
@@ -70,6 +83,8 @@ macro_rules! settings {
                 $crate::settings::Values::of(&mut self.clone()).serialize(serializer)
             }
         }
+
+        $crate::settings! { @inputs $Settings [$($R)?] [$($key: $type, stringify!($key);)*] }
 
         impl $crate::settings::Settings for $Settings {
             fn about(&self) -> &'static str {
@@ -177,6 +192,43 @@ macro_rules! settings {
 
         impl $crate::settings::Named for $Choice {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
+        }
+    };
+    // Without inputs.
+    (@inputs $Settings:ident [] $fields:tt) => {
+        impl $crate::settings::Inputs for $Settings {
+            type Of<R: $crate::settings::Real> = Self;
+            const COUNT: usize = 0;
+
+            fn inputs(&self) -> Vec<(String, f64)> {
+                Vec::new()
+            }
+            #[inline(always)]
+            fn of<R: $crate::settings::Real>(&self, _: &[R]) -> Self {
+                self.clone()
+            }
+        }
+    };
+    // Generic over its numbers, with the type and the key of each field.
+    (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
+        impl $crate::settings::Inputs for $Settings {
+            type Of<$R: $crate::settings::Real> = $Settings<$R>;
+            const COUNT: usize = {
+                type $R = f64;
+                0 $(+ <$type as $crate::settings::InputField<f64, $type>>::COUNT)*
+            };
+
+            fn inputs(&self) -> Vec<(String, f64)> {
+                type $R = f64;
+                [$(<$type as $crate::settings::InputField<f64, $type>>::inputs(&self.$field, $key)),*]
+                    .concat()
+            }
+            #[inline(always)]
+            fn of<$R: $crate::settings::Real>(&self, mut numbers: &[$R]) -> $Settings<$R> {
+                $Settings {
+                    $($field: $crate::settings::InputField::<$R, $type>::of(&self.$field, &mut numbers),)*
+                }
+            }
         }
     };
 }

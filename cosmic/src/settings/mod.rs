@@ -3,9 +3,13 @@
 mod limits;
 mod value;
 mod field;
+mod inputs;
 mod declare;
 
+#[doc(hidden)]
+pub use autodiff::Real;
 pub use field::{Field, Settings, Values, holds, read_json};
+pub use inputs::{InputField, Inputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]

@@ -1,42 +1,46 @@
-//! The mechanical part of a step: forces, flight and contact, as often as a scene asks for.
+//! The mechanical part of a step: forces, flight and contact, once for each substep.
 
 use std::sync::Arc;
 
 use autodiff::{Array, Graph, Program, Real};
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Road};
+use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
-use crate::laws::{AnyContact, Drift, Flight, Force, Particle, Pushed, Step, Terrain};
+use crate::laws::{
+    AnyContact, Drift, Flight, Force, Given, Particle, Pushed, Step, StepInput, Terrain,
+};
 use crate::scene::{Integrator, PhysicsSettings};
 
 /// The laws of a mechanical step of length `h = dt / substeps`.
 ///
 /// Symplectic Euler pushes for `h` with the forces at the start, and drifts for `h`. Leapfrog
-/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact;
-/// half of the damping before the push and half after it make the whole symmetric in time, and
+/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact.
+/// Half of the damping comes before the push and half after it, so the step is symmetric in time and
 /// of second order.
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
-    /// The drift before the forces are taken, where the integrator has one.
+    /// The drift before the forces are computed, if the integrator has one.
     first: Option<Drift>,
-    /// For how long the forces push, s.
+    /// The duration of the push, s.
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
     /// The profile on the ground line; `None` on a bare line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
-    /// The unit vector against gravity.
-    vertical: Vector<f64>,
+    ground: Ground,
+    /// Gravity, m/s^2, then the settings of the contact law, then those of each force.
+    pub(super) inputs: Arc<[StepInput]>,
 }
 
 impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
         let decay = (-physics.damping * h).exp();
-        // Leapfrog damps by half after a push, which takes its part of that.
+        // Leapfrog applies half of the damping after the push, so it reduces the push too.
         let (first, drift, push) = match physics.integrator {
             Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {
@@ -44,29 +48,46 @@ impl Mechanics {
                 (Some(half), half, h * decay.sqrt())
             }
         };
-        let ground = Ground::from(physics);
-        Self {
+        let mechanics = Self {
             substeps: physics.substeps,
             first,
             push,
-            flight: Flight {
-                drift,
-                decay,
-                gravity: ground.vector_to_ground(Vector::upright(0.0, -physics.gravity * push)),
-            },
+            flight: Flight { drift, decay },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
-            vertical: ground.vertical(),
+            ground: Ground::from(physics),
+            inputs: Arc::new([]),
+        };
+        mechanics.with_inputs(physics.gravity)
+    }
+
+    /// The velocity that a gravity (m/s^2) adds in a push, m/s.
+    pub(super) fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
+        let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
+        self.ground.vector_to_ground(pushed)
+    }
+
+    fn with_inputs(self, gravity: f64) -> Self {
+        let gravity = StepInput {
+            name: "physics.gravity".to_owned(),
+            value: gravity,
+        };
+        let of_forces = self.forces.iter().flat_map(|force| force.inputs());
+        let of_laws = self.contact.inputs().into_iter().chain(of_forces);
+        Self {
+            inputs: [gravity].into_iter().chain(of_laws).collect(),
+            ..self
         }
     }
 
-    /// The same laws under another coefficient of friction.
+    /// The same laws with another coefficient of friction.
     pub(super) fn with_friction(&self, friction: f64) -> Self {
         Self {
             contact: self.contact.with_friction(friction).into(),
             ..self.clone()
         }
+        .with_inputs(self.inputs[0].value)
     }
 
     /// True if a force reads the time.
@@ -74,13 +95,26 @@ impl Mechanics {
         self.forces.iter().any(|force| force.needs_time())
     }
 
-    /// The numbers of each force that no step changes.
-    pub(super) fn constants(&self) -> impl Iterator<Item = Vec<Vec<f64>>> {
-        self.forces.iter().map(|force| force.constants())
+    /// Declares what contact and forces are given, in the order of [`inputs`](Mechanics::inputs).
+    pub(super) fn parameters<P: Road>(&self, p: &mut P) -> (Vec<P::Array>, Vec<Given<P::Array>>) {
+        let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
+        let axes = [0, 1].map(|axis| p.of_surroundings(|s| velocity(s)[axis]));
+        let mut place = 0;
+        let mut next = |p: &mut P| {
+            place += 1;
+            p.of_surroundings(|s| s.numbers[place])
+        };
+        let of_contact = self.contact.inputs().into_iter().map(|_| next(p));
+        let contact = axes.into_iter().chain(of_contact).collect();
+        let force = |force: &Arc<dyn Force>| Given {
+            constants: force.constants().iter().map(|a| p.shared(a)).collect(),
+            inputs: force.inputs().iter().map(|_| next(p)).collect(),
+        };
+        (contact, self.forces.iter().map(force).collect())
     }
 
-    /// Records the state of all nodes after the step, from that before it, the activation of every slot, and
-    /// the time for every node where it is needed.
+    /// Records the nodes after the step, from the nodes before it, the activation of every slot and the time for every
+    /// node (`None` if no force needs it).
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -94,7 +128,8 @@ impl Mechanics {
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                nodes = self.contact.drift(p, drift, terrain, nodes);
+                let settings = &given.contact[2..];
+                nodes = self.contact.drift(p, drift, terrain, nodes, settings);
             }
             let step = Step {
                 graph,
@@ -106,16 +141,17 @@ impl Mechanics {
                 strain: given.strain,
                 time,
                 dt: self.push,
-                vertical: self.vertical,
+                vertical: self.ground.vertical(),
             };
             let mut impulses = None;
-            for (force, constants) in self.forces.iter().zip(&given.constants) {
-                impulses = Some(force.record(p, &step, constants, impulses));
+            for (force, given) in self.forces.iter().zip(&given.forces) {
+                impulses = Some(force.record(p, &step, given, impulses));
             }
             let pushed = Pushed {
                 nodes,
                 impulses: impulses.expect("springs are always there"),
                 inverse_mass: given.inverse_mass,
+                uniforms: &given.contact,
             };
             nodes = self.contact.fly(p, self.flight, terrain, pushed);
         }

@@ -58,14 +58,16 @@ use super::recording::{Recording, current, record};
 use super::symbol::Symbol;
 use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
-use print::{Formula, Printer};
+use print::{Formula, Printer, UNIFORMS};
 
 /// Returns a method `emitted_vjp` of the kernel type `name` as Rust source. [`Kernel::vjp`] of that type must
 /// call it: `self.emitted_vjp(at)`. Numbers that the results `y` contain, such as a hyperbolic tangent, are not
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
-/// makes a kernel whose fields have the given values, in that order.
+/// makes a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel)
+/// `build` makes a [`Fixed`](crate::arrays::Fixed) one, and its first uniform input is named `uniforms[0]`. The method
+/// then has a second argument, `uniforms`, and `vjp_with` calls it.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -129,7 +131,14 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
-    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>) -> [[R; {I}]; M]");
+    let takes_uniforms = fields.iter().any(|field| field.starts_with(UNIFORMS));
+    let given = match (takes_uniforms, text.contains(UNIFORMS)) {
+        (false, _) => "",
+        (true, true) => ", uniforms: &autodiff::arrays::Uniforms<R>",
+        (true, false) => ", _uniforms: &autodiff::arrays::Uniforms<R>",
+    };
+    let signature =
+        format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");
     format!(
         "impl {name} {{\n    #[inline(always)]\n    #[allow(clippy::needless_range_loop)]\n    \
          pub(crate) fn emitted_vjp<R: Real, const M: usize>({signature} {{\n{body}    }}\n}}\n"

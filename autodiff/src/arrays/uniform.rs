@@ -1,0 +1,378 @@
+//! Kernels with uniform inputs. An operation loads them once, and sums up their cotangents only on demand.
+#![allow(unsafe_code)] // Cotangents are added through pointers: see `Places`.
+
+use super::array::Array;
+use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
+use super::row::{Bars, Places, Reach, StepValues};
+use crate::real::Real;
+use crate::simd::{Lane, WIDEST};
+
+/// The most uniform inputs that a kernel may have.
+pub const MOST_UNIFORMS: usize = 16;
+
+/// The uniform inputs of a kernel, then zeros.
+pub type Uniforms<R> = [R; MOST_UNIFORMS];
+
+/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated by
+/// them, and the starts of a batch may differ in them.
+///
+/// Every [`Kernel`] is one without uniform inputs. Mark the methods `#[inline(always)]`.
+///
+/// ```
+/// use autodiff::arrays::{UniformKernel, Uniforms};
+/// use autodiff::{Model, Program, Real, Rollout, Var, gradient};
+///
+/// struct Decay;
+///
+/// impl UniformKernel<1, 1> for Decay {
+///     const UNIFORMS: usize = 1;
+///
+///     #[inline(always)]
+///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
+///         [x - uniforms[0] * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Cooling;
+///
+/// impl Model for Cooling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let (rate, x) = (program.parameter(1), program.state(3));
+///         let [next] = program.map_with(Decay, [x], &[rate]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
+/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
+/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
+/// // The sum is 24 (1 - rate)^2.
+/// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
+/// ```
+pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
+    /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
+    const UNIFORMS: usize;
+
+    /// The results at `x`.
+    fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
+
+    /// The cotangents of `x`, as [`Kernel::vjp`]. Cotangents of the uniform inputs need no method: they come from dual
+    /// numbers, and only if they are needed.
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        uniforms: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        vjp_by_duals_with(self, at, uniforms)
+    }
+}
+
+impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K {
+    const UNIFORMS: usize = 0;
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; I], _: &Uniforms<R>) -> [R; O] {
+        self.eval(x)
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        _: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        self.vjp(at)
+    }
+}
+
+/// A kernel whose uniform inputs are constants.
+#[derive(Clone, Debug)]
+pub struct Fixed<K> {
+    /// The kernel.
+    pub kernel: K,
+    /// The values of its uniform inputs.
+    pub uniforms: Vec<f64>,
+}
+
+impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
+        self.kernel.eval_with(x, &constant_uniforms(&self.uniforms))
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        self.kernel.vjp_with(at, &uniforms)
+    }
+}
+
+#[inline(always)]
+fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
+    let mut uniforms = [R::zero(); MOST_UNIFORMS];
+    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+        *uniform = R::lit(value);
+    }
+    uniforms
+}
+
+/// A list that fits into [`Uniforms`].
+#[inline(always)]
+pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+    assert!(
+        list.len() <= MOST_UNIFORMS,
+        "a kernel has at most {MOST_UNIFORMS} uniform inputs"
+    );
+    list
+}
+
+/// The default of [`UniformKernel::vjp_with`], by dual numbers.
+#[inline(always)]
+pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
+    kernel: &K,
+    at: Pullback<R, I, O, M>,
+    uniforms: &Uniforms<R>,
+) -> [[R; I]; M]
+where
+    R: Real,
+    K: UniformKernel<I, O> + ?Sized,
+{
+    let y = kernel.eval_with(seeded(at.x), &constants(*uniforms));
+    pulled_back(y, at.y_bar)
+}
+
+/// The cotangent of the uniform input number `k`, from one element.
+#[inline(always)]
+fn by_uniform<R, K, const I: usize, const O: usize>(
+    kernel: &K,
+    (x, y_bar): ([R; I], [R; O]),
+    uniforms: &Uniforms<R>,
+    k: usize,
+) -> R
+where
+    R: Real,
+    K: UniformKernel<I, O>,
+{
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(*uniforms);
+    moving[k].tangent = [R::one()];
+    let y = kernel.eval_with(constants(x), &moving);
+    let [[bar]] = pulled_back(y, [y_bar]);
+    bar
+}
+
+/// Arrays of one number for each start.
+pub(super) struct UniformInputs {
+    arrays: Vec<Array>,
+    /// The numbers of those that carry derivatives.
+    active: Vec<usize>,
+    reach: Reach,
+}
+
+impl UniformInputs {
+    /// # Panics
+    /// Unless the kernel has as many uniform inputs.
+    pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
+        arrays: &[Array],
+    ) -> Self {
+        assert_eq!(
+            checked(arrays).len(),
+            K::UNIFORMS,
+            "a kernel has another number of uniform inputs"
+        );
+        Self {
+            arrays: arrays.to_vec(),
+            active: (0..arrays.len()).collect(),
+            reach: Reach::new(arrays.iter().map(|&array| (array, array.len))),
+        }
+    }
+
+    pub(super) fn set_active(&mut self, arrays: &[bool]) {
+        let is_active = |k: &usize| arrays[self.arrays[*k].id];
+        self.active = (0..self.arrays.len()).filter(is_active).collect();
+    }
+
+    /// A register of each: the numbers of all starts, repeated. `count`, the kernel's [`UniformKernel::UNIFORMS`], is
+    /// known to the compiler.
+    #[inline(always)]
+    pub(super) fn load<R: Real, L: Lane<R>>(
+        &self,
+        count: usize,
+        values: StepValues<R>,
+    ) -> Uniforms<L> {
+        let mut uniforms = [L::zero(); MOST_UNIFORMS];
+        for k in 0..count {
+            let numbers = values.get(self.arrays[k]);
+            uniforms[k] = match numbers.len() {
+                1 => L::splat(numbers[0]),
+                starts if starts == L::N => L::load(numbers),
+                starts => {
+                    let mut lanes = [R::zero(); WIDEST];
+                    for k in 0..L::N {
+                        lanes[k] = numbers[k % starts];
+                    }
+                    L::load(&lanes)
+                }
+            };
+        }
+        uniforms
+    }
+
+    /// Where cotangents are added.
+    #[inline(always)]
+    pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
+        if !self.active.is_empty() {
+            self.reach.check(bars.parameters, bars.row);
+        }
+        let places = Places::new(bars);
+        UniformSums {
+            uniform: self,
+            places,
+        }
+    }
+}
+
+/// The cotangents of uniform inputs.
+#[derive(Clone, Copy)]
+pub(super) struct UniformSums<'a, R> {
+    uniform: &'a UniformInputs,
+    places: Places<R>,
+}
+
+impl<R: Real> UniformSums<'_, R> {
+    /// Adds what a register of elements contributes, if a bit is set for it: element by element, so that the sum
+    /// has the same bits for all widths of registers.
+    ///
+    /// # Safety
+    /// Nothing else accesses the bars meanwhile.
+    #[inline(always)]
+    pub(super) unsafe fn add<L, K, const I: usize, const O: usize>(
+        self,
+        kernel: &K,
+        at: ([L; I], [L; O]),
+        uniforms: &Uniforms<L>,
+        (first, bits): (usize, u16),
+    ) where
+        L: Lane<R>,
+        K: UniformKernel<I, O>,
+    {
+        if K::UNIFORMS == 0 {
+            return;
+        }
+        for &k in &self.uniform.active {
+            let array = self.uniform.arrays[k];
+            let mut lanes = [R::zero(); WIDEST];
+            by_uniform(kernel, at, uniforms, k).store(&mut lanes);
+            for lane in 0..L::N {
+                if bits >> lane & 1 == 1 {
+                    // SAFETY: the reach was checked; the caller's promise.
+                    unsafe {
+                        *self.places.of(array).add((first + lane) % array.len) += lanes[lane]
+                    };
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::arrays::{UniformKernel, Uniforms};
+    use crate::check::{Options, Verdict, check_gradient};
+    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient};
+
+    /// A spring of stiffness `u[0]` that pulls harder by `u[1]` at each length.
+    #[derive(Clone)]
+    struct Spring;
+
+    impl UniformKernel<1, 1> for Spring {
+        const UNIFORMS: usize = 2;
+
+        #[inline(always)]
+        fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
+            [u[0] * d + u[1] * d * d * d]
+        }
+    }
+
+    /// A step under a uniform wind.
+    #[derive(Clone)]
+    struct Move;
+
+    impl UniformKernel<2, 1> for Move {
+        const UNIFORMS: usize = 1;
+
+        #[inline(always)]
+        fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
+            [x + force + u[0] * x.sin()]
+        }
+    }
+
+    /// More nodes than a register has lanes, and a part of a register.
+    const NODES: usize = 19;
+
+    #[derive(Clone)]
+    struct Chain(Graph);
+
+    impl Model for Chain {
+        fn record<R: Real>(&self, program: &mut Program<R>) {
+            let [stiffness, cubic, wind] = [(); 3].map(|()| program.parameter(1));
+            let x = program.state(NODES);
+            // Other number types than floats replay the kernels.
+            let p = &mut program.any();
+            let [force] = p.map_edges_with(&self.0, Spring, [x], &[], &[stiffness, cubic]);
+            let [next] = p.map_with(Move, [x, force], &[wind]);
+            program.advance(x, next);
+        }
+    }
+
+    fn rollout() -> Rollout<Chain> {
+        let edges: Vec<[usize; 2]> = (1..NODES).map(|i| [i - 1, i]).collect();
+        Rollout::new(Chain(Graph::new(NODES, &edges)), 5)
+    }
+
+    fn start<R: Real>() -> Vec<R> {
+        (0..NODES).map(|i| R::lit((0.7 * i as f64).sin())).collect()
+    }
+
+    /// A weighted sum of the last state, as a function of the uniform inputs.
+    struct Weighted;
+
+    fn weighted<R: Real>(end: &[R]) -> R {
+        let terms = end.iter().enumerate();
+        terms.map(|(i, &x)| R::lit(1.0 + 0.1 * i as f64) * x).sum()
+    }
+
+    impl Function for Weighted {
+        fn eval<R: Real>(&self, u: &[R]) -> R {
+            let uniforms: Vec<&[R]> = u.chunks(1).collect();
+            weighted(&rollout().run(&start(), &uniforms))
+        }
+    }
+
+    #[test]
+    fn uniform_inputs_have_derivatives() {
+        let report = check_gradient(&Weighted, &[0.2, 0.1, 0.3], &Options::default());
+        assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+        assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
+    }
+
+    /// In pairs, in registers and alone.
+    #[test]
+    fn uniform_inputs_of_a_batch_have_the_bits_of_single_runs() {
+        for count in [2, 8, 11] {
+            let of_robots: Vec<f64> = (0..3 * count).map(|k| 0.1 + 0.01 * k as f64).collect();
+            let alone = |u: &[Var<f64>]| u.chunks(3).map(|u| Weighted.eval(u)).sum();
+            let together = |u: &[Var<f64>]| {
+                let own = |k: usize| -> Vec<&[Var<f64>]> { u[k..].chunks(1).step_by(3).collect() };
+                let own = [own(0), own(1), own(2)];
+                let given: Vec<Given<Var<f64>>> = own.iter().map(|own| Given::Each(own)).collect();
+                let start = start();
+                let ends = rollout().run_batch(&vec![&start[..]; count], &given);
+                ends.iter().map(|end| weighted(end)).sum()
+            };
+            let [alone, together] = [gradient(alone, &of_robots), gradient(together, &of_robots)];
+            assert_eq!(alone, together);
+        }
+    }
+}
