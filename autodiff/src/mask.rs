@@ -10,6 +10,10 @@ use std::ops::{BitAnd, BitOr, Not};
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
+    /// Whether a comparison has a single answer: the numbers are neither lanes nor recorded symbols. Code that
+    /// may then branch is `if R::Mask::IS_SINGLE`, of which only the branch taken is compiled.
+    const IS_SINGLE: bool = false;
+
     /// The same truth value in every lane.
     fn splat(value: bool) -> Self;
     /// Whether any lane is true.
@@ -21,6 +25,7 @@ pub trait Mask:
 }
 
 impl Mask for bool {
+    const IS_SINGLE: bool = true;
     #[inline(always)]
     fn splat(value: bool) -> Self {
         value

@@ -9,8 +9,6 @@
 //! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: one that is not
 //! inlined would be compiled without the instruction set of the lanes around it.
 
-use std::any::TypeId;
-
 use crate::real::{Mask, Real};
 
 /// `a * b`.
@@ -127,7 +125,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
         // The zeroth power of NaN is 1. Lanes skip this choice.
-        Some(0) if one_answer::<R>() => R::select(x.less_equal(x), R::one(), x),
+        Some(0) if R::Mask::IS_SINGLE => R::select(x.less_equal(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,
     };
@@ -240,22 +238,16 @@ fn small<R: Real>() -> R {
     R::select(R::zero().less(small), small, R::lit(2f64.powi(-120)))
 }
 
-/// Whether comparisons of these numbers have one answer: they are neither lanes nor symbols.
-#[inline(always)]
-pub(crate) fn one_answer<R: Real>() -> bool {
-    TypeId::of::<R::Mask>() == TypeId::of::<bool>()
-}
-
 /// Whether the primal is zero; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn vanishes<R: Real>(x: R) -> bool {
-    one_answer::<R>() && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
+    R::Mask::IS_SINGLE && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
 }
 
 /// Whether the primal is NaN; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn is_nan<R: Real>(x: R) -> bool {
-    one_answer::<R>() && !x.less_equal(x).any()
+    R::Mask::IS_SINGLE && !x.less_equal(x).any()
 }
 
 /// The mask's value if it is the same in all lanes.
@@ -291,7 +283,7 @@ macro_rules! by_rule {
         }
         #[$attribute]
         fn powi(self, exponent: i32) -> Self {
-            if exponent == 0 && $crate::rule::one_answer::<R>() {
+            if exponent == 0 && <R::Mask as $crate::real::Mask>::IS_SINGLE {
                 return <Self as num_traits::One>::one();
             }
             let ($x, $name) = (self, "powi");

@@ -69,11 +69,13 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
     tape.pullback(&[sum], &[R::one()]).to_vec()
 }
 
-/// The least budget, in states: as the refusal of too small a one has it.
+/// The smallest budget in states, read from the message that refuses a smaller one.
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
-    let (_, end) = message.split_once("numbers: ").expect("what would do");
-    let least = end.trim_end_matches(" states do");
+    let (_, end) = message
+        .split_once("give it ")
+        .expect("the message names the smallest budget");
+    let least = end.trim_end_matches(" states");
     least.parse().expect("a number")
 }
 

@@ -2,7 +2,7 @@
 //! be inaccurate, so each function has its partial beside it; higher derivatives follow from that.
 
 use crate::elementary::{Elementary, functions};
-use crate::real::Real;
+use crate::real::{Mask, Real};
 use crate::rule;
 
 impl Elementary {
@@ -40,16 +40,31 @@ macro_rules! values_and_partials {
 
             /// The value and the partial, as in [`rule`].
             #[inline(always)]
-            #[allow(unused_variables)]
             pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
-                let partial = match self {
+                if R::Mask::IS_SINGLE {
+                    (value, self.shared_partial(x, value))
+                } else {
+                    (value, self.partial(x, value))
+                }
+            }
+
+            /// [`partial`](Self::partial), compiled once for a number type. Only lanes need it inlined.
+            #[inline(never)]
+            fn shared_partial<R: Real>(self, x: R, y: R) -> R {
+                self.partial(x, y)
+            }
+
+            /// The partial at `x`, where the value is `y`.
+            #[inline(always)]
+            #[allow(unused_variables)]
+            fn partial<R: Real>(self, x: R, y: R) -> R {
+                match self {
                     $(Self::$Function => {
-                        let ($of, $y) = (x, value);
+                        let ($of, $y) = (x, y);
                         $partial
                     })*
-                };
-                (value, partial)
+                }
             }
         }
     };

@@ -4,8 +4,7 @@ use super::current::{self, CONSTANT};
 use super::entries::{Entry, Term};
 use super::index::{NONE, STOPPED};
 use crate::operators::by_primal;
-use crate::real::Real;
-use crate::rule::one_answer;
+use crate::real::{Mask, Real};
 
 /// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
 ///
@@ -185,7 +184,7 @@ impl<R: Real> Var<R> {
 /// chooses separately, which one entry cannot represent.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
-    one_answer::<R>() && factor.is_zero()
+    R::Mask::IS_SINGLE && factor.is_zero()
 }
 
 /// Takes no arguments: to hand the two recordings over would cost every operation instructions.

@@ -285,7 +285,7 @@ impl<R: Real> Program<R> {
     /// impl Model for Spread {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {
     ///         let (weights, x) = (program.parameter(3), program.state(3));
-    ///         let [offsets, _mean] = program.weighted(weights, [x], [], &[]);
+    ///         let [offsets, _mean] = program.weighted(weights, &[x], &[], &[]);
     ///         program.advance(x, offsets);
     ///     }
     /// }
@@ -296,14 +296,14 @@ impl<R: Real> Program<R> {
     ///
     /// # Panics
     /// Unless `offsets` and `values` are as long as the weights; if an array is of another program.
-    pub fn weighted<const C: usize, const V: usize>(
+    pub fn weighted(
         &mut self,
         weights: Array,
-        offsets: [Array; C],
-        values: [Array; V],
+        offsets: &[Array],
+        values: &[Array],
         others: &[Array],
     ) -> [Array; 2] {
-        let weighed = [&offsets[..], &values].concat();
+        let weighed = [offsets, values].concat();
         self.assert_known(&[&[weights][..], &weighed, others].concat());
         assert!(
             weighed.iter().all(|array| array.len() == weights.len()),
@@ -311,9 +311,9 @@ impl<R: Real> Program<R> {
         );
         let appended: usize = others.iter().map(|array| array.len()).sum();
         self.align(false);
-        let lengths = [weighed.len() * weights.len() + appended, C, 1];
+        let lengths = [weighed.len() * weights.len() + appended, offsets.len(), 1];
         let outputs = lengths.map(|len| self.unaligned_output(len));
-        let operation = Weighted::new(weights, offsets, values, others, outputs);
+        let operation = Weighted::new(weights, [offsets, values], others, outputs);
         self.operations.push(Box::new(operation));
         [outputs[0], outputs[1]]
     }

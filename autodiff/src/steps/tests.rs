@@ -243,7 +243,9 @@ fn entries_are_those_of_whole_states() {
 }
 
 #[test]
-#[should_panic(expected = "24 numbers in a state: the entries [3, 24] are wanted")]
+#[should_panic(
+    expected = "entries [3, 24] are out of range: a state of the rollout has 24 numbers"
+)]
 fn an_entry_beyond_the_state_is_told() {
     let mut several = Several::<f64>::new(1, 1);
     assert_eq!(2 * NODES, 24);
@@ -252,7 +254,7 @@ fn an_entry_beyond_the_state_is_told() {
 }
 
 #[test]
-#[should_panic(expected = "parameter 2 of a program is a matrix, which all starts share")]
+#[should_panic(expected = "parameter 2 of the program is a matrix: all starts must share it")]
 fn a_matrix_of_each_start_is_told() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
@@ -262,7 +264,7 @@ fn a_matrix_of_each_start_is_told() {
 }
 
 #[test]
-#[should_panic(expected = "Given::Each needs one slice for each start")]
+#[should_panic(expected = "Given::Each must have one slice for each start")]
 fn a_start_without_its_own_is_told() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
@@ -273,7 +275,7 @@ fn a_start_without_its_own_is_told() {
 
 /// The message counts the numbers of one start, however many run together.
 #[test]
-#[should_panic(expected = "parameter 0 of a program has 48 numbers: 47 are given")]
+#[should_panic(expected = "parameter 0 of the program has 48 numbers, but 47 were given")]
 fn too_few_numbers_of_each_start_are_counted() {
     let several = Several::<f64>::new(lanes::<f64>(), 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
@@ -417,7 +419,8 @@ fn every_number_of_every_state_is_looked_at() {
 fn a_bound_leaves_no_trace_on_a_tape() {
     let entries = |bound| {
         let mut tape = Tape::new();
-        tape.record(&[0.5; 3], |x| Still(3).rollout(4, bound).eval(&[x]));
+        let rollout = Still(3).rollout(4, bound);
+        tape.record(&[0.5; 3], |x| Batched::of_one(&rollout, 0).eval(&[x]));
         tape.len()
     };
     assert_eq!(entries(Some(1.0)), entries(None));

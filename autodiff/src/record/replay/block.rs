@@ -25,9 +25,22 @@ pub(super) fn chain<L: Real, const W: usize>(
 ) -> Block<L, W> {
     let mut part = bar;
     for w in 0..W {
-        part[w] = L::chain(partial[w], bar[w]);
+        part[w] = if const { size_of::<L>() > LARGE } {
+            chain_large(partial[w], bar[w])
+        } else {
+            L::chain(partial[w], bar[w])
+        };
     }
     part
+}
+
+/// Larger numbers than any register, such as duals, are multiplied in one place: each inlined copy would be
+/// long.
+const LARGE: usize = 64;
+
+#[inline(never)]
+fn chain_large<L: Real>(partial: L, bar: L) -> L {
+    L::chain(partial, bar)
 }
 
 #[inline(always)]

@@ -36,13 +36,9 @@ impl<R: Real> Elementwise<'_, R> {
     ) -> [Block<L, W>; O] {
         let mut y = [x[0]; O];
         if const { W * L::N == 1 } {
-            match function {
-                Function::UnaryValue(f) => y[0][0] = unary_value(f, x[0][0]),
-                Function::Unary(f) => (y[0][0], y[1][0]) = unary(f, x[0][0]),
-                Function::Binary(f) => {
-                    let (value, [by_a, by_b]) = binary(f, x[0][0], x[1][0]);
-                    (y[0][0], y[1][0], y[2][0]) = (value, by_a, by_b);
-                }
+            let all = single(function, x[0][0], x[I - 1][0]);
+            for o in 0..O {
+                y[o][0] = all[o];
             }
             return y;
         }
@@ -60,6 +56,22 @@ impl<R: Real> Elementwise<'_, R> {
             *y = load(memory, I + k);
         }
         y
+    }
+}
+
+/// The value and the partials of a function of single numbers, compiled once for a number type.
+#[inline(never)]
+fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
+    match function {
+        Function::UnaryValue(f) => [unary_value(f, a); 3],
+        Function::Unary(f) => {
+            let (y, partial) = unary(f, a);
+            [y, partial, partial]
+        }
+        Function::Binary(f) => {
+            let (y, [by_a, by_b]) = binary(f, a, b);
+            [y, by_a, by_b]
+        }
     }
 }
 

@@ -1,48 +1,26 @@
-//! Rollouts as one fused function.
+//! A run forward and its reverse sweep, from one start or several interleaved ones.
 
 use super::progress::running;
 use super::settings::{Model, Rollout};
 use super::sweep::{Recorded, Starts, Stepper};
-use crate::real::{Fused, Real};
+use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
-    /// Runs all steps and returns the observed states (or the chosen [`entries`](Rollout::entries) of
-    /// each), one after the other.
-    ///
-    /// `start` is the initial state, its parts one after the other in the order of the model's
-    /// declarations; `parameters` are one slice each, in that order too: an array, a matrix row by row, a
-    /// [control](crate::Program::control) step by step.
-    ///
-    /// On the tape the whole rollout is one fused entry.
-    ///
-    /// # Panics
-    /// - If lengths differ from the model's declarations, or the inputs are too few for all steps;
-    /// - if an observed step or an entry is out of range, or the observed steps do not ascend;
-    /// - if a bound is below 0 or NaN, or checked every 0 steps;
-    /// - on a tape, if the [`Memory`](crate::Memory) is too little for a step;
-    /// - if the model leaves a part of its state unadvanced, or records what [`Program`](crate::Program) refuses.
-    pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
-        let inputs: Vec<&[R]> = std::iter::once(start)
-            .chain(parameters.iter().copied())
-            .collect();
-        R::fused(self.clone(), &inputs)
-    }
-
-    /// The places of the returned numbers in a state of `len` numbers, which interleaves `starts` starts.
+    /// The places of the returned numbers in a state of `len` numbers that interleaves `starts` starts.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
         assert!(
             entries.iter().all(|entry| *entry < len / starts),
-            "a rollout has {} numbers in a state: the entries {entries:?} are wanted",
+            "entries {entries:?} are out of range: a state of the rollout has {} numbers",
             len / starts
         );
         let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
         entries.iter().flat_map(interleaved).collect()
     }
 
-    /// The observed numbers, interleaved for several starts.
+    /// Returns the observed numbers, interleaved if there are several starts.
     pub(super) fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
         let _running = running();
         let mut stepper = Stepper::new(self, starts, inputs);
@@ -62,7 +40,7 @@ impl<M: Model> Rollout<M> {
         seen
     }
 
-    /// [`forward`](Self::forward), and the record for the reverse sweep.
+    /// [`forward`](Self::forward) that also returns the record for the reverse sweep.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,
@@ -85,7 +63,7 @@ impl<M: Model> Rollout<M> {
         (seen, recorded)
     }
 
-    /// The cotangents of the (interleaved) starts, then of each parameter.
+    /// Returns the cotangents of the (interleaved) starts, then those of each parameter.
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,
@@ -114,26 +92,5 @@ impl<M: Model> Rollout<M> {
             }
         });
         std::iter::once(state_bar).chain(parameter_bars).collect()
-    }
-}
-
-impl<M: Model> Fused for Rollout<M> {
-    type Saved<R: Real> = Recorded<R>;
-
-    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
-        self.forward(Starts::ONE, inputs)
-    }
-
-    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
-        self.recorded(Starts::ONE, inputs)
-    }
-
-    fn reverse<R: Real>(
-        &self,
-        saved: &mut Recorded<R>,
-        y_bar: &[R],
-        wanted: &[bool],
-    ) -> Vec<Vec<R>> {
-        self.reversed(1, saved, y_bar, &wanted[1..])
     }
 }
