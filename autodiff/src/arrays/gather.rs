@@ -1,4 +1,4 @@
-//! Picking entries of an array by fixed indices.
+//! Selection of entries of an array by fixed indices.
 
 use super::array::Array;
 use super::operation::Operation;
@@ -13,17 +13,17 @@ pub(crate) struct Gather {
     active: bool,
 }
 
-/// The copies that a gather makes, counted in numbers of all starts.
+/// The copies that a gather makes. Places and lengths count the numbers of all starts.
 struct Moves {
-    /// Stretches of entries that are adjacent in input and output.
+    /// Runs of entries that are adjacent in input and output.
     runs: Vec<CopyRun>,
-    /// Single entries that are copied to adjacent places, whose length together is `len`.
+    /// Single entries that are copied to adjacent places. `len` counts all copies of an entry.
     spreads: Vec<CopyRun>,
-    /// How many numbers are interleaved for an entry.
+    /// The numbers that are interleaved for an entry.
     starts: usize,
 }
 
-/// `len` numbers of the output, and where they come from.
+/// `len` numbers of the output and their source.
 struct CopyRun {
     from: usize,
     to: usize,
@@ -45,7 +45,7 @@ impl Moves {
                     .take_while(|(k, i)| **i == Some(from + k * by))
                     .count()
             };
-            // Either one entry repeated, or a stretch of neighbours: the longer of the two.
+            // Either one entry is repeated or neighbours follow each other: take the longer of the two.
             let (same, rising) = (along(0), along(1));
             let (moves, len) = if same > rising {
                 (&mut spreads, same)
@@ -111,7 +111,7 @@ impl<R: Real> Operation<R> for Gather {
     }
 }
 
-/// Moves entries from input to output.
+/// Copies entries from input to output.
 struct ForwardGather<'a, R> {
     moves: &'a Moves,
     from: &'a [R],
@@ -130,7 +130,7 @@ impl<R: Real> Vectorized<R> for ForwardGather<'_, R> {
         }
         let starts = self.moves.starts;
         for &CopyRun { from, to, len } in &self.moves.spreads {
-            // `starts` numbers at a time would be one lane of a masked register.
+            // The loop below would use one lane of a masked register.
             if starts == 1 {
                 self.to[to..to + len].fill(self.from[from]);
                 continue;
@@ -152,8 +152,8 @@ struct ReverseGather<'a, R> {
     to: &'a mut [R],
 }
 
-/// The cotangents of an entry's copies are added up in this many independent sums, whose additions do
-/// not wait for one another.
+/// The number of independent sums over the cotangents of an entry's copies. Their additions do not wait for
+/// each other.
 const SUMS: usize = 4;
 
 impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
@@ -180,7 +180,7 @@ impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
                 self.to[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 continue;
             }
-            // The order of the loop above, so that each start has the bits that it has alone.
+            // The order is that of the loop above, so each start has the same bits as when it runs alone.
             for i in (0..starts).step_by(L::N) {
                 let mut sums = [L::splat(R::zero()); SUMS];
                 for (k, bars) in bars.chunks_exact(starts).enumerate() {
@@ -199,7 +199,7 @@ mod tests {
     use super::Moves;
 
     #[test]
-    fn neighbours_move_together_and_what_is_repeated_is_spread() {
+    fn neighbours_are_copied_together_and_repeated_entries_are_spread() {
         let of = |indices: &[i64]| {
             let indices: Vec<_> = indices.iter().map(|&i| usize::try_from(i).ok()).collect();
             let moves = Moves::new(&indices, 2);

@@ -29,7 +29,7 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
         }
     }
 
-    /// The inputs' numbers.
+    /// The numbers of the inputs.
     ///
     /// # Safety
     /// The reach was checked.
@@ -69,14 +69,14 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for 
 
 /// Work on arrays of one length, register by register.
 trait Lanes<R, const O: usize> {
-    /// The work on `n` entries from place `at` on.
+    /// Works on the `n` entries from place `at`.
     ///
     /// # Safety
     /// All arrays have these entries, and `n` is at most `N`.
     unsafe fn lane<L: Lane<R>>(&mut self, at: usize, n: usize);
 
-    /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
-    /// the one before it: a later load of the whole register then need not wait for a masked store.
+    /// Works on all entries. If entries may be processed `TWICE`, the last register overlaps with the one before
+    /// it. A later load of the whole register then does not wait for a masked store.
     ///
     /// # Safety
     /// All arrays have this length.
@@ -89,7 +89,7 @@ trait Lanes<R, const O: usize> {
                 self.lane::<L>(i, L::N);
                 i += L::N;
             }
-            // With `N = 1` none are left, but the compiler cannot tell.
+            // With `N = 1` no entries remain, but the compiler cannot know that.
             if L::N > 1 && i < len {
                 if TWICE && len > L::N {
                     self.lane::<L>(len - L::N, L::N)
@@ -153,11 +153,11 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
 struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    /// The results, one array of length `len` after the other, and their cotangents.
+    /// The results and their cotangents, one array of length `len` after the other.
     y: &'a [R],
     y_bar: *const R,
     len: usize,
-    /// The cotangents of the inputs that carry derivatives; null for others.
+    /// The cotangents of the inputs that carry derivatives; null for other inputs.
     x_bar: [*mut R; I],
 }
 

@@ -4,28 +4,28 @@ use super::array::Array;
 use super::row::{Bars, StepValues};
 use crate::real::Real;
 
-/// One recorded operation. Its outputs lie in the row after everything it reads.
+/// A recorded operation. Its outputs come in the row after everything that it reads.
 pub(crate) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
-    /// Pulls the outputs' cotangents back: adds to the inputs' bars.
+    /// Pulls the cotangents of the outputs back and adds them to those of the inputs.
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
-    /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
+    /// Sets which arrays (by id) and which parameters carry derivatives. Others may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
-    /// Takes over the matrices among the parameters (row-major).
+    /// Loads the matrices among the parameters, row by row.
     fn load(&mut self, _parameters: &[&[R]]) {}
-    /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
+    /// Adds the cotangents of matrices, row by row, after the last step of a sweep.
     fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
 
-/// An operation's work forward, to be done in lanes.
+/// The forward work of an operation, done in lanes.
 pub(super) struct Forward<'a, T, R> {
     pub(super) map: &'a mut T,
     pub(super) parameters: &'a [R],
     pub(super) row: &'a mut [R],
 }
 
-/// An operation's work in reverse.
+/// The reverse work of an operation, done in lanes.
 pub(super) struct Reverse<'a, 'b, T, R> {
     pub(super) map: &'a mut T,
     pub(super) values: &'a StepValues<'a, R>,
