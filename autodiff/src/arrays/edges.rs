@@ -9,6 +9,7 @@ use super::graph::Graph;
 use super::kernel::{Kernel, Pullback};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
+use super::uniform::UniformInputs;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 
@@ -21,6 +22,7 @@ pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
     plan: EdgePlan,
     /// `C` arrays over the nodes, then the arrays over the slots.
     inputs: [Array; I],
+    uniforms: UniformInputs,
     active: [bool; I],
     /// Over the nodes; adjacent, in this order.
     sums: [Array; O],
@@ -138,12 +140,15 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
+impl<R: Real, K: Kernel<I, O>, const C: usize, const I: usize, const O: usize>
+    EdgeMap<R, K, C, I, O>
+{
     pub(crate) fn new(
         kernel: K,
         graph: &Graph,
         ends: [Array; C],
         per_edge: &[Array],
+        uniforms: &[Array],
         sums: [Array; O],
     ) -> Self {
         assert!(O > 0, "map_edges: the kernel must have results");
@@ -162,6 +167,7 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
         Self {
             kernel,
             inputs,
+            uniforms: UniformInputs::new::<K, I, O>(uniforms),
             active: [true; I],
             reach: Reach::new(lens.chain(sums.iter().map(sums_len))),
             sums,
@@ -236,6 +242,7 @@ where
     }
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
+        self.uniforms.set_active(arrays);
     }
 }
 
@@ -257,9 +264,10 @@ where
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            let uniforms = map.uniforms.load(values);
             // First the kernel writes its results to `scratch`. The sums at the nodes follow below.
             for &lane in &map.plan.edges {
-                let y = map.kernel.eval(sources.load::<L>(lane));
+                let y = map.kernel.eval_with(sources.load::<L>(lane), &uniforms);
                 for o in 0..O {
                     y[o].store_at(results, o * room + lane.scratch);
                 }
@@ -289,12 +297,13 @@ where
         map.plan.check::<R, L>();
         let EdgePlan { room, .. } = map.plan;
         let ends_bar = &mut map.scratch[..C * room];
-        let places = Places::new(bars);
+        let (places, uniform_sums) = (Places::new(bars), map.uniforms.sums(bars));
         let y_bars = map.sums.map(|sum| places.of(sum));
         let x_bars = places.of_active(&map.inputs, &map.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
+            let uniforms = map.uniforms.load(*values);
             for &lane in &map.plan.edges {
                 // A result was added at the tail and subtracted at the head, so its cotangent is the
                 // difference of their cotangents. Ghosts have none.
@@ -305,8 +314,14 @@ where
                     y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
                 let x = sources.load::<L>(lane);
-                let at = Pullback::new(&map.kernel, x, [y_bar]);
-                let [x_bar] = map.kernel.vjp(at);
+                let at = Pullback {
+                    x,
+                    y: map.kernel.eval_with(x, &uniforms),
+                    y_bar: [y_bar],
+                };
+                let [x_bar] = map.kernel.vjp_with(at, &uniforms);
+                let edges = (lane.slot, lane.bits);
+                uniform_sums.add(&map.kernel, (x, y_bar), &uniforms, edges);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }

@@ -11,6 +11,9 @@ use crate::real::Real;
 /// never branches. Its constants are fields of the implementing type. The type must own them, because
 /// programs keep the kernel.
 ///
+/// A number that all elements share, such as gravity, is a field if it is a constant. If robots of one batch may
+/// differ in it, or a derivative by it is needed, it is a [uniform input](Uniforms).
+///
 /// A kernel only has to implement `eval`. Its derivatives then come from dual numbers. Their cost grows with
 /// the number of inputs: about seven evaluations of the kernel for eight inputs, seventy for fifty.
 /// Straight-line code that is [emitted](crate::emit) from a recording of `eval` costs two to four evaluations
@@ -21,8 +24,18 @@ use crate::real::Real;
 /// into that loop is compiled without it, and every operation in it becomes a call. The results stay the same
 /// but take some fifty times as long. Closures cannot be marked, so prefer loops.
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
+    /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
+    const UNIFORMS: usize = 0;
+
     /// Returns the results at `x`. Mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
+
+    /// Returns the results at `x` with these uniform inputs. If there are any, override this method and
+    /// [`vjp_with`](Kernel::vjp_with), and mark both `#[inline(always)]`.
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; I], _uniforms: &Uniforms<R>) -> [R; O] {
+        self.eval(x)
+    }
 
     /// Returns the cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the
     /// only derivative of a kernel. [`Program::map`](crate::Program::map) and
@@ -31,6 +44,90 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)
     }
+
+    /// As [`vjp`](Kernel::vjp), with these uniform inputs. Cotangents of the uniform inputs themselves always come
+    /// from dual numbers, and only if they are needed.
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        _uniforms: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        self.vjp(at)
+    }
+}
+
+/// The most uniform inputs that a kernel may have.
+pub const MOST_UNIFORMS: usize = 16;
+
+/// The uniform inputs of a kernel, numbers that all elements share: first those that it has, then zeros.
+///
+/// ```
+/// use autodiff::arrays::{Uniforms, uniforms};
+/// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// struct Decay;
+///
+/// impl Kernel<1, 1> for Decay {
+///     const UNIFORMS: usize = 1;
+///
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+///         self.eval_with(x, &uniforms(&[0.5]))
+///     }
+///
+///     #[inline(always)]
+///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
+///         [x - uniforms[0] * x]
+///     }
+///
+///     #[inline(always)]
+///     fn vjp_with<R: Real, const M: usize>(
+///         &self,
+///         at: autodiff::Pullback<R, 1, 1, M>,
+///         uniforms: &Uniforms<R>,
+///     ) -> [[R; 1]; M] {
+///         autodiff::arrays::vjp_by_duals_with(self, at, uniforms)
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Cooling;
+///
+/// impl Model for Cooling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let (rate, x) = (program.parameter(1), program.state(3));
+///         let [next] = program.map_with(Decay, [x], &[rate]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
+/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
+/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
+/// // The sum is 24 (1 - rate)^2.
+/// assert_eq!(gradient_of(sum, &[0.5]), [-24.0]);
+/// ```
+pub type Uniforms<R> = [R; MOST_UNIFORMS];
+
+/// Uniform inputs with these constant values.
+///
+/// # Panics
+/// If there are more than [`MOST_UNIFORMS`].
+#[inline(always)]
+pub fn uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
+    let mut uniforms = [R::zero(); MOST_UNIFORMS];
+    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+        *uniform = R::lit(value);
+    }
+    uniforms
+}
+
+/// A list that fits into [`Uniforms`].
+#[inline(always)]
+pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+    assert!(list.len() <= MOST_UNIFORMS, "a kernel has at most {MOST_UNIFORMS} uniform inputs");
+    list
 }
 
 /// The arguments of [`Kernel::vjp`].
@@ -63,17 +160,76 @@ where
     R: Real,
     K: Kernel<I, O> + ?Sized,
 {
-    let mut seeded = [Dual::<R, I>::zero(); I];
-    for i in 0..I {
-        seeded[i] = Dual::variable(at.x[i], i);
+    let y = kernel.eval(seeded(at.x));
+    pulled_back(y, at.y_bar)
+}
+
+/// [`Kernel::vjp_with`] by dual numbers.
+#[inline(always)]
+pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
+    kernel: &K,
+    at: Pullback<R, I, O, M>,
+    uniforms: &Uniforms<R>,
+) -> [[R; I]; M]
+where
+    R: Real,
+    K: Kernel<I, O> + ?Sized,
+{
+    let y = kernel.eval_with(seeded(at.x), &constants(*uniforms));
+    pulled_back(y, at.y_bar)
+}
+
+/// The cotangent of the uniform input number `k`, from one element.
+#[inline(always)]
+pub(crate) fn by_uniform<R, K, const I: usize, const O: usize>(
+    kernel: &K,
+    (x, y_bar): ([R; I], [R; O]),
+    uniforms: &Uniforms<R>,
+    k: usize,
+) -> R
+where
+    R: Real,
+    K: Kernel<I, O>,
+{
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(*uniforms);
+    moving[k].tangent = [R::one()];
+    let y = kernel.eval_with(constants(x), &moving);
+    let [[bar]] = pulled_back(y, [y_bar]);
+    bar
+}
+
+/// Numbers that move in no direction. Loops, not closures, which might be compiled without the caller's
+/// instruction set.
+#[inline(always)]
+fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
+    let mut constants = [Dual::zero(); L];
+    for i in 0..L {
+        constants[i] = Dual::constant(x[i]);
     }
-    let y = kernel.eval(seeded);
+    constants
+}
+
+/// Numbers that each move in a direction of its own.
+#[inline(always)]
+fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
+    let mut seeded = [Dual::zero(); I];
+    for i in 0..I {
+        seeded[i] = Dual::variable(x[i], i);
+    }
+    seeded
+}
+
+/// Rows of cotangents times the tangents of the results.
+#[inline(always)]
+fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
+    y: [Dual<R, I>; O],
+    y_bar: [[R; O]; M],
+) -> [[R; I]; M] {
     let mut x_bar = [[R::zero(); I]; M];
-    // Loops, because a closure might be compiled without the caller's instruction set.
     for m in 0..M {
         for o in 0..O {
             for i in 0..I {
-                x_bar[m][i] = R::chain_add(y[o].tangent[i], at.y_bar[m][o], x_bar[m][i]);
+                x_bar[m][i] = R::chain_add(y[o].tangent[i], y_bar[m][o], x_bar[m][i]);
             }
         }
     }

@@ -2,27 +2,35 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback};
+use super::kernel::{Kernel, Pullback, Uniforms};
 use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
+use super::uniform::{UniformInputs, UniformSums};
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized};
+use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 
 pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
+    uniforms: UniformInputs,
     /// Adjacent, in this order.
     outputs: [Array; O],
     active: [bool; I],
     reach: Reach,
 }
 
-impl<K, const I: usize, const O: usize> Map<K, I, O> {
-    pub(crate) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
+    pub(crate) fn new(
+        kernel: K,
+        inputs: [Array; I],
+        uniforms: &[Array],
+        outputs: [Array; O],
+    ) -> Self {
         let len = outputs[0].len;
         Self {
             kernel,
             inputs,
+            uniforms: UniformInputs::new::<K, I, O>(uniforms),
             outputs,
             active: [true; I],
             reach: Reach::new(inputs.iter().chain(&outputs).map(|&array| (array, len))),
@@ -64,16 +72,22 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for 
     }
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
+        self.uniforms.set_active(arrays);
     }
 }
 
 /// Work on arrays of one length, register by register.
+<<<<<<< HEAD
 trait Lanes<R, const O: usize> {
     /// Works on the `n` entries from place `at`.
+=======
+trait Lanes<R, L: Lane<R>> {
+    /// The work on `n` entries from place `at` on.
+>>>>>>> 7eaa892d
     ///
     /// # Safety
     /// All arrays have these entries, and `n` is at most `N`.
-    unsafe fn lane<L: Lane<R>>(&mut self, at: usize, n: usize);
+    unsafe fn lane(&mut self, at: usize, n: usize);
 
     /// Works on all entries. If entries may be processed `TWICE`, the last register overlaps with the one before
     /// it. A later load of the whole register then does not wait for a masked store.
@@ -81,46 +95,48 @@ trait Lanes<R, const O: usize> {
     /// # Safety
     /// All arrays have this length.
     #[inline(always)]
-    unsafe fn lanes<L: Lane<R>, const TWICE: bool>(&mut self, len: usize) {
+    unsafe fn lanes<const TWICE: bool>(&mut self, len: usize) {
         let mut i = 0;
         // SAFETY: the lanes end within the arrays.
         unsafe {
             while i + L::N <= len {
-                self.lane::<L>(i, L::N);
+                self.lane(i, L::N);
                 i += L::N;
             }
             // With `N = 1` no entries remain, but the compiler cannot know that.
             if L::N > 1 && i < len {
                 if TWICE && len > L::N {
-                    self.lane::<L>(len - L::N, L::N)
+                    self.lane(len - L::N, L::N)
                 } else {
-                    self.lane::<L>(i, len - i)
+                    self.lane(i, len - i)
                 }
             }
         }
     }
 }
 
-struct ForwardLanes<'a, K, R, const I: usize> {
+struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
+    uniforms: Uniforms<L>,
     /// The results, one array of length `len` after the other.
     y: &'a mut [R],
     len: usize,
 }
 
-impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ForwardLanes<'_, K, R, I>
+impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ForwardLanes<'_, K, R, L, I, O>
 where
     K: Kernel<I, O>,
+    L: Lane<R>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, i: usize, n: usize) {
+    unsafe fn lane(&mut self, i: usize, n: usize) {
         let mut x = [L::zero(); I];
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
-        let y = self.kernel.eval(x);
+        let y = self.kernel.eval_with(x, &self.uniforms);
         for k in 0..O {
             unsafe { y[k].store_n(self.y, k * self.len + i, n) };
         }
@@ -139,21 +155,29 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
         let (row, after) = row.split_at_mut(start);
         // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
         unsafe {
-            let mut lanes = ForwardLanes {
+            let values = StepValues { parameters, row };
+            let mut lanes = ForwardLanes::<_, _, L, I, O> {
                 kernel: &map.kernel,
-                x: map.sources(StepValues { parameters, row }),
+                x: map.sources(values),
+                uniforms: map.uniforms.load(values),
                 y: &mut after[..O * len],
                 len,
             };
-            lanes.lanes::<L, true>(len);
+            lanes.lanes::<true>(len);
         }
     }
 }
 
-struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
+struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
+<<<<<<< HEAD
     /// The results and their cotangents, one array of length `len` after the other.
+=======
+    uniforms: Uniforms<L>,
+    sums: UniformSums<'a, R>,
+    /// The results, one array of length `len` after the other, and their cotangents.
+>>>>>>> 7eaa892d
     y: &'a [R],
     y_bar: *const R,
     len: usize,
@@ -161,12 +185,13 @@ struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
     x_bar: [*mut R; I],
 }
 
-impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, K, R, I, O>
+impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ReverseLanes<'_, K, R, L, I, O>
 where
     K: Kernel<I, O>,
+    L: Lane<R>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, i: usize, n: usize) {
+    unsafe fn lane(&mut self, i: usize, n: usize) {
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below; no two slices of bars live at a time.
@@ -177,11 +202,17 @@ where
             y[k] = unsafe { L::load_n(self.y, place, n) };
             y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
-        let y_bar = [y_bar];
-        let [x_bar] = self.kernel.vjp(Pullback { x, y, y_bar });
+        let at = Pullback {
+            x,
+            y,
+            y_bar: [y_bar],
+        };
+        let [x_bar] = self.kernel.vjp_with(at, &self.uniforms);
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }
+        let bits = u16::MAX >> (WIDEST - n);
+        unsafe { self.sums.add(self.kernel, (x, y_bar), &self.uniforms, (i, bits)) };
     }
 }
 
@@ -195,18 +226,20 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
         map.reach.check(values.parameters, values.row);
         map.reach.check(bars.parameters, bars.row);
         let Array { start, len, .. } = map.outputs[0];
-        let places = Places::new(bars);
+        let (places, sums) = (Places::new(bars), map.uniforms.sums(bars));
         // SAFETY: the reach was checked.
         unsafe {
-            let mut lanes = ReverseLanes {
+            let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &map.kernel,
                 x: map.sources(*values),
+                uniforms: map.uniforms.load(*values),
+                sums,
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(map.outputs[0]),
                 len,
                 x_bar: places.of_active(&map.inputs, &map.active),
             };
-            lanes.lanes::<L, false>(len);
+            lanes.lanes::<false>(len);
         }
     }
 }

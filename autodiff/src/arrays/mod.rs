@@ -9,6 +9,7 @@ mod array;
 mod graph;
 mod row;
 mod operation;
+mod uniform;
 pub(crate) mod dense;
 mod map;
 mod edges;
@@ -22,7 +23,10 @@ pub(crate) use edges::EdgeMap;
 pub(crate) use gather::Gather;
 pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
-pub use kernel::{Kernel, Pullback, vjp_by_duals};
+pub(crate) use kernel::checked;
+pub use kernel::{
+    Kernel, MOST_UNIFORMS, Pullback, Uniforms, uniforms, vjp_by_duals, vjp_by_duals_with,
+};
 pub(crate) use map::Map;
 pub(crate) use operation::Operation;
 pub(crate) use row::{Bars, RowLayout, StepValues};

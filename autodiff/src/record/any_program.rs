@@ -96,33 +96,54 @@ impl AnyProgram<'_> {
     where
         K: Kernel<I, O>,
     {
-        match &mut self.0 {
-            Numbers::Double(program) => program.map(kernel, x),
-            Numbers::Single(program) => program.map(kernel, x),
-            Numbers::Other(program) => array(program.map_recorded(recorded(&kernel), &x)),
-        }
+        self.map_with(kernel, x, &[])
     }
 
-    /// As [`Program::map_edges`].
+    /// As [`Program::map_with`].
     ///
     /// # Panics
-    /// As that, and for kernels that [cannot be recorded](AnyProgram).
-    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+    /// As [`map`](AnyProgram::map).
+    pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
-        graph: &Graph,
         kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
+        x: [Array; I],
+        uniforms: &[Array],
     ) -> [Array; O]
     where
         K: Kernel<I, O>,
     {
         match &mut self.0 {
-            Numbers::Double(program) => program.map_edges(graph, kernel, ends, per_edge),
-            Numbers::Single(program) => program.map_edges(graph, kernel, ends, per_edge),
+            Numbers::Double(program) => program.map_with(kernel, x, uniforms),
+            Numbers::Single(program) => program.map_with(kernel, x, uniforms),
+            Numbers::Other(program) => array(program.map_recorded(recorded(&kernel), &x, uniforms)),
+        }
+    }
+
+    /// As [`Program::map_edges_with`].
+    ///
+    /// # Panics
+    /// As that, and for kernels that [cannot be recorded](AnyProgram).
+    pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        match &mut self.0 {
+            Numbers::Double(program) => {
+                program.map_edges_with(graph, kernel, ends, per_edge, uniforms)
+            }
+            Numbers::Single(program) => {
+                program.map_edges_with(graph, kernel, ends, per_edge, uniforms)
+            }
             Numbers::Other(program) => {
                 let kernel = recorded(&kernel);
-                array(program.map_edges_recorded(graph, kernel, &ends, per_edge))
+                array(program.map_edges_recorded(graph, kernel, [&ends, per_edge], uniforms))
             }
         }
     }
@@ -147,22 +168,23 @@ fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
 
 /// A program of a number type that replays kernels.
 trait Replaying {
-    fn map_recorded(&mut self, kernel: Plan, x: &[Array]) -> Vec<Array>;
+    fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array>;
     fn map_edges_recorded(
         &mut self,
         graph: &Graph,
         kernel: Plan,
-        ends: &[Array],
-        per_edge: &[Array],
+        inputs: [&[Array]; 2],
+        uniforms: &[Array],
     ) -> Vec<Array>;
     fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
 }
 
 impl<R: Real> Replaying for Program<R> {
-    fn map_recorded(&mut self, kernel: Plan, x: &[Array]) -> Vec<Array> {
+    fn map_recorded(&mut self, kernel: Plan, x: &[Array], uniforms: &[Array]) -> Vec<Array> {
+        self.assert_uniform(uniforms);
         let results = kernel.results();
         self.map_by(x, results, |outputs| {
-            ReplayedKernel::new(kernel, Places::elements(outputs), x, outputs)
+            ReplayedKernel::new(kernel, Places::elements(outputs), x, uniforms, outputs)
         })
     }
 
@@ -170,13 +192,14 @@ impl<R: Real> Replaying for Program<R> {
         &mut self,
         graph: &Graph,
         kernel: Plan,
-        ends: &[Array],
-        per_edge: &[Array],
+        [ends, per_edge]: [&[Array]; 2],
+        uniforms: &[Array],
     ) -> Vec<Array> {
+        self.assert_uniform(uniforms);
         let results = kernel.results();
         self.map_edges_by(graph, ends, per_edge, results, |graph, outputs| {
-            let inputs = [ends, per_edge].concat();
-            ReplayedKernel::new(kernel, Places::edges(graph, ends.len()), &inputs, outputs)
+            let (places, inputs) = (Places::edges(graph, ends.len()), [ends, per_edge].concat());
+            ReplayedKernel::new(kernel, places, &inputs, uniforms, outputs)
         })
     }
 

@@ -4,8 +4,12 @@ use std::any::type_name;
 use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
-use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
+use crate::arrays::{
+    Array, Bars, Graph, Kernel, MOST_UNIFORMS, Operation, SlotEdge, StepValues, checked,
+};
+use super::symbol::Symbol;
 use crate::real::Real;
+use num_traits::Zero;
 
 /// Records a kernel.
 ///
@@ -13,8 +17,11 @@ use crate::real::Real;
 /// If the kernel asks for values or calls a function with its own derivative: the recording then does not
 /// stand for it.
 pub(super) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
-    let plan = Plan::record([I, 0], |x, _| {
-        kernel.eval(std::array::from_fn(|k| x[k])).to_vec()
+    let plan = Plan::record([I, K::UNIFORMS], |x, given| {
+        let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
+        uniforms[..given.len()].copy_from_slice(given);
+        let y = kernel.eval_with(std::array::from_fn(|k| x[k]), &uniforms);
+        y.to_vec()
     });
     plan.unwrap_or_else(|| {
         panic!(
@@ -79,19 +86,29 @@ pub(super) struct ReplayedKernel {
     kernel: Plan,
     places: Places,
     inputs: Vec<Array>,
+    uniforms: Vec<Array>,
     /// Adjacent, in this order.
     outputs: Vec<Array>,
     active: Vec<bool>,
+    active_uniforms: Vec<bool>,
 }
 
 impl ReplayedKernel {
-    pub(super) fn new(kernel: Plan, places: Places, inputs: &[Array], outputs: &[Array]) -> Self {
+    pub(super) fn new(
+        kernel: Plan,
+        places: Places,
+        inputs: &[Array],
+        uniforms: &[Array],
+        outputs: &[Array],
+    ) -> Self {
         Self {
             kernel,
             places,
             inputs: inputs.to_vec(),
+            uniforms: checked(uniforms).to_vec(),
             outputs: outputs.to_vec(),
             active: vec![true; inputs.len()],
+            active_uniforms: vec![true; uniforms.len()],
         }
     }
 
@@ -111,9 +128,11 @@ impl ReplayedKernel {
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
+        // Only floats run several starts at once, and they do not replay.
+        let shared: Vec<R> = (self.uniforms.iter()).map(|&array| values.get(array)[0]).collect();
         let points = Points {
             plan: &self.kernel,
-            shared: &[],
+            shared: &shared,
             count: self.places.count(),
             inputs: Inputs::Numbers(&columns),
             wanted,
@@ -161,6 +180,12 @@ impl<R: Real> Operation<R> for ReplayedKernel {
         };
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
         let replayed = self.replay(*values, Wanted::ByInputs(Some(&seeds)));
+        let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
+        for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
+            if *active {
+                bars.get_mut(uniform)[0] += bar;
+            }
+        }
         for (k, (&input, x_bar)) in self.inputs.iter().zip(&replayed.by_inputs).enumerate() {
             if !self.active[k] {
                 continue;
@@ -188,6 +213,8 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.active = self.inputs.iter().map(|array| arrays[array.id]).collect();
+        let active = |of: &[Array]| of.iter().map(|array| arrays[array.id]).collect();
+        self.active = active(&self.inputs);
+        self.active_uniforms = active(&self.uniforms);
     }
 }

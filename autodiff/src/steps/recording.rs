@@ -19,28 +19,7 @@ impl<R: Real> Program<R> {
     /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel of the elements
     /// `k` of `x`.
     ///
-    /// A number that all elements share is an array of one, repeated by [`gather`](Program::gather):
-    ///
-    /// ```
-    /// # use autodiff::{Kernel, Model, Program, Real, Rollout};
-    /// # #[derive(Clone)]
-    /// # struct Decay;
-    /// impl Kernel<2, 1> for Decay {
-    ///     #[inline(always)]
-    ///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
-    ///         [x - rate * x]
-    ///     }
-    /// }
-    /// impl Model for Decay {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
-    ///         let (rate, x) = (program.parameter(1), program.state(3));
-    ///         let rates = program.gather(rate, &[Some(0); 3]);
-    ///         let [next] = program.map(Decay, [x, rates]);
-    ///         program.advance(x, next);
-    ///     }
-    /// }
-    /// assert_eq!(Rollout::new(Decay, 2).run(&[4.0, 8.0, 12.0], &[&[0.5]]), [1.0, 2.0, 3.0]);
-    /// ```
+    /// Numbers that all elements share are [uniform inputs](Program::map_with).
     ///
     /// # Panics
     /// If the arrays differ in length, or one is of another program; if the kernel has no inputs or no
@@ -49,8 +28,34 @@ impl<R: Real> Program<R> {
     where
         K: Kernel<I, O>,
     {
-        let outputs = self.map_by(&x, O, |outputs| Map::new(kernel, x, arrays(outputs)));
-        arrays(&outputs)
+        self.map_with(kernel, x, &[])
+    }
+
+    /// As [`map`](Program::map), for a kernel with [uniform inputs](crate::arrays::Uniforms): arrays of one number,
+    /// which all elements share. The cotangent of such a number is the sum over all elements, in their order. It is
+    /// only computed for numbers that carry derivatives.
+    ///
+    /// # Panics
+    /// As [`map`](Program::map); and unless there are as many uniform inputs as the kernel needs, each of one
+    /// number.
+    pub fn map_with<K, const I: usize, const O: usize>(
+        &mut self,
+        kernel: K,
+        x: [Array; I],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        self.assert_uniform(uniforms);
+        let map = |outputs: &[Array]| Map::new(kernel, x, uniforms, arrays(outputs));
+        arrays(&self.map_by(&x, O, map))
+    }
+
+    pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
+        self.assert_known(arrays);
+        let is_one = arrays.iter().all(|array| array.len() == 1);
+        assert!(is_one, "a uniform input is an array of one number");
     }
 
     /// Maps by an operation that is made for the outputs, one for each of so many results.
@@ -220,8 +225,27 @@ impl<R: Real> Program<R> {
     where
         K: Kernel<I, O>,
     {
+        self.map_edges_with(graph, kernel, ends, per_edge, &[])
+    }
+
+    /// As [`map_edges`](Program::map_edges), for a kernel with [uniform inputs](Program::map_with).
+    ///
+    /// # Panics
+    /// As both.
+    pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+        uniforms: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        self.assert_uniform(uniforms);
         let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
-            EdgeMap::new(kernel, graph, ends, per_edge, arrays(outputs))
+            EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs))
         });
         arrays(&outputs)
     }

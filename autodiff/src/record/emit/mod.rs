@@ -60,14 +60,16 @@ use super::recording::{Recording, current, record};
 use super::symbol::Symbol;
 use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
-use print::{Formula, Printer};
+use print::{Formula, Printer, UNIFORMS};
 
 /// A method `emitted_vjp` of the kernel type `name`, as Rust source. [`Kernel::vjp`] of that type has to
 /// call it: `self.emitted_vjp(at)`. What the results `y` contain, a hyperbolic tangent for example, is
 /// not computed again; what does not depend on the cotangents is computed once for all rows of them.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
-/// makes a kernel whose fields have the given values, in that order.
+/// makes a kernel whose fields have the given values, in that order. A [uniform input](crate::arrays::Uniforms) is
+/// named `uniforms[0]`; `build` sets the value with which `eval` passes it to `eval_with`. The method then has a second
+/// argument, `uniforms`, and [`Kernel::vjp_with`] calls it.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -131,7 +133,11 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
-    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>) -> [[R; {I}]; M]");
+    let given = match fields.iter().any(|field| field.starts_with(UNIFORMS)) {
+        true => ", uniforms: &autodiff::arrays::Uniforms<R>",
+        false => "",
+    };
+    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");
     format!(
         "impl {name} {{\n    #[inline(always)]\n    #[allow(clippy::needless_range_loop)]\n    \
          pub(crate) fn emitted_vjp<R: Real, const M: usize>({signature} {{\n{body}    }}\n}}\n"

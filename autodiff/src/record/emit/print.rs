@@ -14,6 +14,9 @@ pub(super) struct Formula {
     pub(super) x_bar: Vec<Place>,
 }
 
+/// The start of the names of uniform inputs, which the printed code is given as numbers.
+pub(super) const UNIFORMS: &str = "uniforms[";
+
 pub(super) struct Printer<'a> {
     recording: &'a Recording,
     formula: &'a Formula,
@@ -191,11 +194,13 @@ impl<'a> Printer<'a> {
 
     fn constant(&self, value: f64) -> String {
         for (name, field) in self.fields {
-            if value == *field {
-                return format!("R::lit({name})");
-            }
-            if value == -field {
-                return format!("R::lit(-{name})");
+            let [is_field, is_minus] = [value == *field, value == -field];
+            match (name.starts_with(UNIFORMS), is_field, is_minus) {
+                (_, false, false) => {}
+                (true, true, _) => return (*name).to_owned(),
+                (true, false, true) => return format!("-{name}"),
+                (false, true, _) => return format!("R::lit({name})"),
+                (false, false, true) => return format!("R::lit(-{name})"),
             }
         }
         match value {
