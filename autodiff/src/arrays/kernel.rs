@@ -126,7 +126,10 @@ pub fn uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
 /// A list that fits into [`Uniforms`].
 #[inline(always)]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
-    assert!(list.len() <= MOST_UNIFORMS, "a kernel has at most {MOST_UNIFORMS} uniform inputs");
+    assert!(
+        list.len() <= MOST_UNIFORMS,
+        "a kernel has at most {MOST_UNIFORMS} uniform inputs"
+    );
     list
 }
 

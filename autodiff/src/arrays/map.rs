@@ -77,13 +77,8 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for 
 }
 
 /// Work on arrays of one length, register by register.
-<<<<<<< HEAD
-trait Lanes<R, const O: usize> {
-    /// Works on the `n` entries from place `at`.
-=======
 trait Lanes<R, L: Lane<R>> {
-    /// The work on `n` entries from place `at` on.
->>>>>>> 7eaa892d
+    /// Works on the `n` entries from place `at`.
     ///
     /// # Safety
     /// All arrays have these entries, and `n` is at most `N`.
@@ -171,13 +166,9 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
 struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-<<<<<<< HEAD
-    /// The results and their cotangents, one array of length `len` after the other.
-=======
     uniforms: Uniforms<L>,
     sums: UniformSums<'a, R>,
     /// The results, one array of length `len` after the other, and their cotangents.
->>>>>>> 7eaa892d
     y: &'a [R],
     y_bar: *const R,
     len: usize,
@@ -212,7 +203,10 @@ where
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }
         let bits = u16::MAX >> (WIDEST - n);
-        unsafe { self.sums.add(self.kernel, (x, y_bar), &self.uniforms, (i, bits)) };
+        unsafe {
+            self.sums
+                .add(self.kernel, (x, y_bar), &self.uniforms, (i, bits))
+        };
     }
 }
 

@@ -61,7 +61,10 @@ impl UniformInputs {
     pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
         self.reach.check(bars.parameters, bars.row);
         let places = Places::new(bars);
-        UniformSums { uniform: self, places }
+        UniformSums {
+            uniform: self,
+            places,
+        }
     }
 }
 
@@ -99,7 +102,9 @@ impl<R: Real> UniformSums<'_, R> {
             for lane in 0..L::N {
                 if bits >> lane & 1 == 1 {
                     // SAFETY: the reach was checked; the caller's promise.
-                    unsafe { *self.places.of(array).add((first + lane) % array.len) += lanes[lane] };
+                    unsafe {
+                        *self.places.of(array).add((first + lane) % array.len) += lanes[lane]
+                    };
                 }
             }
         }

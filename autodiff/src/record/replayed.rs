@@ -4,10 +4,10 @@ use std::any::type_name;
 use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::symbol::Symbol;
 use crate::arrays::{
     Array, Bars, Graph, Kernel, MOST_UNIFORMS, Operation, SlotEdge, StepValues, checked,
 };
-use super::symbol::Symbol;
 use crate::real::Real;
 use num_traits::Zero;
 
@@ -129,7 +129,9 @@ impl ReplayedKernel {
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
         // Only floats run several starts at once, and they do not replay.
-        let shared: Vec<R> = (self.uniforms.iter()).map(|&array| values.get(array)[0]).collect();
+        let shared: Vec<R> = (self.uniforms.iter())
+            .map(|&array| values.get(array)[0])
+            .collect();
         let points = Points {
             plan: &self.kernel,
             shared: &shared,

@@ -137,7 +137,8 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         true => ", uniforms: &autodiff::arrays::Uniforms<R>",
         false => "",
     };
-    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");
+    let signature =
+        format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");
     format!(
         "impl {name} {{\n    #[inline(always)]\n    #[allow(clippy::needless_range_loop)]\n    \
          pub(crate) fn emitted_vjp<R: Real, const M: usize>({signature} {{\n{body}    }}\n}}\n"
