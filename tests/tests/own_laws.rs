@@ -31,16 +31,16 @@ impl Law for Glue {
 
 impl Contact for Glue {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 }
 
 cosmic::settings! {
     /// A node leaves the ground with a share of its speed.
-    struct Bounce {
+    struct Bounce<R> {
         /// The share.
-        restitution: f64 = 0.5, allowed within(0.0, 1.0), source "a test";
+        restitution: R = 0.5, allowed within(0.0, 1.0), source "a test";
     }
 }
 
@@ -50,9 +50,9 @@ impl Law for Bounce {
 
 impl Contact for Bounce {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(bounce: &Bounce<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let velocity = impact.velocity;
-        velocity.with_up(-R::lit(self.restitution) * velocity.up())
+        velocity.with_up(-bounce.restitution * velocity.up())
     }
 }
 
@@ -67,22 +67,22 @@ impl Law for Again {
 
 impl BarForce for Again {
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+    fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
         bar.stiffness * (bar.length - bar.target)
     }
 }
 
 cosmic::settings! {
     /// A spring and a damper between every node and the ground's origin, and a pull that comes and goes.
-    struct Tether {
+    struct Tether<R> {
         /// Stiffness.
-        stiffness: f64 = 2.0, allowed within(0.0, 1e6), unit "N/m", source "a test";
+        stiffness: R = 2.0, allowed within(0.0, 1e6), unit "N/m", source "a test";
         /// Damping.
-        damping: f64 = 0.0, allowed within(0.0, 1e6), unit "N s/m", source "a test";
+        damping: R = 0.0, allowed within(0.0, 1e6), unit "N s/m", source "a test";
         /// The pull along x at its peak, times the node's number.
-        pull: f64 = 0.0, allowed within(0.0, 1e6), unit "N", source "a test";
+        pull: R = 0.0, allowed within(0.0, 1e6), unit "N", source "a test";
         /// Weight of a kilogram.
-        gravity: f64 = 0.0, allowed within(0.0, 100.0), unit "m/s2", source "a test";
+        gravity: R = 0.0, allowed within(0.0, 100.0), unit "m/s2", source "a test";
     }
 }
 
@@ -98,10 +98,10 @@ impl NodeForce for Tether {
     }
 
     #[inline(always)]
-    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
-        let (k, c) = (R::lit(self.stiffness), R::lit(self.damping));
-        let pull = R::lit(self.pull) * node.weight * (R::lit(30.0) * node.time).sin();
-        let fall = node.vertical * (R::lit(self.gravity) * node.mass);
+    fn force<R: Real, const D: usize>(tether: &Tether<R>, node: Node<R, D>) -> Vector<R, D> {
+        let (k, c) = (tether.stiffness, tether.damping);
+        let pull = tether.pull * node.weight * (R::lit(30.0) * node.time).sin();
+        let fall = node.vertical * (tether.gravity * node.mass);
         Vector::upright(pull, R::zero()) - node.x * k - node.v * c - fall
     }
 

@@ -12,9 +12,9 @@ use cosmic_program::Program;
 
 cosmic::settings! {
     /// Ground of mud: it slows down whatever touches it.
-    struct Mud {
+    struct Mud<R> {
         /// Rate at which a velocity along the ground decays.
-        rate: f64 = 500.0, allowed within(0.0, 1e5), unit "1/s", source "an example";
+        rate: R = 500.0, allowed within(0.0, 1e5), unit "1/s", source "an example";
     }
 }
 
@@ -24,8 +24,8 @@ impl Law for Mud {
 
 impl Contact for Mud {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
-        let left = (-R::lit(self.rate) * impact.rest).exp();
+    fn respond<R: Real, const D: usize>(mud: &Mud<R>, impact: Impact<R, D>) -> Vector<R, D> {
+        let left = (-mud.rate * impact.rest).exp();
         impact.velocity.along() * left
     }
 }

@@ -24,13 +24,13 @@ cosmic::settings! {
 
 cosmic::settings! {
     /// Rubber beside every bar.
-    struct Tendon {
+    struct Tendon<R> {
         /// The side on which the rubber pulls.
         side: Side = Side::Stretched, source "an example";
         /// Stiffness of the rubber.
-        stiffness: f64 = 20.0, allowed within(0.0, 1e4), unit "N/m", source "an example";
+        stiffness: R = 20.0, allowed within(0.0, 1e4), unit "N/m", source "an example";
         /// Strain of the bar up to which the rubber is slack.
-        slack: f64 = 0.1, allowed within(0.0, 0.9), source "an example";
+        slack: R = 0.1, allowed within(0.0, 0.9), source "an example";
     }
 }
 
@@ -40,17 +40,17 @@ impl Law for Tendon {
 
 impl BarForce for Tendon {
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+    fn tension<R: Real>(tendon: &Tendon<R>, bar: Bar<R>) -> R {
         // A void bar has almost no stiffness, so this factor is close to 0: there is no rubber beside it.
         let share = bar.stiffness / (bar.stiffness + R::lit(1.0));
         let change = bar.length - bar.rest_length;
-        let slack = R::lit(self.slack) * bar.rest_length;
+        let slack = tendon.slack * bar.rest_length;
         // Branching on a setting is allowed. A choice that depends on a `Real` must use a selection such as `max`.
-        let pulled = match self.side {
+        let pulled = match tendon.side {
             Side::Stretched => (change - slack).max(R::zero()),
             Side::Shortened => -(-change - slack).max(R::zero()),
         };
-        R::lit(self.stiffness) * share * pulled
+        tendon.stiffness * share * pulled
     }
 }
 

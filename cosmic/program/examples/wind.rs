@@ -13,15 +13,15 @@ use cosmic_program::Program;
 
 cosmic::settings! {
     /// Gusts of wind: each node is dragged along with the air around it.
-    struct Wind {
+    struct Wind<R> {
         /// Speed of the air a metre above the ground, at the peak of a gust.
-        speed: f64 = -1.0, allowed within(-50.0, 50.0), unit "m/s", source "an example";
+        speed: R = -1.0, allowed within(-50.0, 50.0), unit "m/s", source "an example";
         /// Drag of a node.
-        drag: f64 = 0.01, allowed within(0.0, 10.0), unit "N s/m", source "an example";
+        drag: R = 0.01, allowed within(0.0, 10.0), unit "N s/m", source "an example";
         /// Time from gust to gust.
-        period: f64 = 2.0, allowed within(1e-3, 1e3), unit "s", source "an example";
+        period: R = 2.0, allowed within(1e-3, 1e3), unit "s", source "an example";
         /// Distance from gust to gust.
-        wavelength: f64 = 3.0, allowed within(1e-3, 1e3), unit "m", source "an example";
+        wavelength: R = 3.0, allowed within(1e-3, 1e3), unit "m", source "an example";
     }
 }
 
@@ -33,12 +33,12 @@ impl NodeForce for Wind {
     const NEEDS_TIME: bool = true;
 
     #[inline(always)]
-    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
-        let along = node.x.forward() * R::lit(TAU / self.wavelength);
-        let phase = node.time * R::lit(TAU / self.period) - along;
+    fn force<R: Real, const D: usize>(wind: &Wind<R>, node: Node<R, D>) -> Vector<R, D> {
+        let along = node.x.forward() * R::lit(TAU) / wind.wavelength;
+        let phase = node.time * R::lit(TAU) / wind.period - along;
         let gust = R::lit(0.5) + R::lit(0.5) * phase.sin();
-        let air = Vector::upright(R::lit(self.speed) * node.x.up() * gust, R::zero());
-        (air - node.v) * R::lit(self.drag)
+        let air = Vector::upright(wind.speed * node.x.up() * gust, R::zero());
+        (air - node.v) * wind.drag
     }
 }
 

@@ -16,7 +16,7 @@ use super::sticking::Sticking;
 impl Flying<NoGround> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, _uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [_, _, _, _, x4, x5, x6] = x;
         let [_, _, _, _] = y;
@@ -61,13 +61,13 @@ impl Drifting<NoGround> {
 impl Flying<Sticking> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
-        let t12 = R::lit(self.flight.gravity[0]);
-        let t13 = R::lit(self.flight.gravity[1]);
+        let t12 = uniforms[0];
+        let t13 = uniforms[1];
         let t14 = x6.fma(x4, t12);
         let t16 = x6.fma(x5, t13);
         let t17 = R::lit(self.flight.decay);
@@ -188,13 +188,13 @@ impl Drifting<Sticking> {
 impl Flying<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
-        let t12 = R::lit(self.flight.gravity[0]);
-        let t13 = R::lit(self.flight.gravity[1]);
+        let t12 = uniforms[0];
+        let t13 = uniforms[1];
         let t14 = x6.fma(x4, t12);
         let t15 = R::lit(1.0);
         let t16 = x6.fma(x5, t13);
@@ -219,7 +219,7 @@ impl Flying<Coulomb> {
         let t38 = R::select(t36, t20, t35);
         let t39 = R::select(t24, t38, t20);
         let t40 = t20 - t39;
-        let t41 = R::lit(self.contact.friction);
+        let t41 = uniforms[2];
         let t42 = t19.abs();
         let t45 = t11.less(t19);
         let t48 = t18.abs();
@@ -299,7 +299,7 @@ impl Flying<Coulomb> {
 impl Drifting<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 4]; M] {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [_, x1, x2, x3] = x;
         let [_, _, _, _] = y;
@@ -323,7 +323,7 @@ impl Drifting<Coulomb> {
         let t28 = R::select(t26, t9, t25);
         let t29 = R::select(t14, t28, t9);
         let t30 = t9 - t29;
-        let t31 = R::lit(self.contact.friction);
+        let t31 = uniforms[0];
         let t32 = x3.abs();
         let t35 = t8.less(x3);
         let t38 = x2.abs();
@@ -448,7 +448,7 @@ impl Tension<Hooke> {
 impl Tension<Stiffening> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 6]; M] {
         let autodiff::Pullback { x, y, y_bar } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
         let [_, _] = y;
@@ -464,7 +464,7 @@ impl Tension<Stiffening> {
         let t18 = t16 * t17;
         let t19 = x5.fma(x2, t11);
         let t21 = (-x4).fma(t19, t15);
-        let t23 = R::lit(self.law.cubic);
+        let t23 = uniforms[0];
         let t24 = t21 * t23;
         let t25 = t24.fma(t21, t11);
         let t26 = x3 * t21;

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::vjp_by_duals;
+use autodiff::arrays::{Uniforms, vjp_by_duals_with};
 use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
 
-use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::Law;
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::law::{Law, StepInput, step_inputs, uniforms};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
@@ -100,9 +100,9 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 ///
 /// cosmic::settings! {
 ///     /// Bars are prestressed: each bar pulls a little at any length.
-///     struct Prestress {
+///     struct Prestress<R> {
 ///         /// Tension, relative to the tension that stretches the bar to twice its length.
-///         share: f64 = 0.01, allowed within(0.0, 1.0), source "an example";
+///         share: R = 0.01, allowed within(0.0, 1.0), source "an example";
 ///     }
 /// }
 ///
@@ -112,8 +112,8 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 ///
 /// impl BarForce for Prestress {
 ///     #[inline(always)]
-///     fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-///         R::lit(self.share) * bar.stiffness * bar.rest_length
+///     fn tension<R: Real>(prestress: &Prestress<R>, bar: Bar<R>) -> R {
+///         prestress.share * bar.stiffness * bar.rest_length
 ///     }
 /// }
 ///
@@ -123,7 +123,7 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
-/// assert!((law.tension(bar) - 0.8).abs() < 1e-12);
+/// assert!((Prestress::tension(&law, bar) - 0.8).abs() < 1e-12);
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
@@ -134,7 +134,7 @@ pub trait BarForce: Law {
 
     /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
     /// them apart. Like all generic code, it must select and never branch on a [`Real`].
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R;
+    fn tension<R: Real>(law: &Self::Of<R>, bar: Bar<R>) -> R;
 
     /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has
     /// none.
@@ -147,13 +147,14 @@ pub trait BarForce: Law {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
+        settings: &Uniforms<R>,
     ) -> [[R; 6]; M] {
-        vjp_by_duals(tension, at)
+        vjp_by_duals_with(tension, at, settings)
     }
 }
 
 /// The impulse of an edge on its tail over a step, N s, from the edge's vector (m), activation,
-/// stiffness (N/m), rest length (m) and strain at full activation.
+/// stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
@@ -168,19 +169,28 @@ impl<L: BarForce> Tension<L> {
         &self,
         edge: EdgeVector<R, D>,
         given: Actuation<R>,
+        settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length();
         let bar = Bar::new(&edge, length, L::NEEDS_RATE, given);
-        let per_length = self.law.tension(bar) * R::lit(self.dt) / length;
+        let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
     }
 }
 
 impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(
+    fn eval<R: Real>(&self, x: [R; 6]) -> [R; 2] {
+        self.eval_with(x, &uniforms(&[], &self.law))
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(
         &self,
         [dx, dy, activation, stiffness, rest_length, strain]: [R; 6],
+        settings: &Uniforms<R>,
     ) -> [R; 2] {
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
@@ -192,12 +202,21 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
             rest_length,
             strain,
         };
-        self.impulse(edge, given).array()
+        self.impulse(edge, given, settings).array()
     }
 
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        L::tension_vjp(self, at)
+        self.vjp_with(at, &uniforms(&[], &self.law))
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 6, 2, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 6]; M] {
+        L::tension_vjp(self, at, settings)
     }
 }
 
@@ -207,8 +226,24 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
 impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
     fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
+        self.eval_with(x, &uniforms(&[], &self.0.law))
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 8, 2, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 8]; M] {
+        vjp_by_duals_with(self, at, settings)
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
         let [dx, dy, dvx, dvy, activation, stiffness, rest_length, strain] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
@@ -220,7 +255,7 @@ impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
             rest_length,
             strain,
         };
-        self.0.impulse(edge, given).array()
+        self.0.impulse(edge, given, settings).array()
     }
 }
 
@@ -243,7 +278,7 @@ impl<L: BarForce> OnBars<L> {
 
     /// The slope of the tension by the rate of the length, N s/m, or by the length, N/m.
     fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
-        let constant = Dual::constant;
+        let constant = Dual::<f64, 1>::constant;
         let mut moving = Bar {
             length: constant(bar.length),
             rate: constant(bar.rate),
@@ -257,8 +292,8 @@ impl<L: BarForce> OnBars<L> {
         } else {
             &mut moving.length
         };
-        *by = Dual::<f64, 1>::variable(by.value, 0);
-        self.0.tension(moving).tangent[0]
+        *by = Dual::variable(by.value, 0);
+        L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
     /// A bar whose length is off from rest by its stroke.
@@ -290,11 +325,15 @@ impl<L: BarForce> AnyForce for OnBars<L> {
 }
 
 impl<L: BarForce> Force for OnBars<L> {
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(&self.0)
+    }
+
     fn record(
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        _: &[Array],
+        given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let (law, dt) = (self.0.clone(), step.dt);
@@ -307,9 +346,11 @@ impl<L: BarForce> Force for OnBars<L> {
         ];
         let impulses = if L::NEEDS_RATE {
             let ends = step.nodes.array();
-            p.map_edges(step.graph, MovingTension(tension), ends, &edge)
+            let moving = MovingTension(tension);
+            p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
         } else {
-            p.map_edges(step.graph, tension, step.nodes.x.array(), &edge)
+            let ends = step.nodes.x.array();
+            p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
         };
         add(p, before, Vector::new(impulses))
     }
@@ -319,7 +360,7 @@ impl<L: BarForce> Force for OnBars<L> {
         let here = edges.filter(|(e, ends)| ends.contains(&node) && pose.body.stiffness[*e] != 0.0);
         let pull = |(edge, &[i, j]): (usize, &[usize; 2])| {
             let bar = self.bar(pose, edge);
-            let per_length = self.0.tension(bar) / bar.length;
+            let per_length = L::tension(&self.0, bar) / bar.length;
             let other = if i == node { j } else { i };
             let x = &pose.state.x;
             Pull {
@@ -331,7 +372,7 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     fn tension(&self, pose: &Pose, edge: usize) -> f64 {
-        self.0.tension(self.bar(pose, edge))
+        L::tension(&self.0, self.bar(pose, edge))
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {

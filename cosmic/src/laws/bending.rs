@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
-use super::force::{AnyForce, Force, Pose, Pull, Step};
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice, SOFTENING};
@@ -297,7 +297,7 @@ impl Force for BentBars {
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        _: &[Array],
+        _: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let nodes = [0, 1, 2].map(|role| {

@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
-use autodiff::arrays::vjp_by_duals;
+use autodiff::arrays::{Uniforms, vjp_by_duals_with};
 use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
 
-use super::law::Law;
+use super::law::{Law, StepInput, step_inputs, uniforms};
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{NONE, Terrain, Way};
 use crate::geometry::Vector;
@@ -30,18 +30,18 @@ pub trait Contact: Law {
 
     /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. Like all
     /// generic code it selects and never branches.
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D>;
+    fn respond<R: Real, const D: usize>(law: &Self::Of<R>, impact: Impact<R, D>) -> Vector<R, D>;
 
     /// A node after a drift over the ground line.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        law: &Self::Of<R>,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
         let (touches, moving) = drift.touch(node);
         let (velocity, rest) = (node.v, R::lit(drift.dt) - moving);
-        let after = self.respond(Impact { velocity, rest });
+        let after = Self::respond(law, Impact { velocity, rest });
         Particle {
             x: node.after(moving).x + Vector::select(touches, after * rest, Vector::zero()),
             v: Vector::select(touches, after, velocity),
@@ -53,7 +53,7 @@ pub trait Contact: Law {
     /// more, and a node that even then would not stay above the ground stops in that corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
-        &self,
+        law: &Self::Of<R>,
         terrain: &Terrain,
         drift: &Drift,
         node: Particle<R, D>,
@@ -64,10 +64,11 @@ pub trait Contact: Law {
         for _ in 0..2 {
             let meeting = terrain.meet(&way, met);
             let Way { node, left } = meeting.reached(&way);
-            let after = self.respond(Impact {
+            let impact = Impact {
                 velocity: node.v,
                 rest: left,
-            });
+            };
+            let after = Self::respond(law, impact);
             let v = Vector::select(meeting.touches, meeting.in_ground(after), way.node.v);
             way = Way {
                 node: Particle { x: node.x, v },
@@ -92,8 +93,9 @@ pub trait Contact: Law {
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
         at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        vjp_by_duals(flying, at)
+        vjp_by_duals_with(flying, at, given)
     }
 
     /// The adjoint of a drift that nothing pushes.
@@ -101,13 +103,14 @@ pub trait Contact: Law {
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
         at: Pullback<R, 4, 4, M>,
+        settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
-        vjp_by_duals(drifting, at)
+        vjp_by_duals_with(drifting, at, settings)
     }
 }
 
 /// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
-/// `[x, y, vx, vy]`.
+/// `[x, y, vx, vy]`. The uniform inputs are the two components of [`Flight::gravity`], then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, const D: usize = 2> {
     /// The push, and the drift after it.
@@ -117,34 +120,63 @@ pub struct Flying<C, const D: usize = 2> {
 }
 
 impl<C: Contact, const D: usize> Flying<C, D> {
-    /// A node that an impulse (N s) has pushed.
+    /// A node that an impulse (N s) has pushed, and the law with the settings given.
     #[inline(always)]
     fn pushed<R: Real>(
         &self,
         node: Particle<R, D>,
-        impulse: Vector<R, D>,
-        inverse_mass: R,
-    ) -> Particle<R, D> {
-        let v = self.flight.velocity(node.v, impulse, inverse_mass);
-        Particle { v, ..node }
+        (impulse, inverse_mass): (Vector<R, D>, R),
+        given: &Uniforms<R>,
+    ) -> (Particle<R, D>, C::Of<R>) {
+        let mut gravity = Vector::zero();
+        for axis in 0..D {
+            gravity[axis] = given[axis];
+        }
+        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
+        (Particle { v, ..node }, self.contact.of(&given[D..]))
+    }
+
+    fn uniforms<R: Real>(&self) -> Uniforms<R> {
+        let gravity: Vec<f64> = self.flight.gravity.iter().copied().collect();
+        uniforms(&gravity, &self.contact)
     }
 }
 
 impl<C: Contact> Kernel<7, 4> for Flying<C> {
+    const UNIFORMS: usize = 2 + C::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 4] {
+        self.eval_with(x, &self.uniforms())
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(
+        &self,
+        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
+        given: &Uniforms<R>,
+    ) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let node = self.pushed(node, impulse, inverse_mass);
-        self.contact.drift(&self.flight.drift, node).array()
+        let (node, contact) = self.pushed(node, (impulse, inverse_mass), given);
+        C::drift(&contact, &self.flight.drift, node).array()
     }
 
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
-        C::flying_vjp(self, at)
+        self.vjp_with(at, &self.uniforms())
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 7]; M] {
+        C::flying_vjp(self, at, given)
     }
 }
 
-/// A drift that nothing pushes: from `[x, y, vx, vy]` to the new ones.
+/// A drift that nothing pushes: from `[x, y, vx, vy]` to the new ones. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Drifting<C> {
     /// The drift.
@@ -154,14 +186,31 @@ pub struct Drifting<C> {
 }
 
 impl<C: Contact> Kernel<4, 4> for Drifting<C> {
+    const UNIFORMS: usize = C::COUNT;
+
     #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
-        self.contact.drift(&self.drift, Particle::new(node)).array()
+        self.eval_with(node, &uniforms(&[], &self.contact))
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
+        let contact = self.contact.of(settings);
+        C::drift(&contact, &self.drift, Particle::new(node)).array()
     }
 
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        C::drifting_vjp(self, at)
+        self.vjp_with(at, &uniforms(&[], &self.contact))
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 4, 4, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 4]; M] {
+        C::drifting_vjp(self, at, settings)
     }
 }
 
@@ -173,14 +222,32 @@ pub(super) struct FlyingOver<C> {
 }
 
 impl<C: Contact> Kernel<7, 4> for FlyingOver<C> {
+    const UNIFORMS: usize = 2 + C::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
-        let Flying { flight, contact } = &self.flying;
+    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 4] {
+        self.eval_with(x, &self.flying.uniforms())
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(
+        &self,
+        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
+        given: &Uniforms<R>,
+    ) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let node = self.flying.pushed(node, impulse, inverse_mass);
-        contact
-            .drift_over(&self.terrain, &flight.drift, node)
-            .array()
+        let (node, contact) = self.flying.pushed(node, (impulse, inverse_mass), given);
+        let drift = &self.flying.flight.drift;
+        C::drift_over(&contact, &self.terrain, drift, node).array()
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 7]; M] {
+        vjp_by_duals_with(self, at, given)
     }
 }
 
@@ -192,11 +259,27 @@ pub(super) struct DriftingOver<C> {
 }
 
 impl<C: Contact> Kernel<4, 4> for DriftingOver<C> {
+    const UNIFORMS: usize = C::COUNT;
+
     #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
+        self.eval_with(node, &uniforms(&[], &self.drifting.contact))
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
         let Drifting { drift, contact } = &self.drifting;
-        let node = contact.drift_over(&self.terrain, drift, Particle::new(node));
-        node.array()
+        let node = Particle::new(node);
+        C::drift_over(&contact.of(settings), &self.terrain, drift, node).array()
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 4, 4, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 4]; M] {
+        vjp_by_duals_with(self, at, settings)
     }
 }
 
@@ -205,9 +288,10 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn has_ground(&self) -> bool;
     fn settings(&mut self) -> &mut dyn Settings;
+    fn inputs(&self) -> Vec<StepInput>;
     fn boxed(&self) -> Box<dyn AnyContact>;
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
-    /// All nodes after a step over terrain, or over the ground line; see [`Flying`].
+    /// All nodes after a step; see [`Flying`].
     fn fly(
         &self,
         p: &mut AnyProgram,
@@ -215,23 +299,26 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         terrain: Option<&Terrain>,
         pushed: Pushed,
     ) -> Particle<Array>;
-    /// All nodes after a drift over terrain, or over the ground line; see [`Drifting`].
+    /// All nodes after a drift; see [`Drifting`].
     fn drift(
         &self,
         p: &mut AnyProgram,
         drift: Drift,
         terrain: Option<&Terrain>,
         nodes: Particle<Array>,
+        settings: &[Array],
     ) -> Particle<Array>;
 }
 
 /// All nodes, and what pushes them.
-pub(crate) struct Pushed<const D: usize = 2> {
+pub(crate) struct Pushed<'a, const D: usize = 2> {
     pub(crate) nodes: Particle<Array, D>,
     /// Impulses, N s.
     pub(crate) impulses: Vector<Array, D>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
+    /// The velocity that gravity adds, m/s, then the settings of the contact law: an array of one number each.
+    pub(crate) uniforms: &'a [Array],
 }
 
 impl<C: Contact> AnyContact for C {
@@ -243,6 +330,9 @@ impl<C: Contact> AnyContact for C {
     }
     fn settings(&mut self) -> &mut dyn Settings {
         self
+    }
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(self)
     }
     fn boxed(&self) -> Box<dyn AnyContact> {
         Box::new(self.clone())
@@ -262,8 +352,8 @@ impl<C: Contact> AnyContact for C {
         let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
         let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
         Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map(flying, node),
-            Some(terrain) => p.map(FlyingOver { terrain, flying }, node),
+            None => p.map_with(flying, node, pushed.uniforms),
+            Some(terrain) => p.map_with(FlyingOver { terrain, flying }, node, pushed.uniforms),
         })
     }
     fn drift(
@@ -272,12 +362,13 @@ impl<C: Contact> AnyContact for C {
         drift: Drift,
         terrain: Option<&Terrain>,
         nodes: Particle<Array>,
+        settings: &[Array],
     ) -> Particle<Array> {
-        let contact = self.clone();
+        let (contact, node) = (self.clone(), nodes.array());
         let drifting = Drifting { drift, contact };
         Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map(drifting, nodes.array()),
-            Some(terrain) => p.map(DriftingOver { terrain, drifting }, nodes.array()),
+            None => p.map_with(drifting, node, settings),
+            Some(terrain) => p.map_with(DriftingOver { terrain, drifting }, node, settings),
         })
     }
 }

@@ -9,10 +9,10 @@ use crate::settings::within;
 
 crate::settings! {
     /// Bars resist changes of their length: N s/m of `time` times their stiffness.
-    struct Damper {
+    struct Damper<R> {
         /// Viscosity of a bar's material over its stiffness. A bar whose ends vibrate against one another
         /// at `w` rad/s has the damping ratio `w * time / 2` by it.
-        time: f64 = 3e-4, allowed within(0.0, 1.0), unit "s", source "beyond the paper";
+        time: R = 3e-4, allowed within(0.0, 1.0), unit "s", source "beyond the paper";
     }
 }
 
@@ -24,7 +24,7 @@ impl BarForce for Damper {
     const NEEDS_RATE: bool = true;
 
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-        bar.stiffness * R::lit(self.time) * bar.rate
+    fn tension<R: Real>(damper: &Damper<R>, bar: Bar<R>) -> R {
+        bar.stiffness * damper.time * bar.rate
     }
 }

@@ -31,13 +31,13 @@ use super::stiffening::Stiffening;
 use super::sticking::Sticking;
 ";
 
-/// The adjoints of a step and of a drift under a contact law with these fields.
-fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> Vec<String> {
+/// The adjoints of a step and of a drift under a contact law with so many settings.
+fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) -> C) -> Vec<String> {
     let of_flight = [
         "self.flight.drift.dt",
         "self.flight.decay",
-        "self.flight.gravity[0]",
-        "self.flight.gravity[1]",
+        "uniforms[0]",
+        "uniforms[1]",
     ];
     let flying = |v: &[f64]| Flying {
         flight: Flight {
@@ -51,27 +51,27 @@ fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) ->
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
     };
+    let fields = |own: &[&str], first: usize| {
+        let settings = (first..first + settings).map(|k| format!("uniforms[{k}]"));
+        let own = own.iter().map(|&own| own.to_owned());
+        own.chain(settings).collect::<Vec<_>>()
+    };
+    let (of_flying, of_drifting) = (fields(&of_flight, 2), fields(&["self.drift.dt"], 0));
+    let names = |fields: &[String]| fields.iter().map(String::as_str).collect();
+    let (of_flying, of_drifting): (Vec<&str>, Vec<&str>) = (names(&of_flying), names(&of_drifting));
     vec![
-        adjoint(
-            &format!("Flying<{name}>"),
-            &[&of_flight, fields].concat(),
-            flying,
-        ),
-        adjoint(
-            &format!("Drifting<{name}>"),
-            &[&["self.drift.dt"], fields].concat(),
-            drifting,
-        ),
+        adjoint(&format!("Flying<{name}>"), &of_flying, flying),
+        adjoint(&format!("Drifting<{name}>"), &of_drifting, drifting),
     ]
 }
 
 #[test]
 fn adjoints_are_fresh() {
     let [free, sticking] = [
-        of_contact("NoGround", &[], |_| NoGround {}),
-        of_contact("Sticking", &[], |_| Sticking {}),
+        of_contact("NoGround", 0, |_| NoGround {}),
+        of_contact("Sticking", 0, |_| Sticking {}),
     ];
-    let coulomb = of_contact("Coulomb", &["self.contact.friction"], |v| Coulomb {
+    let coulomb = of_contact("Coulomb", 1, |v| Coulomb {
         friction: v[0],
     });
     let bars = [
@@ -79,7 +79,7 @@ fn adjoints_are_fresh() {
             law: Hooke {},
             dt: v[0],
         }),
-        adjoint("Tension<Stiffening>", &["self.law.cubic", "self.dt"], |v| {
+        adjoint("Tension<Stiffening>", &["uniforms[0]", "self.dt"], |v| {
             Tension {
                 law: Stiffening { cubic: v[0] },
                 dt: v[1],

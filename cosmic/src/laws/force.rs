@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
 
+use super::law::StepInput;
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Ground, Vector};
@@ -80,6 +81,15 @@ pub struct Pull<const D: usize = 2> {
     pub force: Vector<f64, D>,
 }
 
+/// The parameters of a step that a force declares.
+#[derive(Clone, Debug, Default)]
+pub struct Given<A> {
+    /// [`Force::constants`].
+    pub constants: Vec<A>,
+    /// [`Force::inputs`], each an array of one number: [uniform inputs](autodiff::arrays::Uniforms) of kernels.
+    pub inputs: Vec<A>,
+}
+
 /// A force on the nodes of one lattice.
 ///
 /// Most are a [force on every node](super::NodeForce) or [along every bar](super::BarForce). What
@@ -87,6 +97,11 @@ pub struct Pull<const D: usize = 2> {
 pub trait Force: Debug + Send + Sync {
     /// Arrays of numbers that no step changes, which [`record`](Force::record) is given.
     fn constants(&self) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    /// The settings by which a rollout can be differentiated, and in which robots of one batch may differ.
+    fn inputs(&self) -> Vec<StepInput> {
         Vec::new()
     }
 
@@ -101,7 +116,7 @@ pub trait Force: Debug + Send + Sync {
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        constants: &[Array],
+        given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
 

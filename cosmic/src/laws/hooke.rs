@@ -1,5 +1,6 @@
 //! Hooke's law: tension in proportion to the change of length.
 
+use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
@@ -18,7 +19,7 @@ impl BarForce for Hooke {
     const NOUN: &'static str = "spring";
 
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+    fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
         bar.stiffness * (bar.length - bar.target)
     }
 
@@ -31,6 +32,7 @@ impl BarForce for Hooke {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
+        _: &Uniforms<R>,
     ) -> [[R; 6]; M] {
         tension.emitted_vjp(at)
     }

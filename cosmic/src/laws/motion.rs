@@ -69,21 +69,22 @@ pub struct Flight<const D: usize = 2> {
     pub drift: Drift,
     /// The share of a velocity that damping leaves, `exp(-damping h)`.
     pub decay: f64,
-    /// Velocity that gravity adds, m/s.
+    /// The velocity that gravity adds in the scene, m/s; a step is given it as an input.
     pub gravity: Vector<f64, D>,
 }
 
 impl<const D: usize> Flight<D> {
-    /// The velocity `v*` before contact, m/s, from that before the step, the impulse (N s) and
-    /// 1 / mass (1/kg).
+    /// The velocity `v*` before contact, m/s, from that before the step, the impulse (N s),
+    /// 1 / mass (1/kg) and the velocity that gravity adds (m/s).
     #[inline(always)]
     pub fn velocity<R: Real>(
         &self,
         v: Vector<R, D>,
         impulse: Vector<R, D>,
         inverse_mass: R,
+        gravity: Vector<R, D>,
     ) -> Vector<R, D> {
-        let pushed = impulse.fma(inverse_mass, Vector::lit(self.gravity));
+        let pushed = impulse.fma(inverse_mass, gravity);
         v.fma(R::lit(self.decay), pushed)
     }
 }

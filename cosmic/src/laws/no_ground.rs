@@ -1,5 +1,6 @@
 //! No contact: there is no ground.
 
+use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
@@ -20,13 +21,13 @@ impl Contact for NoGround {
     const HAS_GROUND: bool = false;
 
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity
     }
 
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        _: &Self,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
@@ -37,14 +38,16 @@ impl Contact for NoGround {
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
         at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at)
+        flying.emitted_vjp(at, given)
     }
 
     #[inline(always)]
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
         at: Pullback<R, 4, 4, M>,
+        _: &Uniforms<R>,
     ) -> [[R; 4]; M] {
         drifting.emitted_vjp(at)
     }

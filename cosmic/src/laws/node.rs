@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
+use autodiff::arrays::{Uniforms, vjp_by_duals_with};
+use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
 
-use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::Law;
+use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
+use super::law::{Law, StepInput, step_inputs, uniforms};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Vector};
@@ -39,7 +40,7 @@ pub trait NodeForce: Law {
     const NEEDS_TIME: bool = false;
 
     /// The force, N, in the ground's frame. Like all generic code it selects and never branches.
-    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D>;
+    fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
     /// A number of the node's own, settled before the rollout: a share, a choice of nodes, a section.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
@@ -67,24 +68,47 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
         &self,
         Particle { x, v }: Particle<R, D>,
         [inverse_mass, weight, time]: [R; 3],
+        settings: &Uniforms<R>,
     ) -> Vector<R, D> {
-        let force = self.law.force(Node {
+        let node = Node {
             x,
             v,
             mass: inverse_mass.recip(),
             weight,
             time: if L::NEEDS_TIME { time } else { R::zero() },
             vertical: Vector::lit(self.vertical),
-        });
+        };
+        let force = L::force(&self.law.of(settings), node);
         force * R::lit(self.dt)
     }
 }
 
 impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
+    const UNIFORMS: usize = L::COUNT;
+
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, vx, vy, inverse_mass, weight, time]: [R; 7]) -> [R; 2] {
+    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 2] {
+        self.eval_with(x, &uniforms(&[], &self.law))
+    }
+
+    #[inline(always)]
+    fn eval_with<R: Real>(
+        &self,
+        [x, y, vx, vy, inverse_mass, weight, time]: [R; 7],
+        settings: &Uniforms<R>,
+    ) -> [R; 2] {
         let node = Particle::new([x, y, vx, vy]);
-        self.impulse(node, [inverse_mass, weight, time]).array()
+        let impulse = self.impulse(node, [inverse_mass, weight, time], settings);
+        impulse.array()
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, 7, 2, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 7]; M] {
+        vjp_by_duals_with(self, at, settings)
     }
 }
 
@@ -126,14 +150,15 @@ impl<L: NodeForce> OnNodes<L> {
                 tangent: [rate],
             })
         };
-        let force = self.law.force(Node {
+        let node = Node {
             x: moving(node.x, dx),
             v: moving(node.v, dv),
             mass: Dual::<f64, 1>::constant(node.mass),
             weight: Dual::constant(node.weight),
             time: Dual::constant(node.time),
             vertical: node.vertical.map(Dual::constant),
-        });
+        };
+        let force = L::force(&self.law.constant::<Dual<f64, 1>>(), node);
         force.map(|f| f.tangent[0])
     }
 }
@@ -162,6 +187,10 @@ impl<L: NodeForce> Force for OnNodes<L> {
         vec![self.weights.clone()]
     }
 
+    fn inputs(&self) -> Vec<StepInput> {
+        step_inputs(&self.law)
+    }
+
     fn needs_time(&self) -> bool {
         L::NEEDS_TIME
     }
@@ -170,7 +199,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         &self,
         p: &mut AnyProgram,
         step: &Step,
-        constants: &[Array],
+        given: &Given<Array>,
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let kernel = NodeKernel {
@@ -178,16 +207,17 @@ impl<L: NodeForce> Force for OnNodes<L> {
             dt: step.dt,
             vertical: step.vertical,
         };
-        let ([x, y, vx, vy], weight) = (step.nodes.array(), constants[0]);
+        let ([x, y, vx, vy], weight) = (step.nodes.array(), given.constants[0]);
         let time = step.time.unwrap_or(weight);
-        let impulses = p.map(kernel, [x, y, vx, vy, step.inverse_mass, weight, time]);
+        let node = [x, y, vx, vy, step.inverse_mass, weight, time];
+        let impulses = p.map_with(kernel, node, &given.inputs);
         add(p, before, Vector::new(impulses))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
         vec![Pull {
             part: L::NAME.to_owned(),
-            force: self.law.force(self.node(pose, node)),
+            force: L::force(&self.law, self.node(pose, node)),
         }]
     }
 

@@ -1,5 +1,6 @@
 //! Infinite friction: a node stops where it touches the ground.
 
+use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
 
 use super::contact::{Contact, Drifting, Flying, Impact};
@@ -18,14 +19,14 @@ impl Law for Sticking {
 
 impl Contact for Sticking {
     #[inline(always)]
-    fn respond<R: Real, const D: usize>(&self, _: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 
     // Without the way after the impact, which is none.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
-        &self,
+        _: &Self,
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
@@ -40,14 +41,16 @@ impl Contact for Sticking {
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
         at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at)
+        flying.emitted_vjp(at, given)
     }
 
     #[inline(always)]
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
         at: Pullback<R, 4, 4, M>,
+        _: &Uniforms<R>,
     ) -> [[R; 4]; M] {
         drifting.emitted_vjp(at)
     }

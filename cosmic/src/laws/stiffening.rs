@@ -1,6 +1,7 @@
 //! Springs that grow stiffer as they are stretched or compressed: `k (e + c e^3)` for a change of
 //! length `e` (m) from the target.
 
+use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
@@ -9,10 +10,12 @@ use crate::settings::Settings;
 
 /// A spring that grows stiffer as it is stretched or compressed.
 #[derive(Clone, Debug, Default)]
-pub struct Stiffening {
+pub struct Stiffening<R = f64> {
     /// The cubic coefficient `c`, 1/m^2: the scene's `physics.stiffening`.
-    pub cubic: f64,
+    pub cubic: R,
 }
+
+crate::settings_inputs! { Stiffening [R] [cubic: R, "physics.stiffening";] }
 
 impl Settings for Stiffening {
     fn about(&self) -> &'static str {
@@ -28,9 +31,9 @@ impl BarForce for Stiffening {
     const NOUN: &'static str = "spring";
 
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+    fn tension<R: Real>(law: &Stiffening<R>, bar: Bar<R>) -> R {
         let change = bar.length - bar.target;
-        let growth = (R::lit(self.cubic) * change).fma(change, R::one());
+        let growth = (law.cubic * change).fma(change, R::one());
         bar.stiffness * change * growth
     }
 
@@ -45,7 +48,8 @@ impl BarForce for Stiffening {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
+        settings: &Uniforms<R>,
     ) -> [[R; 6]; M] {
-        tension.emitted_vjp(at)
+        tension.emitted_vjp(at, settings)
     }
 }

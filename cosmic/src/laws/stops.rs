@@ -9,12 +9,12 @@ use crate::settings::{above, within};
 
 crate::settings! {
     /// Actuators meet a stiff stop at either end of their stroke.
-    struct Stops {
+    struct Stops<R> {
         /// Strain at the stops, stretched and compressed; that of `materials.max_strain` for a stop right
         /// at the end of what is asked for.
-        at: f64 = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
+        at: R = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
         /// Stiffness of the stops of an actuator whose largest strain is `at`, and in proportion to that strain.
-        stiffness: f64 = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
+        stiffness: R = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
     }
 }
 
@@ -28,11 +28,11 @@ impl BarForce for Stops {
     /// In proportion to the share of actuator, and so none on a passive bar. At a stop itself the slope is
     /// that of the free stroke (`max` of equals, the kink table of `autodiff/src/real.rs`).
     #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-        let (longest, shortest) = self.ends(bar.rest_length);
+    fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
+        let (longest, shortest) = stops.ends(bar.rest_length);
         let zero = R::zero();
         let beyond = (bar.length - longest).max(zero) - (shortest - bar.length).max(zero);
-        self.share(bar.strain) * R::lit(self.stiffness) * beyond
+        stops.share(bar.strain) * stops.stiffness * beyond
     }
 
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {
@@ -42,20 +42,17 @@ impl BarForce for Stops {
     }
 }
 
-impl Stops {
-    /// The greatest and the least length of the free stroke.
+impl<R: Real> Stops<R> {
+    /// The largest and the smallest length of the free stroke.
     #[inline(always)]
-    fn ends<R: Real>(&self, rest_length: R) -> (R, R) {
-        let [longest, shortest] = [1.0 + self.at, 1.0 - self.at];
-        (
-            rest_length * R::lit(longest),
-            rest_length * R::lit(shortest),
-        )
+    fn ends(&self, rest_length: R) -> (R, R) {
+        let [longest, shortest] = [R::one() + self.at, R::one() - self.at];
+        (rest_length * longest, rest_length * shortest)
     }
 
     /// The share of actuator, if `at` is the largest strain of one.
     #[inline(always)]
-    fn share<R: Real>(&self, strain: R) -> R {
-        strain * R::lit(self.at.recip())
+    fn share(&self, strain: R) -> R {
+        strain * self.at.recip()
     }
 }

@@ -12,6 +12,11 @@
 /// }
 /// ```
 ///
+/// `struct Mud<R> {` declares the settings of a law. Its numbers have the type `R`, not `f64`: a law's generic method
+/// gets them as numbers of its own type, so that a rollout can be differentiated by them. See [`Inputs`].
+///
+/// [`Inputs`]: crate::settings::Inputs
+///
 /// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
 /// their own.
 ///
@@ -30,8 +35,16 @@
 /// the type of its base.
 #[macro_export]
 macro_rules! settings {
+    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt) => {
+        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body }
+    };
+    ($(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }) => {
+        $crate::settings! {
+            @struct [] $(#[doc = $about])+ struct $Settings $(with $part: $Part)? { $($body)* }
+        }
+    };
     (
-        $(#[doc = $about:literal])+
+        @struct [$($R:ident)?] $(#[doc = $about:literal])+
         struct $Settings:ident $(with $part:ident: $Part:ty)? {
             $(
                 $(#[doc = $doc:literal])+
@@ -44,7 +57,7 @@ macro_rules! settings {
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, PartialEq)]
-        pub struct $Settings {
+        pub struct $Settings $(<$R = f64>)? {
             $(
                 $(#[doc = $doc])+
                 #[doc = concat!(
@@ -72,6 +85,8 @@ macro_rules! settings {
                 $crate::settings::Values::of(&mut self.clone()).serialize(serializer)
             }
         }
+
+        $crate::settings_inputs! { $Settings [$($R)?] [$($key: $type, stringify!($key);)*] }
 
         impl $crate::settings::Settings for $Settings {
             fn about(&self) -> &'static str {
@@ -179,6 +194,51 @@ macro_rules! settings {
 
         impl $crate::settings::Named for $Choice {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
+        }
+    };
+}
+
+/// Implements [`Inputs`](crate::settings::Inputs) for a struct that is generic over its numbers, given each field with
+/// its type and key, or for a struct without inputs.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! settings_inputs {
+    ($Settings:ident [] $fields:tt) => {
+        impl $crate::settings::Inputs for $Settings {
+            type Of<R: $crate::settings::Real> = Self;
+            const COUNT: usize = 0;
+
+            fn inputs(&self) -> Vec<(&'static str, f64)> {
+                Vec::new()
+            }
+            #[inline(always)]
+            fn of<R: $crate::settings::Real>(&self, _: &[R]) -> Self {
+                self.clone()
+            }
+        }
+    };
+    ($Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
+        impl $crate::settings::Inputs for $Settings {
+            type Of<$R: $crate::settings::Real> = $Settings<$R>;
+            const COUNT: usize = {
+                type $R = f64;
+                0 $(+ <$type as $crate::settings::InputField<f64, $type>>::COUNT)*
+            };
+
+            fn inputs(&self) -> Vec<(&'static str, f64)> {
+                type $R = f64;
+                let all = [$((
+                    $key,
+                    <$type as $crate::settings::InputField<f64, $type>>::number(&self.$field),
+                )),*];
+                all.into_iter().filter_map(|(key, number)| Some((key, number?))).collect()
+            }
+            #[inline(always)]
+            fn of<$R: $crate::settings::Real>(&self, mut numbers: &[$R]) -> $Settings<$R> {
+                $Settings {
+                    $($field: $crate::settings::InputField::<$R, $type>::of(&self.$field, &mut numbers),)*
+                }
+            }
         }
     };
 }

@@ -4,11 +4,15 @@
 mod limits;
 mod value;
 mod field;
+mod inputs;
 mod declare;
 
 pub use field::{Field, Settings, Values, holds, read_json};
+pub use inputs::{InputField, Inputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
+#[doc(hidden)]
+pub use autodiff::Real;
 #[doc(hidden)]
 pub use serde;
 pub(crate) use value::unknown;

@@ -156,7 +156,7 @@ impl Simulator {
         mut show: impl FnMut(usize, State<f64>) -> ControlFlow<()>,
     ) {
         let size = 4 * self.robot.graph.nodes();
-        let planned = self.planned(body, controller, start);
+        let planned = self.planned(&self.surroundings(), body, controller, start);
         let still = Still::of(body, start);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);

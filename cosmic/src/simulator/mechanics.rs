@@ -4,10 +4,13 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Program, Real};
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Road};
+use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
-use crate::laws::{AnyContact, Drift, Flight, Force, Particle, Pushed, Step, Terrain};
+use crate::laws::{
+    AnyContact, Drift, Flight, Force, Given, Particle, Pushed, Step, StepInput, Terrain,
+};
 use crate::scene::{Integrator, PhysicsSettings};
 
 /// The laws of a mechanical step of length `h = dt / substeps`.
@@ -28,8 +31,9 @@ pub(super) struct Mechanics {
     /// The profile on the ground line; `None` on a bare line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
-    /// The unit vector against gravity.
-    vertical: Vector<f64>,
+    ground: Ground,
+    /// Gravity, m/s^2, then the settings of the contact law, then those of each force.
+    pub(super) inputs: Arc<[StepInput]>,
 }
 
 impl Mechanics {
@@ -44,20 +48,41 @@ impl Mechanics {
                 (Some(half), half, h * decay.sqrt())
             }
         };
-        let ground = Ground::from(physics);
-        Self {
+        let mut mechanics = Self {
             substeps: physics.substeps,
             first,
             push,
             flight: Flight {
                 drift,
                 decay,
-                gravity: ground.vector_to_ground(Vector::upright(0.0, -physics.gravity * push)),
+                gravity: Vector::zero(),
             },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
-            vertical: ground.vertical(),
+            ground: Ground::from(physics),
+            inputs: Arc::new([]),
+        };
+        mechanics.flight.gravity = mechanics.gravity(physics.gravity);
+        mechanics.with_inputs(physics.gravity)
+    }
+
+    /// The velocity that a gravity (m/s^2) adds in a step, m/s.
+    fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
+        let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
+        self.ground.vector_to_ground(pushed)
+    }
+
+    fn with_inputs(self, gravity: f64) -> Self {
+        let gravity = StepInput {
+            name: "physics.gravity".to_owned(),
+            value: gravity,
+        };
+        let of_forces = self.forces.iter().flat_map(|force| force.inputs());
+        let of_laws = self.contact.inputs().into_iter().chain(of_forces);
+        Self {
+            inputs: [gravity].into_iter().chain(of_laws).collect(),
+            ..self
         }
     }
 
@@ -67,6 +92,7 @@ impl Mechanics {
             contact: self.contact.with_friction(friction).into(),
             ..self.clone()
         }
+        .with_inputs(self.inputs[0].value)
     }
 
     /// True if a force reads the time.
@@ -74,9 +100,22 @@ impl Mechanics {
         self.forces.iter().any(|force| force.needs_time())
     }
 
-    /// The numbers of each force that no step changes.
-    pub(super) fn constants(&self) -> impl Iterator<Item = Vec<Vec<f64>>> {
-        self.forces.iter().map(|force| force.constants())
+    /// Declares what contact and forces are given, in the order of [`inputs`](Mechanics::inputs).
+    pub(super) fn parameters<P: Road>(&self, p: &mut P) -> (Vec<P::Array>, Vec<Given<P::Array>>) {
+        let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
+        let axes = [0, 1].map(|axis| p.of_surroundings(|s| velocity(s)[axis]));
+        let mut place = 0;
+        let mut next = |p: &mut P| {
+            place += 1;
+            p.of_surroundings(|s| s.numbers[place])
+        };
+        let of_contact = self.contact.inputs().into_iter().map(|_| next(p));
+        let contact = axes.into_iter().chain(of_contact).collect();
+        let force = |force: &Arc<dyn Force>| Given {
+            constants: force.constants().iter().map(|a| p.shared(a)).collect(),
+            inputs: force.inputs().iter().map(|_| next(p)).collect(),
+        };
+        (contact, self.forces.iter().map(force).collect())
     }
 
     /// Records the state of all nodes after the step, from that before it, the activation of every slot, and
@@ -94,7 +133,8 @@ impl Mechanics {
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                nodes = self.contact.drift(p, drift, terrain, nodes);
+                let settings = &given.contact[2..];
+                nodes = self.contact.drift(p, drift, terrain, nodes, settings);
             }
             let step = Step {
                 graph,
@@ -106,16 +146,17 @@ impl Mechanics {
                 strain: given.strain,
                 time,
                 dt: self.push,
-                vertical: self.vertical,
+                vertical: self.ground.vertical(),
             };
             let mut impulses = None;
-            for (force, constants) in self.forces.iter().zip(&given.constants) {
-                impulses = Some(force.record(p, &step, constants, impulses));
+            for (force, given) in self.forces.iter().zip(&given.forces) {
+                impulses = Some(force.record(p, &step, given, impulses));
             }
             let pushed = Pushed {
                 nodes,
                 impulses: impulses.expect("springs are always there"),
                 inverse_mass: given.inverse_mass,
+                uniforms: &given.contact,
             };
             nodes = self.contact.fly(p, self.flight, terrain, pushed);
         }

@@ -4,6 +4,7 @@
 //! once, for every number type. Internally all is in the ground's frame, where contact is a sign of one
 //! coordinate; states are given and returned in the world's.
 
+mod surroundings;
 mod parameters;
 mod mechanics;
 mod robot;
@@ -26,4 +27,5 @@ pub use loads::{BarLoad, EdgeMoments, Loads, Magnitude};
 pub use overflow::Overflow;
 pub use rollout::{Simulator, Span};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
+pub use surroundings::Surroundings;
 pub use trajectory::Trajectory;

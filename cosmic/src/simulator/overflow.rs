@@ -48,7 +48,7 @@ impl Simulator {
     ) -> Option<Overflow> {
         let sweep = Sweep {
             simulator: self,
-            planned: self.planned(body, controller, start),
+            planned: self.planned(&self.surroundings(), body, controller, start),
         };
         let start = self.flatten(start);
         let mut bar = vec![0.0; start.len()];
@@ -163,7 +163,7 @@ mod tests {
 
         let sweep = Sweep {
             simulator: &simulator,
-            planned: simulator.planned(&body, &controller, &start),
+            planned: simulator.planned(&simulator.surroundings(), &body, &controller, &start),
         };
         let start = simulator.flatten(&start);
         let mut seed = vec![0.0; start.len()];

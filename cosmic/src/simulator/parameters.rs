@@ -3,7 +3,8 @@
 use autodiff::{Array, Program, Real};
 
 use crate::lattice::Body;
-use crate::laws::Particle;
+use super::surroundings::Surroundings;
+use crate::laws::{Given, Particle};
 
 /// The parameters of a robot's steps, which no step changes, apart from those of its policy.
 pub(super) struct Parameters<A> {
@@ -21,8 +22,10 @@ pub(super) struct Parameters<A> {
     pub(super) held: Option<A>,
     /// The nodes that the policy sees in place of the current ones.
     pub(super) seen: Option<Particle<A>>,
-    /// For each force, the arrays that it needs.
-    pub(super) constants: Vec<Vec<A>>,
+    /// The velocity that gravity adds, m/s, then the settings of the contact law: an array of one number each.
+    pub(super) contact: Vec<A>,
+    /// What each force declares.
+    pub(super) forces: Vec<Given<A>>,
 }
 
 /// A way from a robot to the parameters of its steps. The robot describes them once: a [`Program`] declares arrays
@@ -36,6 +39,12 @@ pub(super) trait Road {
         &mut self,
         len: usize,
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
+    ) -> Self::Array;
+
+    /// An array of one number, which depends on the surroundings.
+    fn of_surroundings(
+        &mut self,
+        number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
     ) -> Self::Array;
 
     /// An array of `len` numbers that each start is given.
@@ -53,6 +62,9 @@ impl<R: Real> Road for Program<R> {
     fn of_body(&mut self, len: usize, _: impl Fn(&Body<R>) -> Vec<R>) -> Array {
         self.parameter(len)
     }
+    fn of_surroundings(&mut self, _: impl Fn(&Surroundings<R>) -> R) -> Array {
+        self.parameter(1)
+    }
     fn of_start(&mut self, len: usize) -> Array {
         self.parameter(len)
     }
@@ -65,6 +77,7 @@ impl<R: Real> Road for Program<R> {
 /// one that all share.
 pub(super) struct Filled<'a, R> {
     pub(super) bodies: &'a [Body<R>],
+    pub(super) surroundings: &'a [Surroundings<R>],
     /// The numbers that each start is given.
     pub(super) of_starts: Vec<Vec<R>>,
     pub(super) numbers: Vec<Vec<Vec<R>>>,
@@ -76,6 +89,10 @@ impl<R: Real> Road for Filled<'_, R> {
 
     fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
         self.numbers.push(self.bodies.iter().map(numbers).collect());
+    }
+    fn of_surroundings(&mut self, number: impl Fn(&Surroundings<R>) -> R) {
+        let numbers = self.surroundings.iter().map(|s| vec![number(s)]);
+        self.numbers.push(numbers.collect());
     }
     fn of_start(&mut self, _: usize) {
         self.numbers.push(std::mem::take(&mut self.of_starts));

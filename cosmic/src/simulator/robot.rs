@@ -165,7 +165,10 @@ impl Robot {
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
+        let (contact, forces) = self.mechanics.parameters(p);
         Parameters {
+            contact,
+            forces,
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
             rest_length: p.shared(&self.rest_length),
             strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
@@ -175,9 +178,6 @@ impl Robot {
             seen: (self.seen.as_ref()).map(|seen| {
                 Particle::new([0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes])))
             }),
-            constants: (self.mechanics.constants())
-                .map(|arrays| arrays.iter().map(|a| p.shared(a)).collect())
-                .collect(),
         }
     }
 

@@ -7,6 +7,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
 
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
+use super::surroundings::Surroundings;
 use super::trajectory::Trajectory;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
@@ -138,6 +139,11 @@ impl Simulator {
         other
     }
 
+    /// Gravity, friction and the settings of the laws in force, as constants.
+    pub fn surroundings<R: Real>(&self) -> Surroundings<R> {
+        Surroundings::of_scene(&self.robot.mechanics.inputs)
+    }
+
     /// Steps a robot from a state in the world's frame.
     ///
     /// # Panics
@@ -150,7 +156,24 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let Planned { model, parameters } = self.planned(body, controller, start);
+        self.rollout_in(&self.surroundings(), body, controller, start, span)
+    }
+
+    /// As [`rollout`](Simulator::rollout), in other [surroundings](Surroundings), by which the trajectory can be
+    /// differentiated.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout), and if the surroundings are from a simulator with other laws.
+    pub fn rollout_in<R: Real>(
+        &self,
+        surroundings: &Surroundings<R>,
+        body: &Body<R>,
+        controller: &Controller<R>,
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let planned = self.planned(surroundings, body, controller, start);
+        let Planned { model, parameters } = planned;
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
         self.trajectory(&seen, span, &Still::of(body, start))
@@ -170,14 +193,30 @@ impl Simulator {
         starts: &[impl Borrow<State<R>>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        if let ([body], [start]) = (bodies, starts) {
-            return vec![self.rollout(body, controller, start.borrow(), span)];
+        self.rollout_many_in(&[self.surroundings()], bodies, controller, starts, span)
+    }
+
+    /// As [`rollout_many`](Simulator::rollout_many), all in the same surroundings or each in its own.
+    ///
+    /// # Panics
+    /// As [`rollout_many`](Simulator::rollout_many), and if there are several surroundings, but not one for each
+    /// start, or if they are from a simulator with other laws.
+    pub fn rollout_many_in<R: Real>(
+        &self,
+        surroundings: &[Surroundings<R>],
+        bodies: &[Body<R>],
+        controller: &Controller<R>,
+        starts: &[impl Borrow<State<R>>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        if let ([surroundings], [body], [start]) = (surroundings, bodies, starts) {
+            return vec![self.rollout_in(surroundings, body, controller, start.borrow(), span)];
         }
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
         self.check(bodies, &starts);
         self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
-        let numbers = self.numbers(&model, bodies, Driving::By(controller));
+        let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
         self.in_lanes(model, bodies, &numbers, &starts, span)
     }
 
@@ -215,7 +254,8 @@ impl Simulator {
         let bodies = std::slice::from_ref(body);
         self.check_controller(controller);
         let robot = self.robot.for_all_edges(bodies);
-        let numbers = self.numbers(&robot, bodies, Driving::By(controller));
+        let surroundings = [self.surroundings()];
+        let numbers = self.numbers(&robot, &surroundings, bodies, Driving::By(controller));
         let slots = robot.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
             let clock = clock(&self.robot.settings, *time);
@@ -245,7 +285,8 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let Planned { model, parameters } = self.planned(body, controller, start);
+        let planned = self.planned(&self.surroundings(), body, controller, start);
+        let Planned { model, parameters } = planned;
         let flat = self.flatten(start);
         let inputs = [vec![&flat[..]], slices(&parameters)].concat();
         let seen = self.plan(model, span).eval(&inputs);
@@ -321,15 +362,17 @@ impl Simulator {
     /// The robot of a body, without what that body has no use for.
     pub(super) fn planned<R: Real>(
         &self,
+        surroundings: &Surroundings<R>,
         body: &Body<R>,
         controller: &Controller<R>,
         start: &State<R>,
     ) -> Planned<R> {
+        let surroundings = std::slice::from_ref(surroundings);
         let bodies = std::slice::from_ref(body);
         self.check(bodies, &[start]);
         self.check_controller(controller);
         let model = self.robot.for_bodies(bodies);
-        let numbers = self.numbers(&model, bodies, Driving::By(controller));
+        let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
         Planned {
             model,
             parameters: numbers.into_iter().flatten().collect(),
@@ -340,6 +383,7 @@ impl Simulator {
     pub(super) fn numbers<R: Real>(
         &self,
         robot: &Robot,
+        surroundings: &[Surroundings<R>],
         bodies: &[Body<R>],
         driving: Driving<R>,
     ) -> Vec<Vec<Vec<R>>> {
@@ -347,8 +391,11 @@ impl Simulator {
             Driving::By(controller) => (Vec::new(), Some(controller)),
             Driving::Held(activations) => (activations, None),
         };
+        let fits = |given: &Surroundings<R>| given.fits(&self.surroundings::<R>());
+        assert!(surroundings.iter().all(fits), "the surroundings are from a simulator with other laws");
         let mut filled = Filled {
             bodies,
+            surroundings,
             of_starts,
             numbers: Vec::new(),
         };

@@ -133,9 +133,11 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         "a field of the kernel {name} decides the derivative of a fused function: write a kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
-    let given = match fields.iter().any(|field| field.starts_with(UNIFORMS)) {
-        true => ", uniforms: &autodiff::arrays::Uniforms<R>",
-        false => "",
+    let takes_uniforms = fields.iter().any(|field| field.starts_with(UNIFORMS));
+    let given = match (takes_uniforms, text.contains(UNIFORMS)) {
+        (false, _) => "",
+        (true, true) => ", uniforms: &autodiff::arrays::Uniforms<R>",
+        (true, false) => ", _uniforms: &autodiff::arrays::Uniforms<R>",
     };
     let signature =
         format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");

@@ -1,0 +1,83 @@
+//! The numbers of a robot's surroundings: gravity, friction, the settings of laws.
+
+use std::sync::Arc;
+
+use autodiff::Real;
+
+use crate::laws::StepInput;
+
+/// Gravity, friction and the settings of the laws in force, by the names that they have in a scene:
+/// `physics.gravity`, `physics.friction` (Coulomb contact), `physics.stiffening`, `mud.rate`.
+///
+/// [`Simulator::surroundings`](super::Simulator::surroundings) returns those of the scene, and
+/// [`Simulator::rollout_in`](super::Simulator::rollout_in) takes others. If a number is a variable, the rollout can be
+/// differentiated by it:
+///
+/// ```
+/// use autodiff::{Var, gradient_of};
+/// use cosmic::case::Case;
+/// use cosmic::scene::Scene;
+/// use cosmic::simulator::{Simulator, Span};
+///
+/// let scene = Scene::parse("small", "lattice.columns = 3\nlattice.rows = 2\nphysics.contact = 'coulomb'")?;
+/// let case = Case::of_scene(&scene, 1)?;
+/// let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+/// let span = Span::from_start(vec![100]);
+/// // How far the payload gets within 100 steps, by friction and gravity.
+/// let distance = |numbers: &[Var<f64>]| {
+///     let surroundings = simulator.surroundings();
+///     let surroundings = surroundings.with("physics.friction", numbers[0]);
+///     let surroundings = surroundings.with("physics.gravity", numbers[1]);
+///     let body = case.body().map(Var::constant);
+///     let controller = case.controller.map(Var::constant);
+///     let start = case.start.map(Var::constant);
+///     let trajectory = simulator.rollout_in(&surroundings, &body, &controller, &start, &span);
+///     trajectory.at(100).x[0].forward()
+/// };
+/// let [by_friction, by_gravity] = gradient_of(distance, &[2.5, 4.8])[..] else { unreachable!() };
+/// assert!(by_friction.is_finite() && by_gravity.is_finite());
+/// # Ok::<(), cosmic::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings<R> {
+    /// The numbers of the scene.
+    inputs: Arc<[StepInput]>,
+    /// In the order of `inputs`.
+    pub(super) numbers: Vec<R>,
+}
+
+impl<R: Real> Surroundings<R> {
+    /// The numbers of a scene, as constants.
+    pub(super) fn of_scene(inputs: &Arc<[StepInput]>) -> Self {
+        Self {
+            inputs: Arc::clone(inputs),
+            numbers: inputs.iter().map(|input| R::lit(input.value)).collect(),
+        }
+    }
+
+    /// The name and value of each number.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, R)> {
+        let names = self.inputs.iter().map(|input| &*input.name);
+        names.zip(self.numbers.iter().copied())
+    }
+
+    /// These surroundings with another value of a number, in the unit of its key.
+    ///
+    /// # Panics
+    /// If no law in force has a number of this name.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: R) -> Self {
+        let Some(place) = self.iter().position(|(other, _)| other == name) else {
+            let names: Vec<&str> = self.iter().map(|(name, _)| name).collect();
+            panic!("the surroundings have no number `{name}`; expected one of {}", names.join(", "));
+        };
+        self.numbers[place] = value;
+        self
+    }
+
+    /// True if both have the same names.
+    pub(super) fn fits<S>(&self, other: &Surroundings<S>) -> bool {
+        let names = |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
+        Arc::ptr_eq(&self.inputs, &other.inputs) || names(&self.inputs) == names(&other.inputs)
+    }
+}
