@@ -12,10 +12,6 @@ pub(crate) trait Operation<R: Real>: Send {
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
     /// Sets which arrays (by id) and which parameters carry derivatives. Others may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
-    /// Loads the matrices among the parameters, row by row.
-    fn load(&mut self, _parameters: &[&[R]]) {}
-    /// Adds the cotangents of matrices, row by row, after the last step of a sweep.
-    fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
 
 /// The forward work of an operation, done in lanes.

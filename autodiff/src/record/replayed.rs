@@ -3,7 +3,7 @@
 use std::any::type_name;
 use std::borrow::Cow;
 
-use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::replay::{Inputs, Plan, Points, Wanted};
 use super::symbol::Symbol;
 use crate::arrays::{
     Array, Bars, Graph, Kernel, MOST_UNIFORMS, Operation, SlotEdge, StepValues, checked,
@@ -16,7 +16,7 @@ use num_traits::Zero;
 /// # Panics
 /// If the kernel asks for values or calls a function with its own derivative: the recording then does not
 /// stand for it.
-pub(super) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
+pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
         uniforms[..given.len()].copy_from_slice(given);
@@ -33,7 +33,7 @@ pub(super) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: 
 }
 
 /// The elements or edges that a kernel is applied to.
-pub(super) enum Places {
+pub(crate) enum Places {
     /// Each element of arrays of one length.
     Elements(usize),
     /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
@@ -48,11 +48,11 @@ pub(super) enum Places {
 }
 
 impl Places {
-    pub(super) fn elements(outputs: &[Array]) -> Self {
+    pub(crate) fn elements(outputs: &[Array]) -> Self {
         Self::Elements(outputs.first().map_or(0, |array| array.range().len()))
     }
 
-    pub(super) fn edges(graph: &Graph, differences: usize) -> Self {
+    pub(crate) fn edges(graph: &Graph, differences: usize) -> Self {
         let edges = graph.edges_by_slot();
         let mut ends = Vec::new();
         for group in edges.chunk_by(|a, b| a.head - a.tail == b.head - b.tail) {
@@ -82,7 +82,7 @@ impl Places {
 }
 
 /// A recorded kernel, mapped over arrays or over the edges of a graph.
-pub(super) struct ReplayedKernel {
+pub(crate) struct ReplayedKernel {
     kernel: Plan,
     places: Places,
     inputs: Vec<Array>,
@@ -94,7 +94,7 @@ pub(super) struct ReplayedKernel {
 }
 
 impl ReplayedKernel {
-    pub(super) fn new(
+    pub(crate) fn new(
         kernel: Plan,
         places: Places,
         inputs: &[Array],
@@ -112,8 +112,13 @@ impl ReplayedKernel {
         }
     }
 
-    /// The kernel at all places.
-    fn replay<R: Real>(&self, values: StepValues<R>, wanted: Wanted<R>) -> Replayed<R> {
+    /// Calls `replay` with the kernel at all places.
+    fn at_places<R: Real, T>(
+        &self,
+        values: StepValues<R>,
+        wanted: Wanted<R>,
+        replay: impl FnOnce(Points<R>) -> T,
+    ) -> T {
         let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
             let array = values.get(input);
             match &self.places {
@@ -132,14 +137,13 @@ impl ReplayedKernel {
         let shared: Vec<R> = (self.uniforms.iter())
             .map(|&array| values.get(array)[0])
             .collect();
-        let points = Points {
+        replay(Points {
             plan: &self.kernel,
             shared: &shared,
             count: self.places.count(),
             inputs: Inputs::Numbers(&columns),
             wanted,
-        };
-        points.replay()
+        })
     }
 }
 
@@ -149,8 +153,9 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        let replayed = self.replay(StepValues { parameters, row }, Wanted::Results);
-        for (&output, results) in self.outputs.iter().zip(&replayed.results) {
+        let values = StepValues { parameters, row };
+        let all = self.at_places(values, Wanted::Results, |points| points.results());
+        for (&output, results) in self.outputs.iter().zip(&all) {
             let to = &mut row[output.range()];
             match &self.places {
                 Places::Elements(_) => to.copy_from_slice(results),
@@ -181,7 +186,8 @@ impl<R: Real> Operation<R> for ReplayedKernel {
             }
         };
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
-        let replayed = self.replay(*values, Wanted::ByInputs(Some(&seeds)));
+        let wanted = Wanted::ByInputs(Some(&seeds));
+        let replayed = self.at_places(*values, wanted, |points| points.replay());
         let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
         for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
             if *active {

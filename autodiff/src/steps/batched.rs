@@ -32,6 +32,12 @@ impl<M: Model> Rollout<M> {
         R::fused(Batched::of_one(self, parameters.len()), &inputs)
     }
 
+    /// [`run`](Rollout::run), except that on a tape every operation of every step is an entry.
+    pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
+        let one = Starts { count: 1, own: &[] };
+        self.forward(one, &[&[start], parameters].concat())
+    }
+
     /// Runs a batch of starts. All starts share the matrices. Each may have its own values of the other
     /// parameters. The results are bit-identical to those of [`run`](Rollout::run), but faster: the starts of a
     /// register run together and share each weight that is read.

@@ -15,8 +15,10 @@
 //! operations treat a longer array like any other. Only matrix products differ, because all starts share
 //! the matrices. Other parameters may differ from start to start.
 
+mod operation;
 mod program;
 mod recording;
+mod any_program;
 mod run;
 mod watch;
 mod checkpoints;
@@ -29,6 +31,7 @@ mod batched;
 #[cfg(test)]
 mod tests;
 
+pub use any_program::AnyProgram;
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
 pub use program::Program;

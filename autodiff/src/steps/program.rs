@@ -1,6 +1,7 @@
 //! The recording of a step.
 
-use crate::arrays::{Array, Matrix, Operation, Parameter, RowLayout, TOO_LONG, checked_sum};
+use super::operation::StepOperation;
+use crate::arrays::{Array, Matrix, Parameter, RowLayout, TOO_LONG, checked_sum};
 use crate::real::Real;
 use crate::simd::lanes;
 
@@ -29,7 +30,7 @@ pub struct Program<R: Real> {
     pub(super) controls: Vec<Control<R>>,
     /// How many numbers the inputs of a step have, which all starts share.
     pub(crate) inputs_len: usize,
-    pub(super) operations: Vec<Box<dyn Operation<R>>>,
+    pub(super) operations: Vec<StepOperation<R>>,
     /// From how many starts it runs at once, their numbers interleaved.
     pub(crate) starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.

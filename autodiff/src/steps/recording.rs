@@ -1,9 +1,10 @@
 //! Recording what a step does with its arrays.
 
+use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Operation, Parameter,
-    Weighted, repeated,
+    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Parameter, Weighted,
+    repeated,
 };
 use crate::real::Real;
 
@@ -48,7 +49,10 @@ impl<R: Real> Program<R> {
         K: Kernel<I, O>,
     {
         self.assert_uniform(uniforms);
-        let map = |outputs: &[Array]| Map::new(kernel, x, uniforms, arrays(outputs));
+        let map = |outputs: &[Array]| {
+            let map = Map::new(kernel, x, uniforms, arrays(outputs));
+            StepOperation::Kernel(Box::new(map))
+        };
         arrays(&self.map_by(&x, O, map))
     }
 
@@ -59,11 +63,11 @@ impl<R: Real> Program<R> {
     }
 
     /// Maps by an operation that is made for the outputs, one for each of so many results.
-    pub(crate) fn map_by<M: Operation<R> + 'static>(
+    pub(crate) fn map_by(
         &mut self,
         x: &[Array],
         results: usize,
-        map: impl FnOnce(&[Array]) -> M,
+        map: impl FnOnce(&[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
         self.assert_known(x);
         let len = x.first().expect("map: a kernel without inputs").len();
@@ -73,7 +77,7 @@ impl<R: Real> Program<R> {
             "map: the arrays differ in length"
         );
         let outputs = self.outputs(len, results);
-        self.operations.push(Box::new(map(&outputs)));
+        self.operations.push(map(&outputs));
         outputs
     }
 
@@ -149,7 +153,7 @@ impl<R: Real> Program<R> {
             tanh,
         };
         let layer = DenseLayer::new(layer);
-        self.operations.push(Box::new(layer));
+        self.operations.push(StepOperation::Dense(Box::new(layer)));
         output
     }
 
@@ -245,20 +249,21 @@ impl<R: Real> Program<R> {
     {
         self.assert_uniform(uniforms);
         let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
-            EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs))
+            let map = EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs));
+            StepOperation::Kernel(Box::new(map))
         });
         arrays(&outputs)
     }
 
     /// Maps over edges by an operation that is made for the graph of all starts and the outputs, one for
     /// each of so many results.
-    pub(crate) fn map_edges_by<M: Operation<R> + 'static>(
+    pub(crate) fn map_edges_by(
         &mut self,
         graph: &Graph,
         ends: &[Array],
         per_edge: &[Array],
         results: usize,
-        map: impl FnOnce(&Graph, &[Array]) -> M,
+        map: impl FnOnce(&Graph, &[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
         self.assert_known(ends);
         self.assert_known(per_edge);
@@ -272,7 +277,7 @@ impl<R: Real> Program<R> {
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let outputs = self.outputs(graph.nodes(), results);
-        self.operations.push(Box::new(map(&interleaved, &outputs)));
+        self.operations.push(map(&interleaved, &outputs));
         outputs
     }
 
@@ -289,7 +294,7 @@ impl<R: Real> Program<R> {
         );
         let output = self.output(indices.len());
         self.operations
-            .push(Box::new(Gather::new(x, indices, output)));
+            .push(StepOperation::Gather(Gather::new(x, indices, output)));
         output
     }
 
@@ -338,7 +343,7 @@ impl<R: Real> Program<R> {
         let lengths = [weighed.len() * weights.len() + appended, offsets.len(), 1];
         let outputs = lengths.map(|len| self.unaligned_output(len));
         let operation = Weighted::new(weights, [offsets, values], others, outputs);
-        self.operations.push(Box::new(operation));
+        self.operations.push(StepOperation::Weighted(operation));
         [outputs[0], outputs[1]]
     }
 }

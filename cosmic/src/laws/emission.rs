@@ -71,9 +71,7 @@ fn adjoints_are_fresh() {
         of_contact("NoGround", 0, |_| NoGround {}),
         of_contact("Sticking", 0, |_| Sticking {}),
     ];
-    let coulomb = of_contact("Coulomb", 1, |v| Coulomb {
-        friction: v[0],
-    });
+    let coulomb = of_contact("Coulomb", 1, |v| Coulomb { friction: v[0] });
     let bars = [
         adjoint("Tension<Hooke>", &["self.dt"], |v| Tension {
             law: Hooke {},

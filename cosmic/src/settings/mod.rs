@@ -7,12 +7,12 @@ mod field;
 mod inputs;
 mod declare;
 
+#[doc(hidden)]
+pub use autodiff::Real;
 pub use field::{Field, Settings, Values, holds, read_json};
 pub use inputs::{InputField, Inputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
-#[doc(hidden)]
-pub use autodiff::Real;
 #[doc(hidden)]
 pub use serde;
 pub(crate) use value::unknown;

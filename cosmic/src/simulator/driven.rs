@@ -44,7 +44,12 @@ impl Driven {
         }
         let model = world.robot.for_bodies(bodies);
         let slots = activations.iter().map(|held| model.graph.to_slots(held));
-        let numbers = world.numbers(&model, &[world.surroundings()], bodies, Driving::Held(slots.collect()));
+        let numbers = world.numbers(
+            &model,
+            &[world.surroundings()],
+            bodies,
+            Driving::Held(slots.collect()),
+        );
         world.in_lanes(model, bodies, &numbers, &starts, span)
     }
 }

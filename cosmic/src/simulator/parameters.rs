@@ -2,8 +2,8 @@
 
 use autodiff::{Array, Program, Real};
 
-use crate::lattice::Body;
 use super::surroundings::Surroundings;
+use crate::lattice::Body;
 use crate::laws::{Given, Particle};
 
 /// The parameters of a robot's steps, which no step changes, apart from those of its policy.

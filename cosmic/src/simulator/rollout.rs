@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
+use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
 
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
@@ -287,9 +287,8 @@ impl Simulator {
     ) -> Trajectory<R> {
         let planned = self.planned(&self.surroundings(), body, controller, start);
         let Planned { model, parameters } = planned;
-        let flat = self.flatten(start);
-        let inputs = [vec![&flat[..]], slices(&parameters)].concat();
-        let seen = self.plan(model, span).eval(&inputs);
+        let rollout = self.plan(model, span);
+        let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
@@ -392,7 +391,10 @@ impl Simulator {
             Driving::Held(activations) => (activations, None),
         };
         let fits = |given: &Surroundings<R>| given.fits(&self.surroundings::<R>());
-        assert!(surroundings.iter().all(fits), "the surroundings are from a simulator with other laws");
+        assert!(
+            surroundings.iter().all(fits),
+            "the surroundings are from a simulator with other laws"
+        );
         let mut filled = Filled {
             bodies,
             surroundings,

@@ -69,7 +69,10 @@ impl<R: Real> Surroundings<R> {
     pub fn with(mut self, name: &str, value: R) -> Self {
         let Some(place) = self.iter().position(|(other, _)| other == name) else {
             let names: Vec<&str> = self.iter().map(|(name, _)| name).collect();
-            panic!("the surroundings have no number `{name}`; expected one of {}", names.join(", "));
+            panic!(
+                "the surroundings have no number `{name}`; expected one of {}",
+                names.join(", ")
+            );
         };
         self.numbers[place] = value;
         self
@@ -77,7 +80,8 @@ impl<R: Real> Surroundings<R> {
 
     /// True if both have the same names.
     pub(super) fn fits<S>(&self, other: &Surroundings<S>) -> bool {
-        let names = |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
+        let names =
+            |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();
         Arc::ptr_eq(&self.inputs, &other.inputs) || names(&self.inputs) == names(&other.inputs)
     }
 }

@@ -120,6 +120,31 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
+    /// Loads the matrix from the parameters, row by row.
+    pub(crate) fn load(&mut self, parameters: &[&[R]]) {
+        let given = parameters[self.matrix.parameter];
+        let columns = self.matrix.columns;
+        self.weights.each(|row, column, entries| {
+            let below = given[row * columns + column..].iter().step_by(columns);
+            for (entry, &weight) in entries.iter_mut().zip(below) {
+                *entry = weight;
+            }
+        });
+        self.transposed.each(|column, row, entries| {
+            let beside = &given[row * columns + column..][..entries.len()];
+            entries.copy_from_slice(beside);
+        });
+    }
+
+    /// Adds the cotangent of the matrix, row by row, after the last step of a sweep.
+    pub(crate) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
+        self.batch.flush(&mut self.weights_bar);
+        R::vectorize(AddTo {
+            to: &mut parameter_bars[self.matrix.parameter],
+            bar: &self.weights_bar,
+        });
+    }
+
     /// Adds `W^T y_bar` to the cotangents of the inputs.
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
         let mut product = MatrixProduct {
@@ -180,21 +205,6 @@ fn input<'a, R: Real>(
 impl<R: Real> Operation<R> for DenseLayer<R> {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
-    }
-
-    fn load(&mut self, parameters: &[&[R]]) {
-        let given = parameters[self.matrix.parameter];
-        let columns = self.matrix.columns;
-        self.weights.each(|row, column, entries| {
-            let below = given[row * columns + column..].iter().step_by(columns);
-            for (entry, &weight) in entries.iter_mut().zip(below) {
-                *entry = weight;
-            }
-        });
-        self.transposed.each(|column, row, entries| {
-            let beside = &given[row * columns + column..][..entries.len()];
-            entries.copy_from_slice(beside);
-        });
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
@@ -263,14 +273,6 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         // A new sweep begins.
         self.weights_bar.fill(R::zero());
         self.batch.clear();
-    }
-
-    fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
-        self.batch.flush(&mut self.weights_bar);
-        R::vectorize(AddTo {
-            to: &mut parameter_bars[self.matrix.parameter],
-            bar: &self.weights_bar,
-        });
     }
 }
 

@@ -51,6 +51,11 @@ impl<'a, R: Real> Points<'a, R> {
         R::by_type(Compiled(PhantomData), self)
     }
 
+    /// Computes the results only. Types other than floats then do not compile the reverse sweep.
+    pub(crate) fn results(self) -> Vec<Vec<R>> {
+        R::by_type(Forward(PhantomData), self)
+    }
+
     fn width(&self) -> usize {
         match self.inputs {
             Inputs::Data(columns) => columns.len(),
@@ -81,23 +86,40 @@ impl<'a> ByType for Compiled<'a> {
     }
 }
 
+/// [`Compiled`] for the results only.
+struct Forward<'a>(PhantomData<&'a ()>);
+
+impl<'a> ByType for Forward<'a> {
+    type Of<R: Real> = Points<'a, R>;
+    type Output<R: Real> = Vec<Vec<R>>;
+    fn f64(self, points: Points<f64>) -> Vec<Vec<f64>> {
+        points.replay().results
+    }
+    fn f32(self, points: Points<f32>) -> Vec<Vec<f32>> {
+        points.replay().results
+    }
+    fn other<R: Real>(self, points: Points<R>) -> Vec<Vec<R>> {
+        points.in_blocks::<R, 1, false>().results
+    }
+}
+
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
         // Numbers that have no registers gain little from blocks, and each would compile them anew.
         if const { L::N > 1 } && self.count > L::N {
-            self.in_blocks::<L, WIDE>()
+            self.in_blocks::<L, WIDE, true>()
         } else {
-            self.in_blocks::<L, 1>()
+            self.in_blocks::<L, 1, true>()
         }
     }
 }
 
 impl<R: Real> Points<'_, R> {
-    /// With `W` registers for each number.
+    /// Does the work with `W` registers for each number. The reverse sweep is compiled only if `REVERSE`.
     #[inline(always)]
-    fn in_blocks<L: Lane<R>, const W: usize>(self) -> Replayed<R> {
+    fn in_blocks<L: Lane<R>, const W: usize, const REVERSE: bool>(self) -> Replayed<R> {
         let (count, width) = (self.count, self.width());
         let by_inputs = matches!(self.wanted, Wanted::ByInputs(_));
         let passive = if by_inputs { 0 } else { width };
@@ -116,9 +138,12 @@ impl<R: Real> Points<'_, R> {
                 }
                 replay.set_input(input, block);
             }
-            replay.forward();
+            replay.forward::<REVERSE>();
             for (k, result) in replayed.results.iter_mut().enumerate() {
                 append(result, replay.result(k), count);
+            }
+            if const { !REVERSE } {
+                continue;
             }
             match self.wanted {
                 Wanted::Results => continue,

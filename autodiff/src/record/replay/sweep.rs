@@ -98,9 +98,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Computes all operations.
+    /// Computes all operations. Partials are compiled only if `REVERSE`.
     #[inline(always)]
-    pub(super) fn forward(&mut self) {
+    pub(super) fn forward<const REVERSE: bool>(&mut self) {
         let mut y = [L::zero(); W];
         for place in self.inputs..self.plan.steps.len() {
             let op = match &self.plan.steps[place] {
@@ -118,7 +118,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                     let x = self.get(x);
                     let memory = &mut *self.memory;
                     let f = (f, self.differentiates);
-                    (y, memory.partials[place]) = forward_unary(f, x, &mut memory.rows);
+                    (y, memory.partials[place]) =
+                        forward_unary::<_, _, _, REVERSE>(f, x, &mut memory.rows);
                 }
                 Op::Binary(f, [a, b]) => {
                     let (a, b) = (self.get(a), self.get(b));
