@@ -38,7 +38,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
         tape.pullback(&[old], &[1.0]);
     });
     assert!(
-        message.contains("a variable of another recording"),
+        message.contains("a variable of another tape or of an earlier recording"),
         "{message}"
     );
     assert!(!message.contains("left:"), "{message}");
