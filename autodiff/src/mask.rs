@@ -3,10 +3,10 @@
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
-/// The result of a comparison: `bool`, or one truth value per lane.
+/// The result of a comparison: `bool`, or one boolean for each lane.
 ///
-/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. A lane's
-/// result must not depend on them, because the other lanes influence the answer.
+/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. The result of a lane must
+/// not depend on them, because other lanes influence the answer.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
@@ -14,7 +14,7 @@ pub trait Mask:
     /// may then branch is `if R::Mask::IS_SINGLE`, of which only the branch taken is compiled.
     const IS_SINGLE: bool = false;
 
-    /// The same truth value in every lane.
+    /// The same boolean in every lane.
     fn splat(value: bool) -> Self;
     /// Whether any lane is true.
     fn any(self) -> bool;

@@ -44,7 +44,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
     assert!(!message.contains("left:"), "{message}");
 }
 
-/// With one of the recording that runs, it may be stale or another tape's: both are said.
+/// Beside a variable of the running recording, the message names both possible causes.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
@@ -59,7 +59,7 @@ fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
     ];
     for join in joins {
         let message = panic_message(|| tape.record(&[1.0], |x| join(x[0], old)));
-        assert!(message.contains("of an earlier recording"), "{message}");
+        assert!(message.contains("to an earlier recording"), "{message}");
         assert!(message.contains("two tapes"), "{message}");
     }
 }

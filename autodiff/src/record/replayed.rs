@@ -1,4 +1,4 @@
-//! Kernels as recordings, which any number type replays.
+//! Kernels as recordings, which any number type can replay.
 
 use std::any::type_name;
 use std::borrow::Cow;
@@ -14,8 +14,7 @@ use num_traits::Zero;
 /// Records a kernel.
 ///
 /// # Panics
-/// If the kernel asks for values or calls a function with its own derivative: the recording then does not
-/// stand for it.
+/// If the kernel asks for values or calls a function with its own derivative. A recording cannot represent it.
 pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
@@ -25,8 +24,8 @@ pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: 
     });
     plan.unwrap_or_else(|| {
         panic!(
-            "the kernel {} asks whether a number is zero or a mask holds, or calls a fused function: \
-             from an `AnyProgram` it runs on f64 and f32 alone",
+            "the kernel {} asks whether a number is zero or a mask is true, or calls a fused function: \
+             in an `AnyProgram` it can only run on f64 and f32",
             type_name::<K>()
         )
     })
@@ -39,10 +38,10 @@ pub(crate) enum Places {
     /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
     Edges {
         edges: Vec<SlotEdge>,
-        /// How many inputs are differences of arrays over the nodes.
+        /// The number of inputs that are differences of arrays over the nodes.
         differences: usize,
-        /// For each node, where it is tail or head: the edge, and true for the tail. The order is that in
-        /// which floats sum them up.
+        /// Node, edge, and whether the node is the edge's tail, ordered by node. The order of the edges of a node
+        /// is that in which lanes sum them.
         ends: Vec<(usize, usize, bool)>,
     },
 }
@@ -133,7 +132,7 @@ impl ReplayedKernel {
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Only floats run several starts at once, and they do not replay.
+        // Only floats run several starts at once, and floats do not replay.
         let shared: Vec<R> = (self.uniforms.iter())
             .map(|&array| values.get(array)[0])
             .collect();

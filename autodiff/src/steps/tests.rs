@@ -9,7 +9,7 @@ use num_traits::Zero;
 use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
-    CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real, Rollout,
+    CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout,
     Tape, Var, gradient_of,
 };
 

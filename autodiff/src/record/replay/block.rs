@@ -34,8 +34,8 @@ pub(super) fn chain<L: Real, const W: usize>(
     part
 }
 
-/// Larger numbers than any register, such as duals, are multiplied in one place: each inlined copy would be
-/// long.
+/// The bytes of the largest register. Products of larger numbers, such as duals, are not inlined, because each copy
+/// would be long.
 const LARGE: usize = 64;
 
 #[inline(never)]
@@ -64,7 +64,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     found.any()
 }
 
-/// A block from a place on.
+/// The block at a place.
 #[inline(always)]
 pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
     let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);

@@ -1,4 +1,4 @@
-//! The functions of one and of two numbers on blocks of lanes, with their partials.
+//! Functions of one or two numbers on blocks of lanes, with their partials.
 
 use super::block::{Block, chain};
 use super::elementwise::{Elementwise, Function};
