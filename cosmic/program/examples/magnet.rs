@@ -13,13 +13,13 @@ use cosmic_program::Program;
 
 cosmic::settings! {
     /// A magnet. Nodes of the top row are of iron.
-    struct Magnet {
+    struct Magnet<R> {
         /// Where it is: along the ground and above it.
-        place: [f64; 2] = [3.0, 1.0], allowed within(-1e3, 1e3), unit "m", source "an example";
+        place: [R; 2] = [3.0, 1.0], allowed within(-1e3, 1e3), unit "m", source "an example";
         /// Its pull at a distance of a metre.
-        pull: f64 = 0.02, allowed within(0.0, 1e3), unit "N", source "an example";
+        pull: R = 0.02, allowed within(0.0, 1e3), unit "N", source "an example";
         /// Its size: nearer than that the pull fades.
-        size: f64 = 0.3, allowed within(1e-3, 1e2), unit "m", source "an example";
+        size: R = 0.3, allowed within(1e-3, 1e2), unit "m", source "an example";
     }
 }
 
@@ -35,11 +35,11 @@ impl NodeForce for Magnet {
     }
 
     #[inline(always)]
-    fn force<R: Real, const D: usize>(&self, node: Node<R, D>) -> Vector<R, D> {
-        let [along, above] = self.place.map(R::lit);
+    fn force<R: Real, const D: usize>(magnet: &Magnet<R>, node: Node<R, D>) -> Vector<R, D> {
+        let [along, above] = magnet.place;
         let d = Vector::upright(along, above) - node.x;
-        let square = d.dot(d) + R::lit(self.size * self.size);
-        d * (node.weight * R::lit(self.pull) * square.rsqrt() / square)
+        let square = d.dot(d) + magnet.size * magnet.size;
+        d * (node.weight * magnet.pull * square.rsqrt() / square)
     }
 }
 

@@ -98,7 +98,7 @@ impl Command {
 ///
 /// impl Contact for Trampoline {
 ///     #[inline(always)]
-///     fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+///     fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
 ///         let velocity = impact.velocity;
 ///         velocity.with_up(-velocity.up())
 ///     }

@@ -31,14 +31,16 @@ use super::stiffening::Stiffening;
 use super::sticking::Sticking;
 ";
 
-/// The adjoints of a step and of a drift under a contact law with so many settings.
-fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) -> C) -> Vec<String> {
-    let of_flight = [
-        "self.flight.drift.dt",
-        "self.flight.decay",
-        "uniforms[0]",
-        "uniforms[1]",
-    ];
+/// The names of uniform inputs: gravity, then the settings of a contact law.
+const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
+
+/// The adjoints of a step and of a drift under a contact law with this many settings.
+fn of_contact<C: Contact>(
+    name: &str,
+    settings: usize,
+    build: impl Fn(&[f64]) -> C,
+) -> Vec<String> {
+    let of_flight = ["self.flight.drift.dt", "self.flight.decay"];
     let flying = |v: &[f64]| Flying {
         flight: Flight {
             drift: Drift { dt: v[0] },
@@ -51,17 +53,11 @@ fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) ->
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
     };
-    let fields = |own: &[&str], first: usize| {
-        let settings = (first..first + settings).map(|k| format!("uniforms[{k}]"));
-        let own = own.iter().map(|&own| own.to_owned());
-        own.chain(settings).collect::<Vec<_>>()
-    };
-    let (of_flying, of_drifting) = (fields(&of_flight, 2), fields(&["self.drift.dt"], 0));
-    let names = |fields: &[String]| fields.iter().map(String::as_str).collect();
-    let (of_flying, of_drifting): (Vec<&str>, Vec<&str>) = (names(&of_flying), names(&of_drifting));
+    let of_flight = [&of_flight, &UNIFORMS[..2 + settings]].concat();
+    let of_drift = [&["self.drift.dt"], &UNIFORMS[..settings]].concat();
     vec![
-        adjoint(&format!("Flying<{name}>"), &of_flying, flying),
-        adjoint(&format!("Drifting<{name}>"), &of_drifting, drifting),
+        adjoint(&format!("Flying<{name}>"), &of_flight, flying),
+        adjoint(&format!("Drifting<{name}>"), &of_drift, drifting),
     ]
 }
 

@@ -27,9 +27,9 @@ pub struct StepInput {
 
 /// The settings of a law that are inputs of the step.
 pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
-    let input = |(key, value): (&str, f64)| StepInput {
+    let input = |(key, value): (String, f64)| StepInput {
         name: if key.contains('.') {
-            key.to_owned()
+            key
         } else {
             format!("{}.{key}", L::NAME)
         },

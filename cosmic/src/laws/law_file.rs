@@ -153,7 +153,7 @@ mod tests {
     }
 
     impl BarForce for Everything {
-        fn tension<R: Real>(&self, _: Bar<R>) -> R {
+        fn tension<R: Real>(_: &Self, _: Bar<R>) -> R {
             R::zero()
         }
     }

@@ -92,7 +92,7 @@ impl Law for Ice {
 }
 
 impl Contact for Ice {
-    fn respond<R: Real, const D: usize>(&self, impact: Impact<R, D>) -> Vector<R, D> {
+    fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity.along()
     }
 }

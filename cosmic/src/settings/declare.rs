@@ -208,7 +208,7 @@ macro_rules! settings_inputs {
             type Of<R: $crate::settings::Real> = Self;
             const COUNT: usize = 0;
 
-            fn inputs(&self) -> Vec<(&'static str, f64)> {
+            fn inputs(&self) -> Vec<(String, f64)> {
                 Vec::new()
             }
             #[inline(always)]
@@ -225,13 +225,10 @@ macro_rules! settings_inputs {
                 0 $(+ <$type as $crate::settings::InputField<f64, $type>>::COUNT)*
             };
 
-            fn inputs(&self) -> Vec<(&'static str, f64)> {
+            fn inputs(&self) -> Vec<(String, f64)> {
                 type $R = f64;
-                let all = [$((
-                    $key,
-                    <$type as $crate::settings::InputField<f64, $type>>::number(&self.$field),
-                )),*];
-                all.into_iter().filter_map(|(key, number)| Some((key, number?))).collect()
+                [$(<$type as $crate::settings::InputField<f64, $type>>::inputs(&self.$field, $key)),*]
+                    .concat()
             }
             #[inline(always)]
             fn of<$R: $crate::settings::Real>(&self, mut numbers: &[$R]) -> $Settings<$R> {

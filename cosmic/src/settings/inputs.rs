@@ -14,7 +14,7 @@ pub trait Inputs: Sized {
     const COUNT: usize;
 
     /// The key and value of each input. A key with a point names its section too: `physics.friction`.
-    fn inputs(&self) -> Vec<(&'static str, f64)>;
+    fn inputs(&self) -> Vec<(String, f64)>;
 
     /// These settings with other numbers, in the order of [`inputs`](Inputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
@@ -29,26 +29,41 @@ pub trait Inputs: Sized {
 /// A field of settings that become an `Out` if their numbers become an `N`.
 #[doc(hidden)]
 pub trait InputField<N, Out> {
-    /// 1 for a number, 0 for a field that stays.
+    /// How many numbers it has; 0 for a field that stays.
     const COUNT: usize = 0;
-    /// The number; `None` for a field that stays.
-    fn number(&self) -> Option<f64> {
-        None
+    /// The key and value of each number.
+    fn inputs(&self, _key: &str) -> Vec<(String, f64)> {
+        Vec::new()
     }
-    /// The field, with the next of some numbers if it is one.
+    /// The field with the next of some numbers.
     fn of(&self, numbers: &mut &[N]) -> Out;
 }
 
 impl<N: Real> InputField<N, N> for f64 {
     const COUNT: usize = 1;
-    fn number(&self) -> Option<f64> {
-        Some(*self)
+    fn inputs(&self, key: &str) -> Vec<(String, f64)> {
+        vec![(key.to_owned(), *self)]
     }
     #[inline(always)]
     fn of(&self, numbers: &mut &[N]) -> N {
         let number = numbers[0];
         *numbers = &numbers[1..];
         number
+    }
+}
+
+impl<N: Real, const K: usize> InputField<N, [N; K]> for [f64; K] {
+    const COUNT: usize = K;
+    fn inputs(&self, key: &str) -> Vec<(String, f64)> {
+        let numbers = self.iter().enumerate();
+        numbers.map(|(k, &number)| (format!("{key}[{k}]"), number)).collect()
+    }
+    #[inline(always)]
+    fn of(&self, numbers: &mut &[N]) -> [N; K] {
+        let mut own = [N::zero(); K];
+        own.copy_from_slice(&numbers[..K]);
+        *numbers = &numbers[K..];
+        own
     }
 }
 
@@ -62,7 +77,7 @@ macro_rules! stays {
         })*
     };
 }
-stays! { bool usize Option<f64> [f64; 2] [f64; 3] }
+stays! { bool usize Option<f64> }
 
 impl<N, T: Named + Copy> InputField<N, T> for T {
     #[inline(always)]
