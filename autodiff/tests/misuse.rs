@@ -225,7 +225,7 @@ fn arrays_of_another_program_are_refused() {
         let apart = (0..9).map(|_| other.parameter(2)).last();
         let foreign = apart.expect("there are nine");
         let refused = || of_program(&mut Program::default(), foreign);
-        assert_refused("of another program", refused);
+        assert_refused("belongs to another program", refused);
         of_program(&mut other, foreign);
     }
 }
@@ -240,7 +240,9 @@ fn a_matrix_of_another_program_is_refused() {
         let bias = program.parameter(1);
         program.matrix(1, 1);
         let x = program.state(2);
-        assert_refused("of another program", || program.dense(matrix, &[x], bias));
+        assert_refused("belongs to another program", || {
+            program.dense(matrix, &[x], bias)
+        });
     }
 }
 

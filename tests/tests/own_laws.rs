@@ -15,8 +15,8 @@ use cosmic::laws::{
 };
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::settings::within;
-use cosmic::simulator::{Simulator, Span, Store};
 use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic::simulator::{Simulator, Span, Store};
 use cosmic_lab::verify::check_gradients;
 use cosmic_tests::Bare;
 
@@ -387,13 +387,18 @@ fn robots_of_a_batch_may_differ_in_their_surroundings() {
             let by_number = ByNumber::new(&case, name);
             for count in [2, 4, 11] {
                 let surroundings = by_number.simulator.surroundings::<f64>();
-                let (_, value) = surroundings.iter().find(|(other, _)| other == name).unwrap();
+                let (_, value) = surroundings
+                    .iter()
+                    .find(|(other, _)| other == name)
+                    .unwrap();
                 let values: Vec<f64> = (0..count).map(|k| value * (0.5 + 0.1 * k as f64)).collect();
-                let [alone, together] = [false, true].map(|together| by_number.ends(&values, together));
+                let [alone, together] =
+                    [false, true].map(|together| by_number.ends(&values, together));
                 assert_eq!(alone, together, "{name}");
                 assert_ne!(alone[0], alone[1], "{name} has no effect");
                 let gradient = |together| {
-                    let sum = |x: &[Var<f64>]| by_number.ends(x, together).iter().map(|end| end[0]).sum();
+                    let sum =
+                        |x: &[Var<f64>]| by_number.ends(x, together).iter().map(|end| end[0]).sum();
                     gradient_of(sum, &values)
                 };
                 assert_eq!(gradient(false), gradient(true), "{name}");
@@ -405,7 +410,11 @@ fn robots_of_a_batch_may_differ_in_their_surroundings() {
 /// A scene's friction and a rollout's are one number.
 #[test]
 fn surroundings_are_those_of_a_scene() {
-    let friction = |value: f64| robot(&format!("[physics]\ncontact = \"coulomb\"\nfriction = {value:?}"));
+    let friction = |value: f64| {
+        robot(&format!(
+            "[physics]\ncontact = \"coulomb\"\nfriction = {value:?}"
+        ))
+    };
     let (low, high) = (friction(0.2), friction(1.5));
     let by_number = ByNumber::new(&low, "physics.friction");
     assert_eq!(by_number.ends(&[1.5], false)[0], last(&high).to_columns());
@@ -413,7 +422,9 @@ fn surroundings_are_those_of_a_scene() {
 }
 
 #[test]
-#[should_panic(expected = "the surroundings have no number `physics.friction`; expected one of physics.gravity")]
+#[should_panic(
+    expected = "the surroundings have no number `physics.friction`; expected one of physics.gravity"
+)]
 fn an_unknown_number_of_the_surroundings_is_refused() {
     let case = robot("");
     ByNumber::new(&case, "physics.friction").ends(&[1.0], false);

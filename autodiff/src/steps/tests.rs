@@ -9,8 +9,8 @@ use num_traits::Zero;
 use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
-    CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout,
-    Tape, Var, gradient_of,
+    CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
+    Var, gradient_of,
 };
 
 /// Starts near one another, and the parameters of all of them.

@@ -35,11 +35,7 @@ use super::sticking::Sticking;
 const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
 
 /// The adjoints of a step and of a drift under a contact law with this many settings.
-fn of_contact<C: Contact>(
-    name: &str,
-    settings: usize,
-    build: impl Fn(&[f64]) -> C,
-) -> Vec<String> {
+fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) -> C) -> Vec<String> {
     let of_flight = ["self.flight.drift.dt", "self.flight.decay"];
     let flying = |v: &[f64]| Flying {
         flight: Flight {

@@ -56,7 +56,9 @@ impl<N: Real, const K: usize> InputField<N, [N; K]> for [f64; K] {
     const COUNT: usize = K;
     fn inputs(&self, key: &str) -> Vec<(String, f64)> {
         let numbers = self.iter().enumerate();
-        numbers.map(|(k, &number)| (format!("{key}[{k}]"), number)).collect()
+        numbers
+            .map(|(k, &number)| (format!("{key}[{k}]"), number))
+            .collect()
     }
     #[inline(always)]
     fn of(&self, numbers: &mut &[N]) -> [N; K] {
