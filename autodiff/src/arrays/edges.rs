@@ -7,11 +7,11 @@ use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
 use super::kernel::{Kernel, Pullback};
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use super::uniform::UniformInputs;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
+use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
 /// The inputs of the kernel are `C` differences, head minus tail, and then the arrays given per edge. Its `O`
 /// results are added at the tail and subtracted at the head.
@@ -218,7 +218,8 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     }
 }
 
-impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
+impl<R, K, const C: usize, const I: usize, const O: usize> LaneOperation<R>
+    for EdgeMap<R, K, C, I, O>
 where
     R: Real,
     K: Kernel<I, O>,
@@ -226,85 +227,51 @@ where
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
-    }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
         self.uniforms.set_active(arrays);
     }
-}
-
-impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, EdgeMap<R, K, C, I, O>, R>
-where
-    R: Real,
-    K: Kernel<I, O>,
-{
-    type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        map.plan.check::<R, L>();
-        let EdgePlan { room, .. } = map.plan;
-        let results = &mut map.scratch[..O * room];
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        self.plan.check::<R, L>();
+        let EdgePlan { room, .. } = self.plan;
+        let results = &mut self.scratch[..O * room];
         // SAFETY: the reach was checked, and the results have the plan's room.
         unsafe {
             let values = StepValues { parameters, row };
-            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
-            let uniforms = map.uniforms.load(values);
+            let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
+            let uniforms = self.uniforms.load(values);
             // First the kernel writes its results to `scratch`. The sums at the nodes follow below.
-            for &lane in &map.plan.edges {
-                let y = map.kernel.eval_with(sources.load::<L>(lane), &uniforms);
+            for &lane in &self.plan.edges {
+                let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
                 for o in 0..O {
                     y[o].store_at(results, o * room + lane.scratch);
                 }
             }
         }
-        let Array { start, len, .. } = map.sums[0];
+        let Array { start, len, .. } = self.sums[0];
         let sums = &mut row[start..start + O * len];
-        collect::<R, L, O>(&map.plan, results, len, |o, node, n, sum| {
+        collect::<R, L, O>(&self.plan, results, len, |o, node, n, sum| {
             // SAFETY: the sums are adjacent arrays, and these are their nodes.
             unsafe { sum.store_n(sums, o * len + node, n) };
         });
     }
-}
-
-impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, EdgeMap<R, K, C, I, O>, R>
-where
-    R: Real,
-    K: Kernel<I, O>,
-{
-    type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        map.plan.check::<R, L>();
-        let EdgePlan { room, .. } = map.plan;
-        let ends_bar = &mut map.scratch[..C * room];
-        let (places, uniform_sums) = (Places::new(bars), map.uniforms.sums(bars));
-        let y_bars = map.sums.map(|sum| places.of(sum));
-        let x_bars = places.of_active(&map.inputs, &map.active);
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        self.plan.check::<R, L>();
+        let EdgePlan { room, .. } = self.plan;
+        let ends_bar = &mut self.scratch[..C * room];
+        let (places, uniform_sums) = (Places::new(bars), self.uniforms.sums(bars));
+        let y_bars = self.sums.map(|sum| places.of(sum));
+        let x_bars = places.of_active(&self.inputs, &self.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
-            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
-            let uniforms = map.uniforms.load(*values);
-            for &lane in &map.plan.edges {
+            let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
+            let uniforms = self.uniforms.load(values);
+            for &lane in &self.plan.edges {
                 // A result was added at the tail and subtracted at the head, so its cotangent is the
                 // difference of their cotangents. Ghosts have none.
                 let mut y_bar = [L::zero(); O];
@@ -316,12 +283,12 @@ where
                 let x = sources.load::<L>(lane);
                 let at = Pullback {
                     x,
-                    y: map.kernel.eval_with(x, &uniforms),
+                    y: self.kernel.eval_with(x, &uniforms),
                     y_bar: [y_bar],
                 };
-                let [x_bar] = map.kernel.vjp_with(at, &uniforms);
+                let [x_bar] = self.kernel.vjp_with(at, &uniforms);
                 let edges = (lane.slot, lane.bits);
-                uniform_sums.add(&map.kernel, (x, y_bar), &uniforms, edges);
+                uniform_sums.add(&self.kernel, (x, y_bar), &uniforms, edges);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
@@ -330,10 +297,10 @@ where
                 }
             }
         }
-        let ends = &map.inputs[..C];
+        let ends = &self.inputs[..C];
         // The cotangent of a difference, head minus tail, is subtracted at the tail and added at the head.
-        if map.active[..C].contains(&true) {
-            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, node, n, sum| {
+        if self.active[..C].contains(&true) {
+            collect::<R, L, C>(&self.plan, ends_bar, ends[0].len, |c, node, n, sum| {
                 let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
                 // SAFETY: the nodes are within the reach that was checked.
                 unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };

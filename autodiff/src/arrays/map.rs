@@ -3,11 +3,11 @@
 
 use super::array::Array;
 use super::kernel::{Kernel, Pullback, Uniforms};
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use super::uniform::{UniformInputs, UniformSums};
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
+use crate::simd::{Lane, Unchecked, WIDEST};
 
 pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
@@ -52,27 +52,52 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
+impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> for Map<K, I, O> {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
-    }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
         self.uniforms.set_active(arrays);
+    }
+    #[inline(always)]
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        let Array { start, len, .. } = self.outputs[0];
+        let (row, after) = row.split_at_mut(start);
+        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
+        unsafe {
+            let values = StepValues { parameters, row };
+            let mut lanes = ForwardLanes::<_, _, L, I, O> {
+                kernel: &self.kernel,
+                x: self.sources(values),
+                uniforms: self.uniforms.load(values),
+                y: &mut after[..O * len],
+                len,
+            };
+            lanes.lanes::<true>(len);
+        }
+    }
+    #[inline(always)]
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        let Array { start, len, .. } = self.outputs[0];
+        let (places, sums) = (Places::new(bars), self.uniforms.sums(bars));
+        // SAFETY: the reach was checked.
+        unsafe {
+            let mut lanes = ReverseLanes::<_, _, L, I, O> {
+                kernel: &self.kernel,
+                x: self.sources(values),
+                uniforms: self.uniforms.load(values),
+                sums,
+                y: &values.row[start..start + O * len],
+                y_bar: places.of(self.outputs[0]),
+                len,
+                x_bar: places.of_active(&self.inputs, &self.active),
+            };
+            lanes.lanes::<false>(len);
+        }
     }
 }
 
@@ -138,31 +163,6 @@ where
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, Map<K, I, O>, R>
-{
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        let Array { start, len, .. } = map.outputs[0];
-        let (row, after) = row.split_at_mut(start);
-        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
-        unsafe {
-            let values = StepValues { parameters, row };
-            let mut lanes = ForwardLanes::<_, _, L, I, O> {
-                kernel: &map.kernel,
-                x: map.sources(values),
-                uniforms: map.uniforms.load(values),
-                y: &mut after[..O * len],
-                len,
-            };
-            lanes.lanes::<true>(len);
-        }
-    }
-}
-
 struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
@@ -207,33 +207,5 @@ where
             self.sums
                 .add(self.kernel, (x, y_bar), &self.uniforms, (i, bits))
         };
-    }
-}
-
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, Map<K, I, O>, R>
-{
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        let Array { start, len, .. } = map.outputs[0];
-        let (places, sums) = (Places::new(bars), map.uniforms.sums(bars));
-        // SAFETY: the reach was checked.
-        unsafe {
-            let mut lanes = ReverseLanes::<_, _, L, I, O> {
-                kernel: &map.kernel,
-                x: map.sources(*values),
-                uniforms: map.uniforms.load(*values),
-                sums,
-                y: &values.row[start..start + O * len],
-                y_bar: places.of(map.outputs[0]),
-                len,
-                x_bar: places.of_active(&map.inputs, &map.active),
-            };
-            lanes.lanes::<false>(len);
-        }
     }
 }

@@ -28,6 +28,6 @@ pub use kernel::{
     Kernel, MOST_UNIFORMS, Pullback, Uniforms, uniforms, vjp_by_duals, vjp_by_duals_with,
 };
 pub(crate) use map::Map;
-pub(crate) use operation::Operation;
+pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use weighted::Weighted;

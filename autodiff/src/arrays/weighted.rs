@@ -4,11 +4,11 @@
 use smallvec::SmallVec;
 
 use super::array::Array;
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add};
 use crate::product::fits_registers;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
+use crate::simd::{Lane, Unchecked, WIDEST};
 
 /// See [`Program::weighted`](super::Program::weighted). How many arrays it has is known only at run time:
 /// instances for each number of arrays would be half a megabyte of code.
@@ -53,26 +53,108 @@ impl Weighted {
     }
 }
 
-impl<R: Real> Operation<R> for Weighted {
+impl<R: Real> LaneOperation<R> for Weighted {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
-    }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) {
         self.active = arrays.to_vec();
+    }
+    #[inline(always)]
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        let (starts, len) = (self.weights.starts, self.weights.len);
+        let (row, after) = row.split_at_mut(self.outputs[0].start);
+        let values = StepValues { parameters, row };
+        let weights = values.get(self.weights);
+        let mut to = self.outputs[1].start - self.outputs[0].start;
+        // SAFETY: all arrays are as long as the weights, and the outputs hold the results of each.
+        unsafe {
+            let total = sum::<R, L>(weights, None, starts);
+            for (c, &array) in self.weighed.iter().enumerate() {
+                let (x, mut mean) = (values.get(array), L::zero());
+                if c < self.offsets {
+                    mean = L::load(&sum::<R, L>(weights, Some(x), starts)) / L::load(&total);
+                    mean.store_n(after, to, starts.min(L::N));
+                    to += starts;
+                }
+                for at in (0..len).step_by(L::N) {
+                    let n = L::N.min(len - at);
+                    let offset = L::load_n(x, at, n) - mean;
+                    let weighed = L::load_n(weights, at, n) * offset;
+                    weighed.store_n(after, c * len + at, n);
+                }
+            }
+            after[to..to + starts].copy_from_slice(&total[..starts]);
+        }
+        let mut to = self.weighed.len() * len;
+        for &other in &self.others {
+            after[to..to + other.len].copy_from_slice(values.get(other));
+            to += other.len;
+        }
+    }
+    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
+    /// that of `w` is `(x - mean) r`.
+    #[inline(always)]
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        let (starts, len) = (self.weights.starts, self.weights.len);
+        let (begin, first) = (self.outputs[0].start, self.outputs[1].start);
+        let Bars { parameters, row } = bars;
+        let (row, after) = row.split_at_mut(begin);
+        let mut bars = Bars { parameters, row };
+        let weights = values.get(self.weights);
+        let places = Places::new(&mut bars);
+        let place = |array| match self.is_active(array) {
+            true => places.of(array),
+            false => std::ptr::null_mut(),
+        };
+        let means = &values.row[first..];
+        let total = each::<R, L>(&means[self.offsets * starts..], starts);
+        let mut all = SmallVec::<[Weighed<R, L>; 6]>::new();
+        // SAFETY: the reach was checked; inputs lie before outputs, and no two slices of their bars live at
+        // a time.
+        unsafe {
+            for (c, &array) in self.weighed.iter().enumerate() {
+                let y_bar = &after[c * len..][..len];
+                let (mut mean, mut shift) = (L::zero(), L::zero());
+                if c < self.offsets {
+                    mean = each(&means[c * starts..], starts);
+                    let mean_bar: L = each(&after[first - begin + c * starts..], starts);
+                    let product = sum::<R, L>(weights, Some(y_bar), starts);
+                    shift = (L::load(&product) - mean_bar) / total;
+                }
+                all.push(Weighed {
+                    x: values.get(array),
+                    mean,
+                    y_bar,
+                    shift,
+                    x_bar: place(array),
+                });
+            }
+            let w_bar = place(self.weights);
+            for at in (0..len).step_by(L::N) {
+                let n = L::N.min(len - at);
+                let weight = L::load_n(weights, at, n);
+                let mut of_weight = L::zero();
+                for array in &all {
+                    let rest = L::load_n(array.y_bar, at, n) - array.shift;
+                    add(array.x_bar, at, n, weight * rest);
+                    let offset = L::load_n(array.x, at, n) - array.mean;
+                    of_weight = rest.fma(offset, of_weight);
+                }
+                add(w_bar, at, n, of_weight);
+            }
+        }
+        let mut from = self.weighed.len() * len;
+        for &other in &self.others {
+            if self.is_active(other) {
+                let to = bars.get_mut(other).iter_mut();
+                to.zip(&after[from..]).for_each(|(to, &bar)| *to += bar);
+            }
+            from += other.len;
+        }
     }
 }
 
@@ -179,44 +261,6 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     sums
 }
 
-impl<R: Real> Vectorized<R> for Forward<'_, Weighted, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        let (starts, len) = (map.weights.starts, map.weights.len);
-        let (row, after) = row.split_at_mut(map.outputs[0].start);
-        let values = StepValues { parameters, row };
-        let weights = values.get(map.weights);
-        let mut to = map.outputs[1].start - map.outputs[0].start;
-        // SAFETY: all arrays are as long as the weights, and the outputs hold the results of each.
-        unsafe {
-            let total = sum::<R, L>(weights, None, starts);
-            for (c, &array) in map.weighed.iter().enumerate() {
-                let (x, mut mean) = (values.get(array), L::zero());
-                if c < map.offsets {
-                    mean = L::load(&sum::<R, L>(weights, Some(x), starts)) / L::load(&total);
-                    mean.store_n(after, to, starts.min(L::N));
-                    to += starts;
-                }
-                for at in (0..len).step_by(L::N) {
-                    let n = L::N.min(len - at);
-                    let offset = L::load_n(x, at, n) - mean;
-                    let weighed = L::load_n(weights, at, n) * offset;
-                    weighed.store_n(after, c * len + at, n);
-                }
-            }
-            after[to..to + starts].copy_from_slice(&total[..starts]);
-        }
-        let mut to = map.weighed.len() * len;
-        for &other in &map.others {
-            after[to..to + other.len].copy_from_slice(values.get(other));
-            to += other.len;
-        }
-    }
-}
-
 /// A weighted array in the reverse sweep.
 struct Weighed<'a, R, L> {
     x: &'a [R],
@@ -226,74 +270,6 @@ struct Weighed<'a, R, L> {
     /// What is subtracted from `y_bar`.
     shift: L,
     x_bar: *mut R,
-}
-
-impl<R: Real> Vectorized<R> for Reverse<'_, '_, Weighted, R> {
-    type Output = ();
-    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
-    /// that of `w` is `(x - mean) r`.
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        let (starts, len) = (map.weights.starts, map.weights.len);
-        let (begin, first) = (map.outputs[0].start, map.outputs[1].start);
-        let Bars { parameters, row } = bars;
-        let (row, after) = row.split_at_mut(begin);
-        let mut bars = Bars { parameters, row };
-        let weights = values.get(map.weights);
-        let places = Places::new(&mut bars);
-        let place = |array| match map.is_active(array) {
-            true => places.of(array),
-            false => std::ptr::null_mut(),
-        };
-        let means = &values.row[first..];
-        let total = each::<R, L>(&means[map.offsets * starts..], starts);
-        let mut all = SmallVec::<[Weighed<R, L>; 6]>::new();
-        // SAFETY: the reach was checked; inputs lie before outputs, and no two slices of their bars live at
-        // a time.
-        unsafe {
-            for (c, &array) in map.weighed.iter().enumerate() {
-                let y_bar = &after[c * len..][..len];
-                let (mut mean, mut shift) = (L::zero(), L::zero());
-                if c < map.offsets {
-                    mean = each(&means[c * starts..], starts);
-                    let mean_bar: L = each(&after[first - begin + c * starts..], starts);
-                    let product = sum::<R, L>(weights, Some(y_bar), starts);
-                    shift = (L::load(&product) - mean_bar) / total;
-                }
-                all.push(Weighed {
-                    x: values.get(array),
-                    mean,
-                    y_bar,
-                    shift,
-                    x_bar: place(array),
-                });
-            }
-            let w_bar = place(map.weights);
-            for at in (0..len).step_by(L::N) {
-                let n = L::N.min(len - at);
-                let weight = L::load_n(weights, at, n);
-                let mut of_weight = L::zero();
-                for array in &all {
-                    let rest = L::load_n(array.y_bar, at, n) - array.shift;
-                    add(array.x_bar, at, n, weight * rest);
-                    let offset = L::load_n(array.x, at, n) - array.mean;
-                    of_weight = rest.fma(offset, of_weight);
-                }
-                add(w_bar, at, n, of_weight);
-            }
-        }
-        let mut from = map.weighed.len() * len;
-        for &other in &map.others {
-            if map.is_active(other) {
-                let to = bars.get_mut(other).iter_mut();
-                to.zip(&after[from..]).for_each(|(to, &bar)| *to += bar);
-            }
-            from += other.len;
-        }
-    }
 }
 
 /// A number of each start, repeated up to the width of a register.

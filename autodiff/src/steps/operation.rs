@@ -1,6 +1,6 @@
 //! The operations of a step.
 
-use crate::arrays::{Array, Bars, DenseLayer, Gather, Operation, StepValues, Weighted};
+use crate::arrays::{Array, Bars, DenseLayer, Gather, InLanes, Operation, StepValues, Weighted};
 use crate::real::Real;
 use crate::record::ReplayedKernel;
 
@@ -11,8 +11,8 @@ pub(crate) enum StepOperation<R: Real> {
     Kernel(Box<dyn Operation<R>>),
     /// A kernel that is replayed.
     Replayed(ReplayedKernel),
-    Gather(Gather),
-    Weighted(Weighted),
+    Gather(InLanes<Gather>),
+    Weighted(InLanes<Weighted>),
     Dense(Box<DenseLayer<R>>),
 }
 

@@ -3,8 +3,8 @@
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Parameter, Weighted,
-    repeated,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Parameter,
+    Weighted, repeated,
 };
 use crate::real::Real;
 
@@ -50,7 +50,7 @@ impl<R: Real> Program<R> {
         self.assert_uniform(uniforms);
         let map = |outputs: &[Array]| {
             let map = Map::new(kernel, x, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(map))
+            StepOperation::Kernel(Box::new(InLanes(map)))
         };
         arrays(&self.map_by(&x, O, map))
     }
@@ -248,7 +248,7 @@ impl<R: Real> Program<R> {
         self.assert_uniform(uniforms);
         let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
             let map = EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs));
-            StepOperation::Kernel(Box::new(map))
+            StepOperation::Kernel(Box::new(InLanes(map)))
         });
         arrays(&outputs)
     }
@@ -294,7 +294,9 @@ impl<R: Real> Program<R> {
         );
         let output = self.output(indices.len());
         self.operations
-            .push(StepOperation::Gather(Gather::new(x, indices, output)));
+            .push(StepOperation::Gather(InLanes(Gather::new(
+                x, indices, output,
+            ))));
         output
     }
 
@@ -343,7 +345,8 @@ impl<R: Real> Program<R> {
         let lengths = [weighed.len() * weights.len() + appended, offsets.len(), 1];
         let outputs = lengths.map(|len| self.unaligned_output(len));
         let operation = Weighted::new(weights, [offsets, values], others, outputs);
-        self.operations.push(StepOperation::Weighted(operation));
+        self.operations
+            .push(StepOperation::Weighted(InLanes(operation)));
         [outputs[0], outputs[1]]
     }
 }
