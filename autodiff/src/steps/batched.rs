@@ -35,7 +35,8 @@ impl<M: Model> Rollout<M> {
     /// [`run`](Rollout::run), except that on a tape every operation of every step is an entry.
     pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let one = Starts { count: 1, own: &[] };
-        self.forward(one, &[&[start], parameters].concat())
+        self.recorded(one, &[&[start], parameters].concat(), false)
+            .0
     }
 
     /// Runs a batch of starts. All starts share the matrices. Each may have its own values of the other
@@ -252,7 +253,11 @@ impl<M: Model> Fused for Batched<M> {
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut seen = Vec::new();
         for group in self.groups::<R>() {
-            let forward = |inputs: &[&[R]]| self.rollout.forward(self.of_group(&group), inputs);
+            let forward = |inputs: &[&[R]]| {
+                self.rollout
+                    .recorded(self.of_group(&group), inputs, false)
+                    .0
+            };
             let of_group = self.with_inputs(&group, inputs, forward);
             seen.extend(group.parted(&of_group).concat());
         }
@@ -262,7 +267,8 @@ impl<M: Model> Fused for Batched<M> {
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in self.groups::<R>() {
-            let record = |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs);
+            let record =
+                |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs, true);
             let (of_group, recorded) = self.with_inputs(&group, inputs, record);
             seen.extend(group.parted(&of_group).concat());
             saved.push((group, recorded));

@@ -59,7 +59,7 @@ pub enum Memory {
 }
 
 /// The schedule of a reverse sweep.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub(super) struct CheckpointSchedule {
     /// The number of steps whose rows are kept at once.
     pub(super) leaf: usize,
@@ -68,6 +68,12 @@ pub(super) struct CheckpointSchedule {
 }
 
 impl CheckpointSchedule {
+    /// Keeps one step at a time and no checkpoints.
+    pub(super) const NOTHING: Self = Self {
+        leaf: 1,
+        checkpoints: 0,
+    };
+
     /// From the lengths of a state and of a row, in numbers of type `R`.
     pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {

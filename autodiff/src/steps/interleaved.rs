@@ -2,7 +2,7 @@
 
 use super::progress::running;
 use super::settings::{Model, Rollout};
-use super::sweep::{Recorded, Starts, Stepper};
+use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
 impl<M: Model> Rollout<M> {
@@ -20,34 +20,16 @@ impl<M: Model> Rollout<M> {
         entries.iter().flat_map(interleaved).collect()
     }
 
-    /// Returns the observed numbers, interleaved if there are several starts.
-    pub(super) fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
-        let _running = running();
-        let mut stepper = Stepper::new(self, starts, inputs);
-        let mut row = stepper.row(inputs[0]);
-        let places = self.places(starts.count, stepper.state_len());
-        let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
-        for step in 0..=self.steps {
-            while observed.next_if_eq(&&step).is_some() {
-                let state = stepper.state(&row);
-                seen.extend(places.iter().map(|&i| state[i]));
-            }
-            if step < self.steps {
-                stepper.step_in_place(step, &mut row);
-            }
-        }
-        stepper.apply_state_bound(self.steps, &row, &mut seen);
-        seen
-    }
-
-    /// [`forward`](Self::forward) that also returns the record for the reverse sweep.
+    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the record for the
+    /// reverse sweep. Without a reverse sweep no steps need to be kept.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,
         inputs: &[&[R]],
+        keeps: bool,
     ) -> (Vec<R>, Recorded<R>) {
         let _running = running();
-        let mut recorded = Recorded::new(self, starts, inputs);
+        let mut recorded = Recorded::new(self, starts, inputs, keeps);
         let places = self.places(starts.count, recorded.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {

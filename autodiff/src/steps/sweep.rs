@@ -113,7 +113,7 @@ struct Checkpoint<R> {
     state: Vec<R>,
 }
 
-/// The record of a forward run, which the reverse sweep reads.
+/// A forward run, and its record for the reverse sweep.
 pub(super) struct Recorded<R: Real> {
     stepper: Stepper<R>,
     schedule: CheckpointSchedule,
@@ -127,12 +127,21 @@ pub(super) struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    /// Prepares a forward run. The arguments are those of [`Stepper::new`].
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+    /// Prepares a forward run. The arguments are those of [`Stepper::new`], and whether the run keeps what a reverse
+    /// sweep needs.
+    pub(super) fn new<M: Model>(
+        rollout: &Rollout<M>,
+        starts: Starts,
+        inputs: &[&[R]],
+        keeps: bool,
+    ) -> Self {
         let stepper = Stepper::new(rollout, starts, inputs);
         let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
         let lengths = [stepper.state_len(), stride];
-        let schedule = CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths);
+        let schedule = match keeps {
+            true => CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths),
+            false => CheckpointSchedule::NOTHING,
+        };
         let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
@@ -142,7 +151,10 @@ impl<R: Real> Recorded<R> {
                 "the rows of {leaf} steps do not fit into memory: give the rollout a budget, `Memory::Bytes`"
             );
         };
-        let mut rows = pooled_rows(kept);
+        let mut rows = match keeps {
+            true => pooled_rows(kept),
+            false => Aligned::zeros(kept),
+        };
         stepper.program.set_state(&mut rows, inputs[0]);
         Self {
             checkpoints: vec![Checkpoint {
@@ -301,7 +313,9 @@ fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
 
 impl<R: Real> Drop for Recorded<R> {
     fn drop(&mut self) {
-        let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
-        pool::keep(Box::new(rows));
+        if self.schedule != CheckpointSchedule::NOTHING {
+            let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
+            pool::keep(Box::new(rows));
+        }
     }
 }
