@@ -45,8 +45,8 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
         vjp_by_duals(self, at)
     }
 
-    /// As [`vjp`](Kernel::vjp), with these uniform inputs. Cotangents of the uniform inputs themselves always come
-    /// from dual numbers, and only if they are needed.
+    /// [`vjp`](Kernel::vjp) with these uniform inputs. The cotangents of the uniform inputs come from dual numbers, if
+    /// they are needed.
     #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
@@ -57,10 +57,10 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     }
 }
 
-/// The most uniform inputs that a kernel may have.
+/// The most uniform inputs of a kernel.
 pub const MOST_UNIFORMS: usize = 16;
 
-/// The uniform inputs of a kernel, numbers that all elements share: first those that it has, then zeros.
+/// The uniform inputs of a kernel, which are numbers that all elements share, followed by zeros.
 ///
 /// ```
 /// use autodiff::arrays::{Uniforms, uniforms};
@@ -123,7 +123,7 @@ pub fn uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     uniforms
 }
 
-/// A list that fits into [`Uniforms`].
+/// Checks that a list fits into [`Uniforms`].
 #[inline(always)]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     assert!(
@@ -201,7 +201,7 @@ where
     bar
 }
 
-/// Numbers that move in no direction. Loops, not closures, which might be compiled without the caller's
+/// Duals of constants. Here and below there are loops, because closures might be compiled without the caller's
 /// instruction set.
 #[inline(always)]
 fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
@@ -212,7 +212,7 @@ fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>;
     constants
 }
 
-/// Numbers that each move in a direction of its own.
+/// Duals of variables, one direction each.
 #[inline(always)]
 fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     let mut seeded = [Dual::zero(); I];
@@ -222,7 +222,7 @@ fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     seeded
 }
 
-/// Rows of cotangents times the tangents of the results.
+/// The rows of cotangents times the tangents of the results.
 #[inline(always)]
 fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
     y: [Dual<R, I>; O],

@@ -1,4 +1,5 @@
-//! The uniform inputs of a mapped kernel: loaded once per operation, summed up only on demand.
+//! The uniform inputs of a mapped kernel. They are loaded once for each operation, and their cotangents are only
+//! computed if they are needed.
 #![allow(unsafe_code)] // Cotangents are added through pointers: see `Places`.
 
 use super::array::Array;
@@ -10,14 +11,14 @@ use crate::simd::{Lane, WIDEST};
 /// Arrays of one number for each start.
 pub(super) struct UniformInputs {
     arrays: Vec<Array>,
-    /// The numbers of those that carry derivatives.
+    /// The indices of the inputs that carry derivatives.
     active: Vec<usize>,
     reach: Reach,
 }
 
 impl UniformInputs {
     /// # Panics
-    /// Unless the kernel has as many uniform inputs.
+    /// If the kernel does not have as many uniform inputs.
     pub(super) fn new<K: Kernel<I, O>, const I: usize, const O: usize>(arrays: &[Array]) -> Self {
         assert_eq!(
             checked(arrays).len(),
@@ -36,7 +37,7 @@ impl UniformInputs {
         self.active = (0..self.arrays.len()).filter(is_active).collect();
     }
 
-    /// A register of each: the numbers of all starts, repeated.
+    /// A register of each input: the numbers of all starts, repeated.
     #[inline(always)]
     pub(super) fn load<R: Real, L: Lane<R>>(&self, values: StepValues<R>) -> Uniforms<L> {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
@@ -57,7 +58,7 @@ impl UniformInputs {
         uniforms
     }
 
-    /// Where cotangents are added.
+    /// The sums of cotangents.
     pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
         self.reach.check(bars.parameters, bars.row);
         let places = Places::new(bars);
@@ -68,7 +69,7 @@ impl UniformInputs {
     }
 }
 
-/// The cotangents of uniform inputs.
+/// The sums of the cotangents of uniform inputs.
 #[derive(Clone, Copy)]
 pub(super) struct UniformSums<'a, R> {
     uniform: &'a UniformInputs,
@@ -76,11 +77,11 @@ pub(super) struct UniformSums<'a, R> {
 }
 
 impl<R: Real> UniformSums<'_, R> {
-    /// Adds what a register of elements contributes, if a bit is set for it: element by element, so that the sum
-    /// has the same bits for all widths of registers.
+    /// Adds the contributions of the elements of a register whose bits are set. Elements are added one by one, so that
+    /// the sum has the same bits for all widths of registers.
     ///
     /// # Safety
-    /// Nothing else accesses the bars meanwhile.
+    /// Nothing else accesses the cotangents at the same time.
     #[inline(always)]
     pub(super) unsafe fn add<L, K, const I: usize, const O: usize>(
         self,

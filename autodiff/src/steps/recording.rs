@@ -31,13 +31,13 @@ impl<R: Real> Program<R> {
         self.map_with(kernel, x, &[])
     }
 
-    /// As [`map`](Program::map), for a kernel with [uniform inputs](crate::arrays::Uniforms): arrays of one number,
-    /// which all elements share. The cotangent of such a number is the sum over all elements, in their order. It is
-    /// only computed for numbers that carry derivatives.
+    /// [`map`](Program::map) for a kernel with [uniform inputs](crate::arrays::Uniforms): arrays of one number, which
+    /// all elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only
+    /// computed for inputs that carry derivatives.
     ///
     /// # Panics
-    /// As [`map`](Program::map); and unless there are as many uniform inputs as the kernel needs, each of one
-    /// number.
+    /// As [`map`](Program::map). Also if the number of uniform inputs is not that of the kernel, or one of them does
+    /// not have one number.
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -58,7 +58,7 @@ impl<R: Real> Program<R> {
     pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
-        assert!(is_one, "a uniform input is an array of one number");
+        assert!(is_one, "a uniform input must be an array of one number");
     }
 
     /// Maps by the operation that `map` makes for the outputs, one for each of the results.
@@ -230,10 +230,10 @@ impl<R: Real> Program<R> {
         self.map_edges_with(graph, kernel, ends, per_edge, &[])
     }
 
-    /// As [`map_edges`](Program::map_edges), for a kernel with [uniform inputs](Program::map_with).
+    /// [`map_edges`](Program::map_edges) for a kernel with [uniform inputs](Program::map_with).
     ///
     /// # Panics
-    /// As both.
+    /// As these two methods.
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
