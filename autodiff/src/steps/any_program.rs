@@ -120,6 +120,23 @@ impl AnyProgram<'_> {
         }
     }
 
+    /// As [`Program::map_edges`].
+    ///
+    /// # Panics
+    /// As [`map_edges_with`](AnyProgram::map_edges_with).
+    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        self.map_edges_with(graph, kernel, ends, per_edge, &[])
+    }
+
     /// As [`Program::map_edges_with`].
     ///
     /// # Panics

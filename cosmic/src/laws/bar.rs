@@ -12,28 +12,28 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// A factor on strokes that rounding cannot take back.
+/// Lengthens a stroke by more than rounding can shorten it.
 const BEYOND: f64 = 1.0 + 1e-9;
 
-/// A bar, by the numbers that its tension may depend on.
+/// The numbers that the tension of a bar may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Bar<R> {
     /// Length, m.
     pub length: R,
     /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The target length that its actuator sets (D8), m; for a passive bar, the rest length.
+    /// The length that its actuator sets (D8), m; for a passive bar, the rest length.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
-    /// Stiffness of its material, N/m: next to nothing for a void edge.
+    /// Stiffness of its material, N/m; almost 0 for a void edge.
     pub stiffness: R,
     /// Strain at full activation: the strain of an actuator times the bar's share of actuator; 0 for a
     /// passive bar. The activation only changes `target`.
     pub strain: R,
 }
 
-/// What a bar depends on beside the places and velocities of its ends.
+/// What a bar depends on besides the positions and velocities of its ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Actuation<R> {
     /// The controller's output, from -1 to 1.
@@ -46,8 +46,21 @@ pub struct Actuation<R> {
     pub strain: R,
 }
 
+impl<R: Real> Actuation<R> {
+    /// The four numbers in the order of the fields.
+    #[inline(always)]
+    pub fn new([activation, stiffness, rest_length, strain]: [R; 4]) -> Self {
+        Self {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        }
+    }
+}
+
 impl<R: Real> Bar<R> {
-    /// The bar of an edge. Its rate is 0 unless a law needs it.
+    /// The bar of an edge. Its rate is 0 unless `needs_rate` is true.
     #[inline(always)]
     pub fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
@@ -55,23 +68,18 @@ impl<R: Real> Bar<R> {
         needs_rate: bool,
         given: Actuation<R>,
     ) -> Self {
-        let Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        } = given;
+        let rate = if needs_rate {
+            edge.rate(length)
+        } else {
+            R::zero()
+        };
         Self {
             length,
-            rate: if needs_rate {
-                edge.rate(length)
-            } else {
-                R::zero()
-            },
-            target: target_length(rest_length, strain, activation),
-            rest_length,
-            stiffness,
-            strain,
+            rate,
+            target: target_length(given.rest_length, given.strain, given.activation),
+            rest_length: given.rest_length,
+            stiffness: given.stiffness,
+            strain: given.strain,
         }
     }
 }
@@ -127,17 +135,17 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
-    /// The noun for what the law makes of a bar, in messages.
+    /// What messages call the bar under this law: "spring".
     const NOUN: &'static str = Self::NAME;
     /// True if [`Bar::rate`] is read.
     const NEEDS_RATE: bool = false;
 
     /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
-    /// them apart. Like all generic code, it must select and never branch on a [`Real`].
+    /// them apart. `law` has the settings as numbers of the type `R`. Like all generic code, the method must select and
+    /// never branch on a [`Real`].
     fn tension<R: Real>(law: &Self::Of<R>, bar: Bar<R>) -> R;
 
-    /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has
-    /// none.
+    /// The energy of the bar, J: the tension is its derivative by the length. `None` if the law has no energy.
     fn energy(&self, _bar: Bar<f64>) -> Option<f64> {
         None
     }
@@ -153,13 +161,13 @@ pub trait BarForce: Law {
     }
 }
 
-/// The impulse of an edge on its tail over a step, N s, from the edge's vector (m), activation,
+/// Maps an edge to its impulse on its tail over a step, N s, from the edge's vector (m), activation,
 /// stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
     pub law: L,
-    /// For how long it pulls, s.
+    /// The duration of the pull, s.
     pub dt: f64,
 }
 
@@ -187,22 +195,14 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     }
 
     #[inline(always)]
-    fn eval_with<R: Real>(
-        &self,
-        [dx, dy, activation, stiffness, rest_length, strain]: [R; 6],
-        settings: &Uniforms<R>,
-    ) -> [R; 2] {
+    fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
+        let [dx, dy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::zero(),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.impulse(edge, given, settings).array()
+        let impulse = self.impulse(edge, Actuation::new(given), settings);
+        impulse.array()
     }
 
     #[inline(always)]
@@ -220,8 +220,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     }
 }
 
-/// [`Tension`] of a law that asks for the rate: the difference of the ends' velocities (m/s) follows
-/// the edge's vector.
+/// [`Tension`] of a law with [`BarForce::NEEDS_RATE`]: the second input is the difference of the velocities of the ends
+/// (m/s).
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
@@ -244,18 +244,13 @@ impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
-        let [dx, dy, dvx, dvy, activation, stiffness, rest_length, strain] = x;
+        let [dx, dy, dvx, dvy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
             dv: Vector::new([dvx, dvy]),
         };
-        let given = Actuation {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        };
-        self.0.impulse(edge, given, settings).array()
+        let impulse = self.0.impulse(edge, Actuation::new(given), settings);
+        impulse.array()
     }
 }
 
@@ -276,7 +271,7 @@ impl<L: BarForce> OnBars<L> {
         Bar::new(&between, between.length(), true, given)
     }
 
-    /// The slope of the tension by the rate of the length, N s/m, or by the length, N/m.
+    /// The derivative of the tension by the rate of the length, N s/m, or by the length, N/m.
     fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
         let constant = Dual::<f64, 1>::constant;
         let mut moving = Bar {
@@ -296,7 +291,7 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar whose length is off from rest by its stroke.
+    /// A bar whose length differs from its rest length by its stroke.
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
             length: rest_length + off * BEYOND,
@@ -380,9 +375,8 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// A bar is taken to be as stiff as it is where its length is off by the stroke of its own
-    /// actuator and a little more, so that stops there count; what else pulls it longer makes a
-    /// stiffening one stiffer than that.
+    /// The stiffness of a bar is taken slightly beyond the stroke of its own actuator, so that stops there count. A
+    /// stiffening bar that other forces stretch further is stiffer than that.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

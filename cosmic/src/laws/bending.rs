@@ -1,14 +1,12 @@
-//! Bending stiffness of bars that go on through a node: an angular spring between two edges in
+//! Bending stiffness of bars that continue through a node: an angular spring between two edges in
 //! line.
 //!
-//! Off unless the scene asks for it, and then an example of a force that is neither one on every node
-//! nor one along every bar: a kernel for the law, and this page for who takes part. Nothing of it is
-//! differentiated by hand.
+//! It is off by default, and it is the example of a force that acts neither on single nodes nor along single bars:
+//! a kernel computes the force, and the rest of this file finds the nodes and edges that take part.
 //!
-//! Two edges of one node that lie in line at the start are a pair. The bar of an edge of
-//! stiffness `k` (N/m) whose section has the radius of gyration `r` (m) resists bending by
-//! `EI / l = k r^2`; half of each edge acts at the node, one after the other, which makes
-//! `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m) for the pair. A void edge bends freely.
+//! Two edges of one node that are in line at the start form a pair. A bar of stiffness `k` (N/m) whose section has the
+//! radius of gyration `r` (m) resists bending by `EI / l = k r^2`. Half of each edge acts at the node, in series, which
+//! gives the pair `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge bends freely.
 
 use std::sync::Arc;
 
@@ -20,11 +18,11 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice, SOFTENING};
 use crate::settings::Settings;
 
-/// Cosine of the angle up to which two edges count as in line: about 8 degrees.
+/// Two edges are in line if the cosine of the angle between them is larger: up to about 8 degrees.
 const IN_LINE: f64 = 0.99;
-/// Keeps the stiffness of a pair finite where both edges have none, N/m.
+/// Keeps the stiffness of a pair finite if both edges have stiffness 0, N/m.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// Groups whose forces are added in one go.
+/// Shapes whose forces are added by one kernel.
 const AT_ONCE: usize = 4;
 
 /// Bars that resist bending.
@@ -56,17 +54,17 @@ impl AnyForce for Bending {
     }
 }
 
-/// An angular spring between two edges that are in line when it is at ease: a torque `c sin(a)`
-/// where the path over the three nodes turns by the angle `a`, of the energy `c (1 - cos(a))`.
-/// Smooth at every angle; the resistance fades beyond a right one.
+/// An angular spring between two edges, at rest if they are in line: a torque `c sin(a)` if the path over the three
+/// nodes turns by the angle `a`, with the energy `c (1 - cos(a))`. It is smooth at every angle; beyond a right angle the
+/// torque decreases.
 ///
-/// From the three nodes' coordinates (m) and the stiffness of the two edges (N/m) to the impulses on
-/// them (N s).
+/// Maps the coordinates of the three nodes (m) and the stiffness of the two edges (N/m) to the impulses on the nodes
+/// (N s).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
     /// `2 r^2`, m^2.
     pub(super) section: f64,
-    /// For how long it pushes, s.
+    /// The duration of the push, s.
     pub(super) dt: f64,
 }
 
@@ -123,7 +121,7 @@ impl Bend {
     pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
         let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
         let stiffness = self.stiffness(line) * R::lit(self.dt);
-        // A torque on an arm is a force across its end; the middle node takes both reactions.
+        // A torque on an arm is a force across its end. The middle node takes both reactions.
         let first = -a.across(b) * (stiffness * per_a);
         let last = b.across(a) * (stiffness * per_b);
         [first, -(first + last), last]
@@ -167,72 +165,41 @@ struct Pair {
     edges: [usize; 2],
 }
 
-/// A pair of edges of a pose.
-struct PosedPair {
-    nodes: [usize; 3],
-    line: Line<f64>,
-}
+impl Pair {
+    /// How far the indices of the outer nodes are from that of the middle node. Each node has a role (before, middle,
+    /// after) in at most one pair of each shape.
+    fn shape(&self) -> [isize; 2] {
+        let [before, middle, after] = self.nodes.map(|node| node as isize);
+        [before - middle, after - middle]
+    }
 
-/// Places from the middle node of a pair to the outer ones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Shape {
-    before: isize,
-    after: isize,
-}
-
-impl Shape {
-    /// Places from the middle node to the one of a role: before, middle, after.
-    fn offset(self, role: usize) -> isize {
-        [self.before, 0, self.after][role]
+    /// The pair in a pose.
+    fn line(&self, pose: &Pose) -> Line<f64> {
+        let [first, second] = self.edges.map(|edge| pose.body.stiffness[edge]);
+        let nodes = self.nodes.map(|node| pose.state.x[node]);
+        Line {
+            nodes,
+            first,
+            second,
+        }
     }
 }
 
-/// The pairs of a lattice, in groups of one shape: in a group the outer nodes are as many places
-/// before and after the middle one for every pair, so that whole rows of nodes are moved at once.
-/// A slot of a group is a middle node.
+/// The pairs of a lattice.
 #[derive(Clone, Debug)]
 struct BentBars {
     /// Radius of gyration of a bar's section, m.
     radius: f64,
-    nodes: usize,
-    /// Places from the middle node to the outer ones.
-    groups: Vec<Shape>,
-    /// The edges of the pair in every slot, group by group.
-    slots: Vec<Option<[usize; 2]>>,
+    /// By shape, then by the middle node: gathers of their nodes then copy whole rows.
+    pairs: Vec<Pair>,
 }
 
 impl BentBars {
-    /// The pairs of a lattice; `None` where bars bend freely or nothing is in line.
-    pub(super) fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
-        let pairs = if radius > 0.0 {
-            pairs(lattice)
-        } else {
-            Vec::new()
-        };
-        let shape = |pair: &Pair| {
-            let [before, middle, after] = pair.nodes.map(|node| node as isize);
-            Shape {
-                before: before - middle,
-                after: after - middle,
-            }
-        };
-        let mut groups: Vec<Shape> = pairs.iter().map(shape).collect();
-        groups.sort_unstable();
-        groups.dedup();
-        let nodes = lattice.nodes();
-        let mut slots = vec![None; groups.len() * nodes];
-        for pair in &pairs {
-            let group = groups
-                .binary_search(&shape(pair))
-                .expect("every shape has a group");
-            slots[group * nodes + pair.nodes[1]] = Some(pair.edges);
-        }
-        (!pairs.is_empty()).then_some(Self {
-            radius,
-            nodes,
-            groups,
-            slots,
-        })
+    /// The pairs of a lattice; `None` if bars bend freely or no edges are in line.
+    fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
+        let mut pairs = pairs(lattice);
+        pairs.sort_by_key(|pair| (pair.shape(), pair.nodes[1]));
+        (radius > 0.0 && !pairs.is_empty()).then_some(Self { radius, pairs })
     }
 
     fn bend(&self, dt: f64) -> Bend {
@@ -242,53 +209,27 @@ impl BentBars {
         }
     }
 
-    /// All pairs of a pose.
-    fn pairs(&self, pose: &Pose) -> Vec<PosedPair> {
-        let pair = |(slot, edges): (usize, &Option<[usize; 2]>)| {
-            let (group, middle) = (self.groups[slot / self.nodes], slot % self.nodes);
-            let node = |role: usize| self.place(middle, group.offset(role));
-            let nodes = [node(0)?, middle, node(2)?];
-            let [first, second] = (*edges)?.map(|edge| pose.body.stiffness[edge]);
-            let line = Line {
-                nodes: nodes.map(|node| pose.state.x[node]),
-                first,
-                second,
-            };
-            Some(PosedPair { nodes, line })
-        };
-        self.slots.iter().enumerate().filter_map(pair).collect()
-    }
-
-    /// For every slot the node that has this role in it: before, middle, after.
-    fn seen_from_slots(&self, role: usize) -> Vec<Option<usize>> {
-        let group = |&group: &Shape| {
-            (0..self.nodes).map(move |middle| self.place(middle, group.offset(role)))
-        };
-        self.groups.iter().flat_map(group).collect()
-    }
-
-    /// A sum per node, and what the pairs add in which the node has this role.
+    /// Adds to a sum over nodes what the pairs contribute to the nodes that have a role in them.
     fn add(&self, p: &mut AnyProgram, sum: Array, role: usize, pull: Array) -> Array {
-        let places: Vec<usize> = (0..self.groups.len()).collect();
+        let nodes = sum.len();
+        let mut pair = 0;
+        let by_shape = self.pairs.chunk_by(|a, b| a.shape() == b.shape());
+        let places: Vec<Vec<Option<usize>>> = by_shape
+            .map(|pairs| {
+                let mut places = vec![None; nodes];
+                for of_shape in pairs {
+                    places[of_shape.nodes[role]] = Some(pair);
+                    pair += 1;
+                }
+                places
+            })
+            .collect();
+        let none = vec![None; nodes];
         places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
-            let part = |k: usize| {
-                let slot = |node: usize| {
-                    let &group = chunk.get(k)?;
-                    let middle = self.place(node, -self.groups[group].offset(role))?;
-                    Some(group * self.nodes + middle)
-                };
-                (0..self.nodes).map(slot).collect::<Vec<_>>()
-            };
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(pull, &part(k)));
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(pull, chunk.get(k).unwrap_or(&none)));
             let [sum] = p.map(Total, [sum, a, b, c, d]);
             sum
         })
-    }
-
-    /// The node so many places on, where there is one.
-    fn place(&self, node: usize, offset: isize) -> Option<usize> {
-        node.checked_add_signed(offset)
-            .filter(|&place| place < self.nodes)
     }
 }
 
@@ -301,24 +242,28 @@ impl Force for BentBars {
         before: Option<Vector<Array>>,
     ) -> Vector<Array> {
         let nodes = [0, 1, 2].map(|role| {
-            let seen = self.seen_from_slots(role);
-            step.nodes.x.map(|x| p.gather(x, &seen))
+            let places: Vec<_> = self
+                .pairs
+                .iter()
+                .map(|pair| Some(pair.nodes[role]))
+                .collect();
+            step.nodes.x.map(|x| p.gather(x, &places))
         });
-        let mut stiffness = |k: usize| {
-            let slot =
-                |pair: &Option<[usize; 2]>| pair.map(|edges| step.graph.slot_of_edge()[edges[k]]);
-            let slots: Vec<_> = self.slots.iter().map(slot).collect();
-            p.gather(step.stiffness, &slots)
-        };
-        let (first, second) = (stiffness(0), stiffness(1));
+        let [first, second] = [0, 1].map(|k| {
+            let slot = |pair: &Pair| Some(step.graph.slot_of_edge()[pair.edges[k]]);
+            p.gather(
+                step.stiffness,
+                &self.pairs.iter().map(slot).collect::<Vec<_>>(),
+            )
+        });
         let line = Line {
             nodes,
             first,
             second,
         };
         let pulls = p.map(self.bend(step.dt), line.array());
-        // Without forces before it, a gather of no entry is zero.
-        let none = vec![None; self.nodes];
+        // A gather of no entries is zero.
+        let none = vec![None; step.graph.nodes()];
         let mut sums = before.unwrap_or_else(|| step.nodes.x.map(|array| p.gather(array, &none)));
         for (role, pull) in pulls.as_chunks().0.iter().enumerate() {
             let pull = Vector::new(*pull);
@@ -328,42 +273,43 @@ impl Force for BentBars {
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        let pull = |PosedPair { nodes, line }: PosedPair| {
-            let role = nodes.iter().position(|&other| other == node)?;
+        let pull = |pair: &Pair| {
+            let role = pair.nodes.iter().position(|&other| other == node)?;
             Some(Pull {
-                part: format!("the bending of the bar over nodes {nodes:?}"),
-                force: self.bend(1.0).impulses(&line)[role],
+                part: format!("the bending of the bar over nodes {:?}", pair.nodes),
+                force: self.bend(1.0).impulses(&pair.line(pose))[role],
             })
         };
-        self.pairs(pose).into_iter().filter_map(pull).collect()
+        self.pairs.iter().filter_map(pull).collect()
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {
-        let energy = |PosedPair { line, .. }: PosedPair| {
+        let energy = |pair: &Pair| {
+            let line = pair.line(pose);
             let ((a, _), (b, _)) = (line.edge(0), line.edge(1));
-            // 1 - cos(a), without taking numbers near 1 from each other.
+            // 1 - cos(angle), without a difference of numbers close to 1.
             let turned = 0.5 * (a - b).dot(a - b);
             self.bend(1.0).stiffness(&line) * turned
         };
-        Some(self.pairs(pose).into_iter().map(energy).sum())
+        Some(self.pairs.iter().map(energy).sum())
     }
 
-    /// Two edges in line add `c g g^T`, where `g . u` is the angle between them by displacements `u` of
-    /// their three nodes.
+    /// Two edges in line add `c g g^T`, where `g . u` is the angle between them if their three nodes are displaced by
+    /// `u`.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
-        for PosedPair { nodes, line } in self.pairs(pose) {
-            let [before, middle, after] = nodes;
+        for pair in &self.pairs {
+            let [before, middle, after] = pair.nodes;
             let length = |ends| EdgeVector::of(&pose.state, ends).length();
             let (a, b) = (length([before, middle]), length([middle, after]));
             let whole = EdgeVector::of(&pose.state, [before, after]);
             let across = (whole.d / whole.length()).turned_left();
             let g = [1.0 / a, -(1.0 / a + 1.0 / b), 1.0 / b].map(|turn| across * turn);
-            stiffness.angle(nodes, g, self.bend(1.0).stiffness(&line));
+            stiffness.angle(pair.nodes, g, self.bend(1.0).stiffness(&pair.line(pose)));
         }
     }
 
-    /// A pair's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
-    /// makes at most `12 (r / l)^2` times the square of that node's own frequency.
+    /// A pair's `c` is at most `2 r^2` times the stiffness of one of its edges at the node. That adds at most
+    /// `12 (r / l)^2` times the square of the node's own frequency.
     fn any_design(&self, of_node: f64, shortest: f64) -> f64 {
         12.0 * (self.radius / shortest).powi(2) * of_node
     }
@@ -404,7 +350,7 @@ mod tests {
 
     #[test]
     fn every_line_of_three_nodes_is_a_pair() {
-        // Rows and columns have four such lines each, each way of the diagonals four by four.
+        // Each row and column has four such lines; each direction of the diagonals has 4 x 4.
         assert_eq!(
             pairs(&Lattice::sample(6, 6, 0.0)).len(),
             6 * 4 + 6 * 4 + 2 * 4 * 4
@@ -422,11 +368,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_recorded_where_bars_bend_freely() {
+    fn nothing_is_recorded_if_bars_bend_freely() {
         assert!(BentBars::new(&Lattice::sample(6, 6, 0.0), 0.0).is_none());
         assert!(BentBars::new(&Lattice::sample(2, 2, 0.0), 0.01).is_none());
         let bending = BentBars::new(&Lattice::sample(6, 6, 0.0), 0.01).unwrap();
-        assert_eq!((bending.groups.len(), bending.slots.len()), (4, 4 * 36));
+        let shapes = bending.pairs.chunk_by(|a, b| a.shape() == b.shape());
+        assert_eq!((shapes.count(), bending.pairs.len()), (4, 80));
     }
 
     #[test]
@@ -435,7 +382,7 @@ mod tests {
             section: 2.0 * 0.01 * 0.01,
             dt: 1.0,
         };
-        // k r^2; the guard against 0 / 0 takes off a share of 1e-15.
+        // k r^2; `LEAST_STIFFNESS` reduces it by 1e-15 of its value.
         let stiffness = |first: f64, second: f64| {
             bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
         };

@@ -14,22 +14,22 @@ use crate::settings::Settings;
 /// A node that meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact<R, const D: usize = 2> {
-    /// Its velocity before, m/s. The last component is out of the ground, and negative here.
+    /// The velocity before the impact, m/s. The last component points out of the ground and is negative.
     pub velocity: Vector<R, D>,
-    /// The time that is left of the drift, s.
+    /// The remaining time of the drift, s.
     pub rest: R,
 }
 
-/// What happens to a node that meets the ground. To write one, give it [settings](Law) and
-/// [`respond`](Contact::respond); derivatives, lanes and files follow.
+/// What happens to a node that meets the ground. To write a law, give it [settings](Law) and
+/// [`respond`](Contact::respond). Derivatives, SIMD lanes and file formats need no further code.
 ///
 /// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
 pub trait Contact: Law {
     /// False if there is no ground at all.
     const HAS_GROUND: bool = true;
 
-    /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. Like all
-    /// generic code it selects and never branches.
+    /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. `law` has the settings as
+    /// numbers of the type `R`. Like all generic code, the method must select and never branch on a [`Real`].
     fn respond<R: Real, const D: usize>(law: &Self::Of<R>, impact: Impact<R, D>) -> Vector<R, D>;
 
     /// A node after a drift over the ground line.
@@ -48,9 +48,9 @@ pub trait Contact: Law {
         }
     }
 
-    /// A node after a drift over terrain. Where it meets a segment, the law has its velocity along that segment
-    /// and out of it. In a corner, where the way that is left leads into another segment, the law is asked once
-    /// more, and a node that even then would not stay above the ground stops in that corner.
+    /// A node after a drift over terrain. If it meets a segment, the law gets the velocity along and out of that
+    /// segment. If the rest of the drift leads into another segment, as in a corner, the law is applied once more. A node
+    /// that would still sink into the ground after that stops in the corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
         law: &Self::Of<R>,
@@ -81,14 +81,14 @@ pub trait Contact: Law {
         Particle { v, ..way.node }.after(way.left)
     }
 
-    /// The law under another coefficient of friction, where it has one: that of the scene, and those
-    /// drawn for a robot that must stand several.
+    /// The law with another coefficient of friction, if it has one: the scene's `physics.friction`, or one that is drawn
+    /// for domain randomization.
     #[must_use]
     fn with_friction(self, _friction: f64) -> Self {
         self
     }
 
-    /// The adjoint of a step: an [emitted](autodiff::emit) one is faster.
+    /// The adjoint of a step over flat ground: an [emitted](autodiff::emit) one is faster.
     #[inline(always)]
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
@@ -98,7 +98,7 @@ pub trait Contact: Law {
         vjp_by_duals_with(flying, at, given)
     }
 
-    /// The adjoint of a drift that nothing pushes.
+    /// The adjoint of a drift over flat ground without a push.
     #[inline(always)]
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
@@ -109,40 +109,127 @@ pub trait Contact: Law {
     }
 }
 
+/// In the `impl` of a [`Contact`]: the adjoints are the emitted ones. The argument is `_`, or `settings, settings` if the
+/// law has settings.
+macro_rules! emitted_adjoints {
+    ($settings:pat $(, $given:ident)?) => {
+        #[inline(always)]
+        fn flying_vjp<R: Real, const M: usize>(
+            flying: &Flying<Self>,
+            at: autodiff::Pullback<R, 7, 4, M>,
+            given: &autodiff::arrays::Uniforms<R>,
+        ) -> [[R; 7]; M] {
+            flying.emitted_vjp(at, given)
+        }
+
+        #[inline(always)]
+        fn drifting_vjp<R: Real, const M: usize>(
+            drifting: &Drifting<Self>,
+            at: autodiff::Pullback<R, 4, 4, M>,
+            $settings: &autodiff::arrays::Uniforms<R>,
+        ) -> [[R; 4]; M] {
+            drifting.emitted_vjp(at $(, $given)?)
+        }
+    };
+}
+pub(super) use emitted_adjoints;
+
+/// What a node drifts over: [`Flat`] ground or [`Terrain`].
+pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
+    /// A node after a drift, under a contact law.
+    fn drift<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D>;
+
+    /// The adjoint of a step.
+    #[inline(always)]
+    fn flying_vjp<C: Contact, R: Real, const M: usize>(
+        flying: &Flying<C, Self>,
+        at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 7]; M] {
+        vjp_by_duals_with(flying, at, given)
+    }
+
+    /// The adjoint of a drift without a push.
+    #[inline(always)]
+    fn drifting_vjp<C: Contact, R: Real, const M: usize>(
+        drifting: &Drifting<C, Self>,
+        at: Pullback<R, 4, 4, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 4]; M] {
+        vjp_by_duals_with(drifting, at, settings)
+    }
+}
+
+/// The ground line, or no ground at all.
+#[derive(Clone, Copy, Debug)]
+pub struct Flat;
+
+impl Underfoot for Flat {
+    #[inline(always)]
+    fn drift<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        C::drift(law, drift, node)
+    }
+
+    #[inline(always)]
+    fn flying_vjp<C: Contact, R: Real, const M: usize>(
+        flying: &Flying<C>,
+        at: Pullback<R, 7, 4, M>,
+        given: &Uniforms<R>,
+    ) -> [[R; 7]; M] {
+        C::flying_vjp(flying, at, given)
+    }
+
+    #[inline(always)]
+    fn drifting_vjp<C: Contact, R: Real, const M: usize>(
+        drifting: &Drifting<C>,
+        at: Pullback<R, 4, 4, M>,
+        settings: &Uniforms<R>,
+    ) -> [[R; 4]; M] {
+        C::drifting_vjp(drifting, at, settings)
+    }
+}
+
+impl Underfoot for Terrain {
+    #[inline(always)]
+    fn drift<C: Contact, R: Real, const D: usize>(
+        &self,
+        law: &C::Of<R>,
+        drift: &Drift,
+        node: Particle<R, D>,
+    ) -> Particle<R, D> {
+        C::drift_over(law, self, drift, node)
+    }
+}
+
 /// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
 /// `[x, y, vx, vy]`. The uniform inputs are the two components of [`Flight::gravity`], then the law's settings.
 #[derive(Clone, Debug)]
-pub struct Flying<C, const D: usize = 2> {
+pub struct Flying<C, G = Flat> {
     /// The push, and the drift after it.
-    pub flight: Flight<D>,
+    pub flight: Flight,
     /// What happens at the ground.
     pub contact: C,
+    /// The ground.
+    pub ground: G,
 }
 
-impl<C: Contact, const D: usize> Flying<C, D> {
-    /// A node that an impulse (N s) has pushed, and the law with the settings given.
-    #[inline(always)]
-    fn pushed<R: Real>(
-        &self,
-        node: Particle<R, D>,
-        (impulse, inverse_mass): (Vector<R, D>, R),
-        given: &Uniforms<R>,
-    ) -> (Particle<R, D>, C::Of<R>) {
-        let mut gravity = Vector::zero();
-        for axis in 0..D {
-            gravity[axis] = given[axis];
-        }
-        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
-        (Particle { v, ..node }, self.contact.of(&given[D..]))
-    }
-
+impl<C: Contact, G: Underfoot> Flying<C, G> {
     fn uniforms<R: Real>(&self) -> Uniforms<R> {
-        let gravity: Vec<f64> = self.flight.gravity.iter().copied().collect();
-        uniforms(&gravity, &self.contact)
+        uniforms(self.flight.gravity.as_slice(), &self.contact)
     }
 }
 
-impl<C: Contact> Kernel<7, 4> for Flying<C> {
+impl<C: Contact, G: Underfoot> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
 
     #[inline(always)]
@@ -157,8 +244,11 @@ impl<C: Contact> Kernel<7, 4> for Flying<C> {
         given: &Uniforms<R>,
     ) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let (node, contact) = self.pushed(node, (impulse, inverse_mass), given);
-        C::drift(&contact, &self.flight.drift, node).array()
+        let gravity = Vector::new([given[0], given[1]]);
+        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
+        let (law, node) = (self.contact.of(&given[2..]), Particle { v, ..node });
+        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.flight.drift, node);
+        node.array()
     }
 
     #[inline(always)]
@@ -172,20 +262,22 @@ impl<C: Contact> Kernel<7, 4> for Flying<C> {
         at: Pullback<R, 7, 4, M>,
         given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        C::flying_vjp(self, at, given)
+        G::flying_vjp(self, at, given)
     }
 }
 
-/// A drift that nothing pushes: from `[x, y, vx, vy]` to the new ones. The uniform inputs are the law's settings.
+/// A drift without a push: from `[x, y, vx, vy]` to the new ones. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
-pub struct Drifting<C> {
+pub struct Drifting<C, G = Flat> {
     /// The drift.
     pub drift: Drift,
     /// What happens at the ground.
     pub contact: C,
+    /// The ground.
+    pub ground: G,
 }
 
-impl<C: Contact> Kernel<4, 4> for Drifting<C> {
+impl<C: Contact, G: Underfoot> Kernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
     #[inline(always)]
@@ -195,8 +287,9 @@ impl<C: Contact> Kernel<4, 4> for Drifting<C> {
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
-        let contact = self.contact.of(settings);
-        C::drift(&contact, &self.drift, Particle::new(node)).array()
+        let (law, node) = (self.contact.of(settings), Particle::new(node));
+        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
+        node.array()
     }
 
     #[inline(always)]
@@ -210,76 +303,7 @@ impl<C: Contact> Kernel<4, 4> for Drifting<C> {
         at: Pullback<R, 4, 4, M>,
         settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
-        C::drifting_vjp(self, at, settings)
-    }
-}
-
-/// A step of a node over terrain, with the numbers of [`Flying`].
-#[derive(Clone, Debug)]
-pub(super) struct FlyingOver<C> {
-    pub(super) terrain: Terrain,
-    pub(super) flying: Flying<C>,
-}
-
-impl<C: Contact> Kernel<7, 4> for FlyingOver<C> {
-    const UNIFORMS: usize = 2 + C::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 4] {
-        self.eval_with(x, &self.flying.uniforms())
-    }
-
-    #[inline(always)]
-    fn eval_with<R: Real>(
-        &self,
-        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
-        given: &Uniforms<R>,
-    ) -> [R; 4] {
-        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let (node, contact) = self.flying.pushed(node, (impulse, inverse_mass), given);
-        let drift = &self.flying.flight.drift;
-        C::drift_over(&contact, &self.terrain, drift, node).array()
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        vjp_by_duals_with(self, at, given)
-    }
-}
-
-/// A drift over terrain, with the numbers of [`Drifting`].
-#[derive(Clone, Debug)]
-pub(super) struct DriftingOver<C> {
-    pub(super) terrain: Terrain,
-    pub(super) drifting: Drifting<C>,
-}
-
-impl<C: Contact> Kernel<4, 4> for DriftingOver<C> {
-    const UNIFORMS: usize = C::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
-        self.eval_with(node, &uniforms(&[], &self.drifting.contact))
-    }
-
-    #[inline(always)]
-    fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
-        let Drifting { drift, contact } = &self.drifting;
-        let node = Particle::new(node);
-        C::drift_over(&contact.of(settings), &self.terrain, drift, node).array()
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 4]; M] {
-        vjp_by_duals_with(self, at, settings)
+        G::drifting_vjp(self, at, settings)
     }
 }
 
@@ -347,13 +371,28 @@ impl<C: Contact> AnyContact for C {
         terrain: Option<&Terrain>,
         pushed: Pushed,
     ) -> Particle<Array> {
-        let contact = self.clone();
-        let flying = Flying { flight, contact };
         let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
         let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
+        let contact = self.clone();
         Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(flying, node, pushed.uniforms),
-            Some(terrain) => p.map_with(FlyingOver { terrain, flying }, node, pushed.uniforms),
+            None => p.map_with(
+                Flying {
+                    flight,
+                    contact,
+                    ground: Flat,
+                },
+                node,
+                pushed.uniforms,
+            ),
+            Some(ground) => p.map_with(
+                Flying {
+                    flight,
+                    contact,
+                    ground,
+                },
+                node,
+                pushed.uniforms,
+            ),
         })
     }
     fn drift(
@@ -365,10 +404,25 @@ impl<C: Contact> AnyContact for C {
         settings: &[Array],
     ) -> Particle<Array> {
         let (contact, node) = (self.clone(), nodes.array());
-        let drifting = Drifting { drift, contact };
         Particle::new(match terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => p.map_with(drifting, node, settings),
-            Some(terrain) => p.map_with(DriftingOver { terrain, drifting }, node, settings),
+            None => p.map_with(
+                Drifting {
+                    drift,
+                    contact,
+                    ground: Flat,
+                },
+                node,
+                settings,
+            ),
+            Some(ground) => p.map_with(
+                Drifting {
+                    drift,
+                    contact,
+                    ground,
+                },
+                node,
+                settings,
+            ),
         })
     }
 }

@@ -1,9 +1,8 @@
 //! Coulomb friction: it shortens the velocity along the ground and never reverses it (D5).
 
-use autodiff::arrays::Uniforms;
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -33,12 +32,11 @@ impl Contact for Coulomb {
     fn respond<R: Real, const D: usize>(law: &Coulomb<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let (along, friction) = (impact.velocity.along(), law.friction);
         let braked = along.shortened(friction * impact.velocity.up().abs());
-        // Without friction nothing holds a node at rest: no kink is there, and no derivative of
-        // one.
+        // Without friction nothing holds a node at rest, so the kink of `shortened` must not act.
         Vector::select(R::zero().less(friction), braked, along).along()
     }
 
-    // Without a way out of the ground after the impact, which is none.
+    // After the impact the velocity out of the ground is 0: the node only moves along.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Coulomb<R>,
@@ -59,21 +57,5 @@ impl Contact for Coulomb {
         Self { friction }
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at, given)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at, settings)
-    }
+    emitted_adjoints! { settings, settings }
 }

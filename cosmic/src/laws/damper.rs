@@ -1,5 +1,5 @@
-//! Damping inside bars: the viscous part of a Kelvin-Voigt material, for which the air's drag on nodes
-//! (`physics.damping`) stands in otherwise.
+//! Damping inside bars: the viscous part of a Kelvin-Voigt material. Without it, only the drag of the air on nodes
+//! (`physics.damping`) dampens vibrations.
 
 use autodiff::Real;
 

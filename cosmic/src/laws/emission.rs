@@ -1,10 +1,10 @@
-//! Writes `adjoints.rs`, and tests that it is up to date.
+//! Writes `adjoints.rs` and tests that it is up to date.
 
 use autodiff::emit::{adjoint, assert_fresh};
 
 use super::bar::Tension;
 use super::bending::{Bend, Total};
-use super::contact::{Contact, Drifting, Flying};
+use super::contact::{Contact, Drifting, Flat, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hooke::Hooke;
@@ -44,10 +44,12 @@ fn of_contact<C: Contact>(name: &str, settings: usize, build: impl Fn(&[f64]) ->
             gravity: Vector::new([v[2], v[3]]),
         },
         contact: build(&v[4..]),
+        ground: Flat,
     };
     let drifting = |v: &[f64]| Drifting {
         drift: Drift { dt: v[0] },
         contact: build(&v[1..]),
+        ground: Flat,
     };
     let of_flight = [&of_flight, &UNIFORMS[..2 + settings]].concat();
     let of_drift = [&["self.drift.dt"], &UNIFORMS[..settings]].concat();

@@ -1,4 +1,4 @@
-//! Forces: the terms of a step that push nodes.
+//! Forces: the terms of a step that push the nodes.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
 
-/// The arrays of a step when forces are taken. Vectors are in the ground's frame.
+/// The arrays from which a step computes forces. Vectors are in the ground's frame.
 pub struct Step<'a, const D: usize = 2> {
-    /// The edges, and the slots in which arrays along them lie.
+    /// The edges, and the slot of each edge in arrays along the edges.
     pub graph: &'a Graph,
     /// Positions (m) and velocities (m/s) of the nodes.
     pub nodes: Particle<Array, D>,
@@ -28,15 +28,15 @@ pub struct Step<'a, const D: usize = 2> {
     pub rest_length: Array,
     /// Strain at full activation of the edge in every slot.
     pub strain: Array,
-    /// The time, s, for every node; there if a force [asks for it](Force::needs_time).
+    /// The time, s, for every node; `None` unless a force [needs it](Force::needs_time).
     pub time: Option<Array>,
-    /// For how long the forces push, s.
+    /// The duration of the push, s.
     pub dt: f64,
     /// The unit vector against gravity.
     pub vertical: Vector<f64, D>,
 }
 
-/// A robot at an instant, in the ground's frame, for questions that are not asked in every step.
+/// A robot at one time, in the ground's frame, for computations outside of a step.
 #[derive(Clone, Debug)]
 pub struct Pose<'a, const D: usize = 2> {
     /// Nodes and edges.
@@ -45,7 +45,7 @@ pub struct Pose<'a, const D: usize = 2> {
     pub body: &'a Body<f64>,
     /// Positions and velocities.
     pub state: State<f64, D>,
-    /// The controller's output for every edge; empty for idle actuators.
+    /// The controller's output for every edge; empty if the actuators are idle.
     pub activation: &'a [f64],
     /// The time, s.
     pub time: f64,
@@ -54,7 +54,7 @@ pub struct Pose<'a, const D: usize = 2> {
 }
 
 impl<'a, const D: usize> Pose<'a, D> {
-    /// A robot in a state of the world's frame, its actuators idle, at the start.
+    /// A robot with idle actuators at time 0, in a state in the world's frame.
     pub fn idle(
         lattice: &'a Lattice<D>,
         body: &'a Body<f64>,
@@ -75,7 +75,7 @@ impl<'a, const D: usize> Pose<'a, D> {
 /// The force of a part of a law on one node.
 #[derive(Clone, Debug)]
 pub struct Pull<const D: usize = 2> {
-    /// The part, as a sentence names it: "the spring of edge 3 [1, 2]".
+    /// The name of the part within a sentence: "the spring of edge 3 [1, 2]".
     pub part: String,
     /// The force, N, in the ground's frame.
     pub force: Vector<f64, D>,
@@ -92,10 +92,10 @@ pub struct Given<A> {
 
 /// A force on the nodes of one lattice.
 ///
-/// Most are a [force on every node](super::NodeForce) or [along every bar](super::BarForce). What
-/// is neither implements this trait: `laws/bending.rs` is an example.
+/// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
+/// this trait; `laws/bending.rs` is an example.
 pub trait Force: Debug + Send + Sync {
-    /// Arrays of numbers that no step changes, which [`record`](Force::record) is given.
+    /// Arrays of numbers that no step changes. [`record`](Force::record) gets them as [`Given::constants`].
     fn constants(&self) -> Vec<Vec<f64>> {
         Vec::new()
     }
@@ -110,8 +110,7 @@ pub trait Force: Debug + Send + Sync {
         false
     }
 
-    /// Records the impulses on all nodes over a step, N s: those of the forces before it, if there are
-    /// any, plus its own.
+    /// Records the impulses on all nodes over a step, N s: those of earlier forces, `before`, plus its own.
     fn record(
         &self,
         p: &mut AnyProgram,
@@ -123,26 +122,26 @@ pub trait Force: Debug + Send + Sync {
     /// The force of each part on a node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
 
-    /// The force with which the bar of an edge pulls its ends together by this force, N.
+    /// How much this force adds to the tension of the bar of an edge, N.
     fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
         0.0
     }
 
-    /// The potential energy, J, of which the force is the slope; `None` if it has none.
+    /// The potential energy, J; `None` if the force has none.
     fn energy(&self, pose: &Pose) -> Option<f64>;
 
-    /// Adds the slopes of the force to those of a pose: they decide which time step is stable.
+    /// Adds the derivatives of the force at a pose. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness of a bar, N/m, whose material has the stiffness `k`, where its length is off by
-    /// so much from the target.
+    /// The stiffness of a bar, N/m, whose material has the stiffness `k` and whose length differs from the target by
+    /// `off` (m).
     fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
         0.0
     }
 
-    /// A bound on the square of the frequencies, 1/s^2, that the force adds in any design: `of_node` is
-    /// the largest that a node has by its bars alone, `shortest` the length of the shortest bar (m). What a
-    /// force adds to single nodes is known from [`stiffen`](Force::stiffen).
+    /// A bound on what the force adds to the square of the frequencies, 1/s^2, in any design. `of_node` is the largest
+    /// square that a node has by its bars alone, `shortest` the length of the shortest bar (m). Forces on single nodes
+    /// return 0: [`stiffen`](Force::stiffen) already tells what they add.
     fn any_design(&self, _of_node: f64, _shortest: f64) -> f64 {
         0.0
     }
@@ -153,7 +152,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
-    /// The force on a lattice; `None` if nothing is there for it to act on.
+    /// The force on a lattice; `None` if it has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }
 
@@ -173,7 +172,7 @@ impl Kernel<2, 1> for Sum {
     }
 }
 
-/// Impulses and those before them.
+/// Adds impulses to earlier ones.
 pub(super) fn add<const D: usize>(
     p: &mut AnyProgram,
     before: Option<Vector<Array, D>>,

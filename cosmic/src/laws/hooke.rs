@@ -1,4 +1,4 @@
-//! Hooke's law: tension in proportion to the change of length.
+//! Hooke's law: tension proportional to the change of length.
 
 use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
@@ -7,7 +7,7 @@ use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;
 
 crate::settings! {
-    /// Tension in proportion to the change of length.
+    /// Tension proportional to the change of length.
     struct Hooke {}
 }
 

@@ -1,4 +1,4 @@
-//! The JSON form of laws, used in cases.
+//! The JSON form of laws in case files.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -133,7 +133,7 @@ mod tests {
         struct Everything {
             /// A number.
             number: f64 = 0.1, allowed within(-1e300, 1e300), source "a test";
-            /// A whole number.
+            /// An integer.
             count: usize = 3, allowed within(0.0, 1e6), source "a test";
             /// Two numbers.
             pair: [f64; 2] = [0.25, -1.5], allowed within(-1e6, 1e6), source "a test";
@@ -141,7 +141,7 @@ mod tests {
             off: Option<f64> = None, allowed within(0.0, 1e6), source "a test";
             /// A bound that is on.
             on: Option<f64> = Some(2.5), allowed within(0.0, 1e6), source "a test";
-            /// A truth value.
+            /// A boolean.
             truth: bool = false, source "a test";
             /// A name.
             way: Way = Way::Together, source "a test";
@@ -158,7 +158,7 @@ mod tests {
         }
     }
 
-    /// Other values for a setting: off and on, both truth values, every name, other numbers.
+    /// Other values for a setting: off and on, both booleans, every name, other numbers.
     fn others(field: &Field) -> Vec<Value> {
         let values = [
             json!(null),

@@ -1,9 +1,9 @@
 //! Laws: the terms of a step. One file each, by the same traits as a user's.
 //!
 //! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
-//! that meets the ground, the [tension](BarForce::tension) of a bar, the [force](NodeForce::force) on a
-//! node. What is none of these is a [`Force`]. From the method follow its derivatives, its SIMD lanes and
-//! its part in the stable time step. [`add`] makes a law known to scenes.
+//! that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a
+//! node. Any other force implements [`Force`]. Derivatives, SIMD lanes and the stable time step follow from the method;
+//! so do derivatives by the settings. [`add`] makes a law known to scenes.
 
 mod law;
 mod motion;
@@ -38,7 +38,7 @@ pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes}
 pub(crate) use choice::{SECTIONS, force_names};
 pub(crate) use choice::{TOP_KEYS, choosing};
 pub(crate) use contact::{AnyContact, Pushed};
-pub use contact::{Contact, Drifting, Flying, Impact};
+pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::AnyForce;

@@ -1,15 +1,15 @@
-//! The motion of a node: a push of its velocity, and a drift on which it may meet the ground.
+//! The motion of a node: a push that changes its velocity, then a drift during which it may meet the ground.
 
 use autodiff::Real;
 
 use crate::geometry::Vector;
 
-/// Where a node is and how it moves, in the ground's frame.
+/// Position and velocity of a node, in the ground's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle<R, const D: usize = 2> {
-    /// Its position, m.
+    /// The position, m.
     pub x: Vector<R, D>,
-    /// Its velocity, m/s.
+    /// The velocity, m/s.
     pub v: Vector<R, D>,
 }
 
@@ -21,7 +21,7 @@ impl<R> Particle<R> {
         Self { x, v }
     }
 
-    /// Its `[x, y, vx, vy]`.
+    /// The numbers `[x, y, vx, vy]`.
     #[inline(always)]
     pub fn array(self) -> [R; 4] {
         let ([x, y], [vx, vy]) = (self.x.array(), self.v.array());
@@ -30,7 +30,7 @@ impl<R> Particle<R> {
 }
 
 impl<R: Real, const D: usize> Particle<R, D> {
-    /// The particle after a time (s) at its velocity.
+    /// The particle after a time (s) at constant velocity.
     #[inline(always)]
     #[must_use]
     pub fn after(self, time: R) -> Self {
@@ -40,17 +40,17 @@ impl<R: Real, const D: usize> Particle<R, D> {
     }
 }
 
-/// A node on its way over a time, and the ground that it may meet.
+/// The drift of a node at constant velocity, until it meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Drift {
-    /// For how long, s.
+    /// The duration, s.
     pub dt: f64,
 }
 
 impl Drift {
-    /// Whether a node touches the ground on its way, and the time of impact (s), which passes no derivative at
-    /// its bounds 0 and `dt` (D9). A node that does not touch gets the whole time. `v* = 0` never touches:
-    /// nothing is divided by zero.
+    /// Whether a node touches the ground during the drift, and the time of impact (s); `dt` for a node that does not
+    /// touch. The time passes no derivative at its bounds 0 and `dt` (D9). A node with `v* = 0` never touches, so nothing
+    /// is divided by zero.
     #[inline(always)]
     pub fn touch<R: Real, const D: usize>(&self, node: Particle<R, D>) -> (R::Mask, R) {
         let (height, out) = (node.x.up(), node.v.up());
@@ -65,16 +65,16 @@ impl Drift {
 /// The change of a velocity before its node drifts.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<const D: usize = 2> {
-    /// The drift that follows.
+    /// The drift after it.
     pub drift: Drift,
-    /// The share of a velocity that damping leaves, `exp(-damping h)`.
+    /// The factor by which damping reduces a velocity, `exp(-damping h)`.
     pub decay: f64,
     /// The velocity that gravity adds in the scene, m/s; a step is given it as an input.
     pub gravity: Vector<f64, D>,
 }
 
 impl<const D: usize> Flight<D> {
-    /// The velocity `v*` before contact, m/s, from that before the step, the impulse (N s),
+    /// The velocity `v*` before contact, m/s, from the velocity before the step, the impulse (N s),
     /// 1 / mass (1/kg) and the velocity that gravity adds (m/s).
     #[inline(always)]
     pub fn velocity<R: Real>(

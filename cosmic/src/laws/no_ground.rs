@@ -1,9 +1,8 @@
 //! No contact: there is no ground.
 
-use autodiff::arrays::Uniforms;
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -34,21 +33,5 @@ impl Contact for NoGround {
         node.after(R::lit(drift.dt))
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at, given)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-        _: &Uniforms<R>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at)
-    }
+    emitted_adjoints! { _ }
 }

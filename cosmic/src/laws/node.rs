@@ -1,4 +1,4 @@
-//! Forces on every node by itself: fields, drag, pulls.
+//! Forces on single nodes: fields, drag, pulls.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use crate::geometry::{Matrix, Vector};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 
-/// A node, by the numbers that the force on it may depend on. Vectors are in the ground's frame: the first
-/// component is along the ground, the last is above it.
+/// The numbers that the force on a node may depend on. Vectors are in the ground's frame: the first
+/// component is along the ground, the last is out of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<R, const D: usize = 2> {
     /// Position, m.
@@ -31,30 +31,30 @@ pub struct Node<R, const D: usize = 2> {
     pub vertical: Vector<R, D>,
 }
 
-/// A force on every node. To write one, give it [settings](Law) and [`force`](NodeForce::force);
-/// derivatives, lanes and files follow.
+/// A force on every node. To write a law, give it [settings](Law) and [`force`](NodeForce::force). Derivatives, SIMD
+/// lanes and file formats need no further code.
 ///
 /// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
 pub trait NodeForce: Law {
     /// True if [`Node::time`] is read.
     const NEEDS_TIME: bool = false;
 
-    /// The force, N, in the ground's frame. Like all generic code it selects and never branches.
+    /// The force, N, in the ground's frame. `law` has the settings as numbers of the type `R`. Like all generic code, the
+    /// method must select and never branch on a [`Real`].
     fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
-    /// A number of the node's own, settled before the rollout: a share, a choice of nodes, a section.
+    /// A number for each node that no step changes, such as 1 for the nodes on which the force acts and 0 for others.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
         1.0
     }
 
-    /// The potential energy of the node, J, of which the force is minus the slope; `None` if it has
-    /// none.
+    /// The potential energy of the node, J: the force is minus its gradient. `None` if the law has no energy.
     fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
     }
 }
 
-/// The impulse on a node over a step, N s: from position, velocity, 1 / mass, weight and time.
+/// Maps position, velocity, 1 / mass, weight and time of a node to the impulse on it over a step, N s.
 #[derive(Clone, Debug)]
 struct NodeKernel<L, const D: usize = 2> {
     law: L,
@@ -137,7 +137,7 @@ impl<L: NodeForce> OnNodes<L> {
         }
     }
 
-    /// The derivative of the force where the node's position and velocity change at these rates.
+    /// The derivative of the force if position and velocity of the node change at these rates.
     fn slope<const D: usize>(
         &self,
         node: Node<f64, D>,
@@ -234,7 +234,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
             let at = self.node(pose, node);
             let by_place = Vector::axes().map(|axis| -self.slope(at, axis, zero));
             stiffness.node(node, Matrix::symmetric(by_place));
-            // The norm over rows bounds every eigenvalue.
+            // The row sum norm bounds every eigenvalue.
             let by_velocity = Vector::axes().map(|axis| self.slope(at, zero, axis).map(f64::abs));
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);

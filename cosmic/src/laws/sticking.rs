@@ -1,9 +1,8 @@
 //! Infinite friction: a node stops where it touches the ground.
 
-use autodiff::arrays::Uniforms;
-use autodiff::{Pullback, Real};
+use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact};
+use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
@@ -23,7 +22,7 @@ impl Contact for Sticking {
         Vector::zero()
     }
 
-    // Without the way after the impact, which is none.
+    // After the impact the node does not move.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         _: &Self,
@@ -37,21 +36,5 @@ impl Contact for Sticking {
         }
     }
 
-    #[inline(always)]
-    fn flying_vjp<R: Real, const M: usize>(
-        flying: &Flying<Self>,
-        at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        flying.emitted_vjp(at, given)
-    }
-
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-        _: &Uniforms<R>,
-    ) -> [[R; 4]; M] {
-        drifting.emitted_vjp(at)
-    }
+    emitted_adjoints! { _ }
 }

@@ -1,5 +1,5 @@
-//! Springs that grow stiffer as they are stretched or compressed: `k (e + c e^3)` for a change of
-//! length `e` (m) from the target.
+//! Springs that grow stiffer as they are stretched or compressed: their tension is `k (e + c e^3)` if their length
+//! differs from the target by `e` (m).
 
 use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};

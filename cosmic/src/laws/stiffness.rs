@@ -1,32 +1,32 @@
-//! The slopes of the forces at a pose: a robot's stiffness and what dampens it.
+//! The derivatives of the forces at a pose: a robot's stiffness and damping.
 
 use crate::geometry::{Matrix, Vector};
 
-/// The slopes of forces by the places (N/m) and velocities (N s/m) of the nodes. [`Force::stiffen`]
-/// adds to it.
+/// The derivatives of the forces by the positions (N/m) and velocities (N s/m) of the nodes. Each force adds its part in
+/// [`Force::stiffen`].
 ///
 /// [`Force::stiffen`]: super::Force::stiffen
 #[derive(Clone, Debug)]
 pub struct Stiffness<const D: usize = 2> {
     pub(crate) bars: Vec<BarStiffness>,
-    /// Of every edge by the rate of its length, N s/m.
+    /// Of every edge, by the rate of its length, N s/m.
     pub(crate) bar_damping: Vec<f64>,
-    /// Of every node by its own place, N/m.
+    /// Of every node, by its own position, N/m.
     pub(crate) nodes: Vec<Matrix<D>>,
-    /// Of every node by its own velocity, N s/m.
+    /// Of every node, by its own velocity, N s/m.
     pub(crate) node_damping: Vec<f64>,
     /// Angles between edges that resist bending.
     pub(crate) angles: Vec<Angle<D>>,
 }
 
-/// The stiffness of an edge along itself and across, N/m. The second may be of either sign.
+/// The stiffness of an edge along itself and across, N/m. The stiffness across may have either sign.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BarStiffness {
     pub(crate) along: f64,
     pub(crate) across: f64,
 }
 
-/// An angle over three nodes, `g . u` by their displacements `u`, with a stiffness `c`.
+/// An angle over three nodes, `g . u` if they are displaced by `u`, with a stiffness `c`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle<const D: usize = 2> {
     pub(crate) nodes: [usize; 3],
@@ -35,8 +35,8 @@ pub(crate) struct Angle<const D: usize = 2> {
 }
 
 impl Stiffness {
-    /// What forces on single nodes add to the square of any frequency at most, 1/s^2, where no node is
-    /// lighter than this (kg).
+    /// A bound on what forces on single nodes add to the square of any frequency, 1/s^2, if every node has at least this
+    /// mass (kg).
     pub(crate) fn of_nodes(&self, least_mass: f64) -> f64 {
         let largest = self.nodes.iter().map(Matrix::largest_eigenvalue);
         largest.fold(0.0, f64::max) / least_mass
@@ -54,30 +54,28 @@ impl<const D: usize> Stiffness<D> {
         }
     }
 
-    /// Adds the stiffness of an edge along itself, and across: its tension over its length, N/m.
+    /// Adds to the stiffness of an edge, N/m: along itself, and across, which is its tension over its length.
     pub fn bar(&mut self, edge: usize, along: f64, across: f64) {
         let bar = &mut self.bars[edge];
         (bar.along, bar.across) = (bar.along + along, bar.across + across);
     }
 
-    /// Adds to the slope of an edge's tension by the rate of its length, N s/m.
+    /// Adds to the derivative of an edge's tension by the rate of its length, N s/m.
     pub fn dampen_bar(&mut self, edge: usize, damping: f64) {
         self.bar_damping[edge] += damping;
     }
 
-    /// Adds to minus the derivative of the force on a node by its place, N/m.
+    /// Adds minus the derivative of the force on a node by its position, N/m.
     pub fn node(&mut self, node: usize, by_place: Matrix<D>) {
         self.nodes[node] += by_place;
     }
 
-    /// Adds to minus the slope of the force on a node by its velocity, N s/m, in the direction in which it
-    /// is largest.
+    /// Adds minus the derivative of the force on a node by its velocity, N s/m, in the direction in which it is largest.
     pub fn dampen_node(&mut self, node: usize, damping: f64) {
         self.node_damping[node] += damping;
     }
 
-    /// Adds an angle over three nodes, the derivatives `g` of which by their places (1/m) are given with
-    /// its stiffness (N m).
+    /// Adds an angle over three nodes: its derivatives `g` by their positions (1/m), and its stiffness (N m).
     pub fn angle(&mut self, nodes: [usize; 3], g: [Vector<f64, D>; 3], stiffness: f64) {
         let by = g.map(|g| g * stiffness.sqrt());
         self.angles.push(Angle { nodes, by });

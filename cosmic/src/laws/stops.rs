@@ -1,5 +1,5 @@
-//! End stops of actuators. The largest strain of a material bounds what the controller asks for; the bar
-//! itself is compliant, and without stops it overshoots.
+//! End stops of actuators. The largest strain of a material limits the target length, but the bar
+//! is compliant and overshoots the target unless it meets a stop.
 
 use autodiff::Real;
 
@@ -25,8 +25,8 @@ impl Law for Stops {
 impl BarForce for Stops {
     const NOUN: &'static str = "stop";
 
-    /// In proportion to the share of actuator, and so none on a passive bar. At a stop itself the slope is
-    /// that of the free stroke (`max` of equals, the kink table of `autodiff/src/real.rs`).
+    /// Proportional to the share of actuator, so a passive bar has no stops. Exactly at a stop the derivative is 0, as
+    /// within the free stroke (`max` of equals in the kink table of `autodiff/src/real.rs`).
     #[inline(always)]
     fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
         let (longest, shortest) = stops.ends(bar.rest_length);
@@ -50,7 +50,7 @@ impl<R: Real> Stops<R> {
         (rest_length * longest, rest_length * shortest)
     }
 
-    /// The share of actuator, if `at` is the largest strain of one.
+    /// The share of actuator in a bar, if `at` is the largest strain of an actuator.
     #[inline(always)]
     fn share(&self, strain: R) -> R {
         strain * self.at.recip()

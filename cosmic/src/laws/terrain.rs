@@ -1,9 +1,9 @@
 //! Terrain: the segments of a ground's profile, and the first of them that a node meets.
 //!
-//! A profile is a function of the place along the ground: at any time a node is over exactly one segment.
-//! The corners cut its way into stays, one over each segment, and a node meets the first segment of which
-//! it is below the line before it leaves. Stays that follow one another end and begin at one number: no
-//! node slips through a corner by rounding.
+//! A profile is a function of the position along the ground, so a node is over exactly one segment at any time. The
+//! corners divide its path into stays, one over each segment. The node meets the first segment below whose line it gets
+//! before it leaves that segment. A stay begins at exactly the number at which the stay before it ends, so that no node
+//! slips through a corner by rounding.
 
 use std::sync::Arc;
 
@@ -12,21 +12,21 @@ use autodiff::{Mask, Real};
 use super::motion::Particle;
 use crate::geometry::{Plane, Profile, Rotation, Vector};
 
-/// What a profile looks like to kernels.
+/// A profile in the form that kernels use.
 #[derive(Clone, Debug)]
 pub struct Terrain {
     segments: Arc<[Segment]>,
 }
 
-/// A part of the terrain that is straight, in the ground's frame.
+/// A straight part of the terrain, in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     plane: Plane<f64>,
-    /// Where it ends, m along the ground; it begins where the one before it ends.
+    /// The position along the ground at which it ends, m. The next segment begins there.
     end: f64,
 }
 
-/// Points that are no farther from a line are on it but for rounding, m.
+/// Points at most this far from a line are on it, apart from rounding, m.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
@@ -39,7 +39,7 @@ impl Terrain {
         for ends in points.windows(2) {
             let (from, to) = (ends[0], ends[1]);
             match segments.last_mut() {
-                // A corner between parts of one line is none: a node slides across without an impact.
+                // Points on one line make no corner: a node slides across without an impact.
                 Some(last) if last.plane.height(to).abs() < ON_LINE => last.end = to.forward(),
                 _ => segments.push(Segment::new(
                     from,
@@ -56,13 +56,13 @@ impl Terrain {
         Some(Self { segments })
     }
 
-    /// The first segment, other than the one of the number `but`, that a node meets on its way. Nothing
-    /// of it carries a derivative.
+    /// The first segment that a node meets on its way, except the segment with the number `but`. The result carries no
+    /// derivative.
     #[inline(always)]
     pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
         let Particle { x, v } = way.node;
-        // A node that goes straight up or down stays over its segment.
+        // A node that moves straight up or down stays over its segment.
         let speed = R::select(v.forward().abs().less(least), least, v.forward());
         let per_way = speed.recip();
         let mut met = Meeting::none(way.left);
@@ -71,7 +71,7 @@ impl Terrain {
         for k in 0..self.segments.len() {
             let segment = &self.segments[k];
             let (number, plane) = (R::lit(k as f64), segment.plane.lit());
-            // The stay over the segment, within the way. Going back, it is left where it begins.
+            // The stay over the segment, within the way. A node that moves back leaves a segment at its beginning.
             let leaves = (R::lit(segment.end) - x.forward()) * per_way;
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
@@ -93,12 +93,12 @@ impl Terrain {
     }
 }
 
-/// A node that slides into a corner meets the other side when it gets there: rounding alone decides which of
-/// the two times is the larger one. By this share of the way the impact may be the earlier one, so that its
-/// time is the one at which the side is met, with its derivative, and not the bound, without one.
+/// A node that slides into a corner meets the other side at the moment at which it gets there, so only rounding decides
+/// which of the two times is larger. The impact may be earlier by this fraction of the way. Its time is then the time
+/// at which the side is met, which has a derivative, and not the bound, which has none.
 const SLACK: f64 = 1e-3;
 
-/// Speeds along the ground below this are none, m/s; it is a normal number in single precision too.
+/// The smallest speed along the ground, m/s: slower nodes get this speed. It is a normal number in single precision too.
 const LEAST_SPEED: f64 = 1e-30;
 
 impl Segment {
@@ -112,19 +112,19 @@ impl Segment {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
-    /// The time that is left, s.
+    /// The remaining time, s.
     pub(super) left: R,
 }
 
 /// The segment that a node meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R: Real> {
-    /// False if it meets none.
+    /// False if it meets no segment.
     pub(super) touches: R::Mask,
-    /// The number of the segment; -1 for none.
+    /// The number of the segment; -1 if there is none.
     pub(super) segment: R,
     plane: Plane<R>,
-    /// When the node may meet the segment, s.
+    /// Bounds on the time of impact, s.
     earliest: R,
     latest: R,
 }
@@ -141,8 +141,8 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Derivatives go through the impact itself, not through the search for it: which segment is met, and
-    /// between which corners, is constant but at the corners. The adjoint leaves out all of the search.
+    /// Derivatives go through the impact, not through the search for it: which segment is met is constant except at
+    /// corners. So the adjoint does not contain the search.
     #[inline(always)]
     fn detached(self) -> Self {
         Self {
@@ -154,8 +154,8 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// The node where it meets the segment, its velocity along the segment and out of it; a node that
-    /// meets none, at the end of its way. The time of impact passes no derivative at its bounds (D9).
+    /// The node where it meets the segment, with its velocity along and out of the segment; or at the end of its way if
+    /// it meets no segment. The time of impact passes no derivative at its bounds (D9).
     #[inline(always)]
     pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
         let Particle { x, v } = way.node;
@@ -172,12 +172,12 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// A vector along the segment and out of it in the ground's frame.
+    /// A vector with components along and out of the segment, in the ground's frame.
     #[inline(always)]
     pub(super) fn in_ground<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         self.plane.axes.out_of_rotated(vector)
     }
 }
 
-/// The number of no segment.
+/// Stands for "no segment".
 pub(super) const NONE: f64 = -1.0;

@@ -1,12 +1,12 @@
-//! Derivatives of the built-in laws against differences and duals.
+//! Tests of the built-in laws: their derivatives against differences and dual numbers, and contact over terrain.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
-use autodiff::check::{Claim, Options, Verdict, check_directions};
+use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::bending::Bend;
-use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver, Impact};
+use super::contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 use super::{
     Coulomb, Damper, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Stops, Terrain,
 };
@@ -24,7 +24,8 @@ fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     x_bar
 }
 
-/// The kernel's adjoint, its duals and differences of it, along a fixed cotangent.
+/// Compares the kernel's adjoint, multiplied by `1 + wrong_by`, with dual numbers and differences for a fixed
+/// cotangent.
 fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -43,18 +44,15 @@ fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
         y.iter().zip(y_bar).map(|(y, bar)| y.tangent[0] * bar).sum()
     };
     let gradient = adjoint(kernel, x, y_bar).map(|bar| bar * (1.0 + wrong_by));
-    let forward: Option<autodiff::check::Along> = match wrong_by {
-        0.0 => Some(&forward),
-        // The differences alone must notice.
-        _ => None,
-    };
+    // A wrong gradient must be noticed by the differences alone.
+    let forward: Option<Along> = (wrong_by == 0.0).then_some(&forward);
     let claim = Claim {
         x: &x,
         gradient: &gradient,
         forward,
     };
-    // An impulse over a mass of grams makes slopes that differ by thousands: the typical one
-    // is then the largest alone, and the step must be small beside a time of impact.
+    // Slopes differ by factors of thousands, because an impulse is divided by a mass of grams: many directions are
+    // needed. Steps must be small compared to a time of impact.
     let options = Options {
         directions: 16,
         largest_step: 1e-3,
@@ -73,7 +71,7 @@ fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64
 #[test]
 fn springs() {
     let (dt, cubic) = (DT, 150.0);
-    // Stretched, compressed, slack in one direction, and nearly without length.
+    // Stretched, compressed, at its target length, and very short.
     for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
         let given = [dx, dy, 0.3, 4.0, 0.1, 0.35];
         let law = Hooke {};
@@ -91,7 +89,7 @@ fn dampers() {
         let law = law.clone();
         is_right(&MovingTension(Tension { law, dt: DT }), given);
     }
-    // Along the bar alone: 40 N/m times 1 ms times 0.5 m/s.
+    // 40 N/m times 1 ms times 0.5 m/s.
     let bar = |rate| Bar {
         length: 0.12,
         rate,
@@ -121,14 +119,14 @@ fn stops_at_both_ends_of_the_stroke() {
     for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
         // Lengths of 0.1 m rounded at 1e-17, times 400 N/m.
         assert!((Stops::tension(&law, bar(length, 0.35)) - force).abs() < 1e-14);
-        // Half an actuator has half a stop, a passive bar has none.
+        // Half an actuator has half the stop; a passive bar has no stop.
         assert!((Stops::tension(&law, bar(length, 0.175)) - 0.5 * force).abs() < 1e-14);
         assert_eq!(Stops::tension(&law, bar(length, 0.0)), 0.0);
         let (at, h) = (|l: f64| law.energy(bar(l, 0.35)).unwrap(), 1e-6);
-        // Differences of 1e-4 J rounded at 1e-20, over h; the energy is a parabola.
+        // The energy is a parabola, so differences are exact but for rounding: 1e-20 J over h.
         assert!(((at(length + h) - at(length - h)) / (2.0 * h) - force).abs() < 1e-8);
     }
-    // Beyond, at, and within the stops; the shortest too.
+    // Beyond the longer stop, within the stroke, and beyond the shorter stop.
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
         let law = law.clone();
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
@@ -142,7 +140,7 @@ fn stops_at_both_ends_of_the_stroke() {
     }
 }
 
-/// Nodes in line, turned a little, at a right angle, folded back, and of uneven arms.
+/// Three nodes: in line, turned a little, at a right angle, folded back, and with arms of different lengths.
 const TURNS: [[f64; 6]; 5] = [
     [0.0, 0.0, 0.1, 0.0, 0.2, 0.0],
     [0.0, 0.0, 0.1, 0.01, 0.2, 0.0],
@@ -158,7 +156,7 @@ const BEND: Bend = Bend {
 
 #[test]
 fn bending() {
-    // In line, the cotangent above, which is linear along the nodes, is met by no slope.
+    // In line, every slope along the cotangent of `verdict` is 0, so a wrong gradient could not be noticed.
     for [a, b, c, d, e, f] in TURNS[1..].iter().copied() {
         is_right(&BEND, [a, b, c, d, e, f, 400.0, 300.0]);
     }
@@ -177,36 +175,44 @@ impl Function for Energy {
 }
 
 #[test]
-fn the_forces_of_bending_are_the_energy_s_slope() {
+fn the_forces_of_bending_are_the_slope_of_the_energy() {
     for nodes in TURNS {
         let [a, b, c, d, e, f] = nodes;
         let bend = Bend { dt: 1.0, ..BEND };
-        // Two edges of 400 N/m make 0.04 N m.
+        // Two edges of 400 N/m have an angular stiffness of 0.04 N m.
         let pulls = bend.eval([a, b, c, d, e, f, 400.0, 400.0]);
         let slope = gradient(&Energy, &nodes);
         for (pull, slope) in pulls.iter().zip(slope) {
-            // Softening moves a length of 0.1 by a share of 5e-11; forces are below 1 N.
+            // The softening changes a length of 0.1 m by 5e-11 of it; forces are below 1 N.
             assert!((pull + slope).abs() < 1e-9, "{pulls:?}");
         }
     }
 }
 
-fn flying<C: Contact>(contact: C) -> Flying<C> {
+fn flying<C: Contact, G: Underfoot>(contact: C, ground: G) -> Flying<C, G> {
     let flight = Flight {
         drift: Drift { dt: DT },
         decay: (-20.0 * DT).exp(),
         gravity: Vector::new([-0.003, -0.009]),
     };
-    Flying { flight, contact }
+    Flying {
+        flight,
+        contact,
+        ground,
+    }
 }
 
-fn drifting<C: Contact>(contact: C) -> Drifting<C> {
+fn drifting<C: Contact, G: Underfoot>(contact: C, ground: G) -> Drifting<C, G> {
     let drift = Drift { dt: DT };
-    Drifting { drift, contact }
+    Drifting {
+        drift,
+        contact,
+        ground,
+    }
 }
 
-/// Nodes `[x, y, vx, vy, jx, jy, 1 / m]` that stay off the ground, that touch it within the
-/// step, and that are under it and leave.
+/// Nodes `[x, y, vx, vy, jx, jy, 1 / m]`: one stays above the ground, one touches it within the step, and one is below
+/// the ground and leaves it.
 const NODES: [[f64; 7]; 3] = [
     [0.3, 0.2, 0.4, -0.5, 1e-3, 2e-3, 40.0],
     [0.3, 1e-3, 0.4, -0.9, 1e-3, -2e-3, 40.0],
@@ -216,9 +222,9 @@ const NODES: [[f64; 7]; 3] = [
 /// Nodes that fly and drift under a contact law.
 fn contact_is_right<C: Contact>(contact: C) {
     for node in NODES {
-        is_right(&flying(contact.clone()), node);
+        is_right(&flying(contact.clone(), Flat), node);
         let [x, y, vx, vy, ..] = node;
-        is_right(&drifting(contact.clone()), [x, y, vx, vy]);
+        is_right(&drifting(contact.clone(), Flat), [x, y, vx, vy]);
     }
 }
 
@@ -232,26 +238,28 @@ fn contacts() {
     }
 }
 
-/// Friction holds a node that is at rest, so that nothing passes (D9); without friction nothing
-/// holds it.
+/// Friction holds a node at rest, so the derivative is 0 (D9). Without friction the node keeps its velocity.
 #[test]
 fn coulomb_friction_at_rest() {
     let resting = [0.3, 1e-3, 0.0, -0.9];
-    let drift = |friction| drifting(Coulomb { friction });
+    let drift = |friction| drifting(Coulomb { friction }, Flat);
     is_right(&drift(0.2), resting);
     is_right(&drift(0.0), resting);
     let by_velocity = |friction| adjoint(&drift(friction), resting, [0.0, 0.0, 1.0, 0.0])[2];
     assert_eq!([0.2, 0.0].map(by_velocity), [0.0, 1.0]);
 }
 
-/// A node under the ground that moves inward stops where it is: `time_of_impact` is clamped
-/// at 0, and passes nothing (D9).
+/// A node below the ground that moves inward stops where it is: the time of impact is clamped to 0 and passes no
+/// derivative (D9).
 #[test]
 fn a_buried_node_keeps_its_place() {
     let buried = [0.3, -1e-3, 0.4, -0.5, 0.0, 0.0, 40.0];
-    let by_place = adjoint(&flying(Sticking {}), buried, [0.7, 1.0, 5.0, 5.0]);
+    let by_place = adjoint(&flying(Sticking {}, Flat), buried, [0.7, 1.0, 5.0, 5.0]);
     assert_eq!(by_place, [0.7, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    assert_eq!(verdict(&flying(Sticking {}), buried, 0.0), Verdict::Smooth);
+    assert_eq!(
+        verdict(&flying(Sticking {}, Flat), buried, 0.0),
+        Verdict::Smooth
+    );
 }
 
 fn terrain(points: &[[f64; 2]]) -> Terrain {
@@ -259,31 +267,29 @@ fn terrain(points: &[[f64; 2]]) -> Terrain {
     Terrain::new(&Profile::new(points.collect()).unwrap()).unwrap()
 }
 
-/// Down, up steeply, and down again: corners at 0.2 (a ridge), 0.5 (a valley of 80 degrees) and 0.6 (a
-/// spike).
+/// Down, steeply up, and down again: a ridge at 0.2 m, a valley of 80 degrees at 0.5 m and a spike at 0.6 m.
 fn valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]])
 }
 
-/// The same slope down into an obtuse corner, behind which the ground rises by 1 in 4.
+/// The same slope down into an obtuse corner, after which the ground rises by 1 in 4.
 fn wide_valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]])
 }
 
 /// Where a node is after a drift over the valley, and how fast.
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
-    let (terrain, drifting) = (valley(), drifting(contact));
-    DriftingOver { terrain, drifting }.eval(node)
+    drifting(contact, valley()).eval(node)
 }
 
-/// The height above the slope down, m; near that slope alone.
+/// The height above the slope down, m; valid near that slope.
 fn above_slope([x, y, ..]: [f64; 4]) -> f64 {
     (x + y - 0.5) / 2f64.sqrt()
 }
 
-/// Nodes `[x, y, vx, vy]`: one that stays above the slope down; three that meet it, of which one comes from
-/// beyond the ridge and one goes back; one that slides across the ridge and flies on; one within the ground
-/// that leaves; one that falls down the valley's steep side.
+/// Nodes `[x, y, vx, vy]`: one stays above the slope down; three meet it, one of them from beyond the ridge and one
+/// moving back; one slides across the ridge and flies on; one starts inside the ground and leaves; one falls down the
+/// steep side of the valley.
 const WALKERS: [[f64; 4]; 7] = [
     [0.35, 0.2, 0.4, -0.5],
     [0.35, 0.1505, 0.4, -0.9],
@@ -294,32 +300,23 @@ const WALKERS: [[f64; 4]; 7] = [
     [0.503, 0.0185, -0.1, -1.5],
 ];
 
-/// Meets the slope down just before the valley, and slides into it unless friction stops it.
+/// A node that meets the slope down just before the valley and slides into it unless friction stops it.
 const SLIDER: [f64; 4] = [0.4996, 0.0005, 0.5, -0.9];
 
 /// Contact over terrain, in reverse mode, forward mode and differences.
 fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     for node in WALKERS {
-        let drifting = drifting(contact.clone());
-        let terrain = valley();
-        is_right(&DriftingOver { terrain, drifting }, node);
+        is_right(&drifting(contact.clone(), valley()), node);
         let [x, y, vx, vy] = node;
-        let (terrain, flying) = (valley(), flying(contact.clone()));
-        is_right(
-            &FlyingOver { terrain, flying },
-            [x, y, vx, vy, 1e-3, -1e-3, 40.0],
-        );
+        let pushed = [x, y, vx, vy, 1e-3, -1e-3, 40.0];
+        is_right(&flying(contact.clone(), valley()), pushed);
     }
 }
 
-#[expect(unreachable_pub, reason = "declared settings are public")]
-mod bouncing {
-    crate::settings! {
-        /// A law as a user writes it: nodes leave the ground with half the speed that they met it with.
-        struct Bouncing {}
-    }
+crate::settings! {
+    /// A user's law: nodes leave the ground with half of the speed with which they met it.
+    struct Bouncing {}
 }
-use bouncing::Bouncing;
 
 impl Law for Bouncing {
     const NAME: &'static str = "bouncing";
@@ -340,89 +337,79 @@ fn contacts_over_terrain() {
     for friction in [0.1, 0.3, 2.5] {
         contact_over_terrain_is_right(Coulomb { friction });
     }
-    let (terrain, drifting) = (valley(), drifting(Coulomb { friction: 4.0 }));
-    is_right(&DriftingOver { terrain, drifting }, SLIDER);
+    is_right(&drifting(Coulomb { friction: 4.0 }, valley()), SLIDER);
 }
 
 #[test]
-fn a_law_answers_along_the_segment_that_is_met() {
-    // Without friction the velocity along the slope is left: 0.4 along, 0.9 down, on 45 degrees.
+fn a_law_responds_along_the_segment_that_is_met() {
+    // Without friction the velocity along the slope remains: that of 0.4 forward and 0.9 down on 45 degrees.
     let [x, y, vx, vy] = over_valley(Coulomb::default(), WALKERS[1]);
     let along = (0.4 + 0.9) / 2f64.sqrt();
     // A few roundings of numbers below 1.
     assert!((vx - along / 2f64.sqrt()).abs() < 1e-15 && (vx + vy).abs() < 1e-15);
     assert!(above_slope([x, y, vx, vy]).abs() < 1e-15);
-    // The node starts 0.0005 m above the slope and comes down to it by 0.5 m/s.
+    // The node starts 0.0005 m above the slope and approaches it at 0.5 m/s.
     let falling = 0.0005 / 0.5;
     assert!((x - (0.35 + 0.4 * falling + vx * (DT - falling))).abs() < 1e-15);
     let stopped = over_valley(Sticking {}, WALKERS[1]);
     assert!(stopped[2..] == [0.0, 0.0] && above_slope(stopped).abs() < 1e-15);
 }
 
-/// A node that slides down to the valley meets the steep side within the same step. Its angle to the slope
-/// is below 90 degrees: what is left of the velocity leads back into the slope, so that the node stops in
-/// the corner.
+/// A node that slides down to the valley meets the steep side within the same step. The corner is sharper than 90
+/// degrees: along the steep side the velocity leads back into the slope, so the node stops in the corner.
 #[test]
 fn a_second_impact_within_a_step() {
     let [x, y, vx, vy] = over_valley(Coulomb::default(), SLIDER);
     assert_eq!([vx, vy], [0.0, 0.0]);
     // Roundings of numbers below 1, divided by the slopes' sine.
     assert!((x - 0.5).abs() < 1e-14 && y.abs() < 1e-14, "{x} {y}");
-    // Wherever it came from, also down the steep side.
+    // Also if it comes down the steep side.
     for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
-        let (terrain, drifting) = (valley(), drifting(Coulomb::default()));
-        let cornered = DriftingOver { terrain, drifting };
+        let cornered = drifting(Coulomb::default(), valley());
         assert_eq!(cornered.eval(node)[2..], [0.0, 0.0]);
         let by_node = adjoint(&cornered, node, [1.0, -0.4, 1.0, 1.0]);
         assert!(by_node.iter().all(|bar| bar.abs() < 1e-14), "{by_node:?}");
     }
 
-    // A wider corner: the law answers on the second side too, and the node goes on along it.
-    let terrain = wide_valley();
-    let drifting = Drifting {
-        drift: Drift { dt: DT },
-        contact: Coulomb::default(),
-    };
-    let wide = DriftingOver { terrain, drifting };
+    // In a wider corner the law responds on the second side too, and the node moves on along it.
+    let wide = drifting(Coulomb::default(), wide_valley());
     let [x, y, vx, vy] = wide.eval(SLIDER);
     assert!(x > 0.5 && (y - 0.25 * (x - 0.5)).abs() < 1e-15);
-    // Down the slope with (0.7, -0.7), of which the part along (4, 1) / sqrt 17 is left.
+    // It slides down with (0.7, -0.7), of which the part along (4, 1) / sqrt 17 remains.
     let left = 0.7 * 3.0 / 17f64.sqrt();
     assert!((vx - left * 4.0 / 17f64.sqrt()).abs() < 1e-15 && (vy - vx / 4.0).abs() < 1e-15);
     is_right(&wide, SLIDER);
 }
 
-/// A node that bounces off one side of a valley meets the other one, and bounces off it too.
+/// A node that bounces off one side of a valley also bounces off the other side.
 #[test]
-fn a_law_of_a_user_s_is_asked_at_every_impact() {
-    let (terrain, drifting) = (wide_valley(), drifting(Bouncing {}));
-    let [x, y, vx, vy] = DriftingOver { terrain, drifting }.eval(SLIDER);
-    // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it, of which half comes back: then
-    // (0.8, -0.6) is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
+fn a_user_s_law_responds_at_every_impact() {
+    let [x, y, vx, vy] = drifting(Bouncing {}, wide_valley()).eval(SLIDER);
+    // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it. Half of the second part is reflected:
+    // (0.8, -0.6), which is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
     let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
     // A few roundings of numbers below 10.
     assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
     assert!(x > 0.5 && y > 0.25 * (x - 0.5));
 }
 
-/// Right of the spike a node is below the line of its steep left side, and not below the ground.
+/// To the right of the spike a node may be below the line through the spike's left side without being below the ground.
 #[test]
 fn segments_end_at_their_corners() {
     let node = [0.605, 0.6, 0.3, -0.4];
     let free = over_valley(Sticking {}, node);
     assert_eq!(free[2..], node[2..]);
-    // From the left it is met, however thin the spike is.
+    // From the left the spike is met, however thin it is.
     let caught = over_valley(Sticking {}, [0.5999, 0.59945, 0.9, 0.0]);
     assert_eq!(caught[2..], [0.0, 0.0]);
 }
 
-/// Corners that turn by no angle are none: a node slides across many of them in one step.
+/// Points on a straight line are no corners: a node slides across many of them in one step.
 #[test]
 fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
-    let terrain = terrain(&points.collect::<Vec<_>>());
-    let drifting = drifting(Coulomb::default());
-    let [x, _, vx, vy] = DriftingOver { terrain, drifting }.eval([0.1005, 0.2998, 1.0, -0.9]);
+    let slope = terrain(&points.collect::<Vec<_>>());
+    let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9]);
     // (1, -0.9) along (2, -1) / sqrt 5. Points 1e-4 apart, rounded to 3e-17, have a direction to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);
     assert!((x - (0.1005 + DT * vx)).abs() < 1e-4);

@@ -1,4 +1,4 @@
-//! The cause of a divergence: the part of a step that gave a node its velocity, or the bound that the
+//! The cause of a divergence: the part of a step that gave a node most of its velocity, or the bound that the
 //! node exceeds.
 
 use super::rollout::Simulator;
@@ -7,28 +7,28 @@ use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
 use crate::policy::Controller;
 
-/// A term of the step, by what it did to one node; displayed as part of a sentence.
+/// The term of a step that most affected one node. Its text is part of a sentence.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    /// The controller gives an edge of the node an activation that is no number.
+    /// The controller's activation of an edge of the node is NaN.
     #[error("mostly by the controller's output for edge {edge}")]
     Controller {
         /// The edge.
         edge: usize,
     },
-    /// A part of a law pushes or pulls the node more than anything else does.
+    /// The part of a force that pushes or pulls the node most.
     #[error("mostly by {0}")]
     Force(String),
-    /// Gravity adds more to the velocity than anything else.
+    /// Gravity adds most to the velocity.
     #[error("mostly by gravity")]
     Gravity,
-    /// The node was as fast before, and got too far.
+    /// The node was already as fast before, and moved too far.
     #[error("mostly by the node's own velocity")]
     Motion,
     /// The node is faster than the scene allows, m/s.
     #[error("which is {speed:.1} m/s; `physics.speed_bound` allows {bound} m/s")]
     TooFast {
-        /// Its speed.
+        /// The speed of the node.
         speed: f64,
         /// The largest speed allowed.
         bound: f64,
@@ -36,8 +36,8 @@ pub enum Cause {
 }
 
 impl Simulator {
-    /// The term that gave a node most of its velocity in the (first mechanical) step from a state
-    /// on, and first of all one that is no number. (The ground only ever takes velocity away.)
+    /// The term that gave a node most of its velocity in the first substep from a state, or a term that is NaN. The
+    /// ground is not among them because it only reduces velocities.
     pub(super) fn blame(
         &self,
         body: &Body<f64>,
@@ -51,12 +51,12 @@ impl Simulator {
             .activations(body, controller, &[(before, time)])
             .remove(0);
         let edges = self.pulling_edges(body, node);
-        // The activation of an edge that does not strain has no effect, not even as NaN.
+        // The activation of an edge with strain 0 has no effect, even if it is NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
         if let Some(&edge) = edges.iter().find(is_misled) {
             return Cause::Controller { edge };
         }
-        // The magnitude also clears the sign bit of NaN, which `total_cmp` would rank lowest.
+        // `abs` clears the sign bit of NaN; otherwise `total_cmp` could rank NaN lowest.
         let size = |vector: Vector<f64>| vector.norm().abs();
         let mechanics = &self.robot.mechanics;
         let pose = Pose {
@@ -73,7 +73,7 @@ impl Simulator {
         terms.push((Cause::Gravity, size(flight.gravity)));
         let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
-        // NaN ranks above every number, and of equals the last wins: motion that is no number.
+        // NaN ranks above every number. Of several NaN terms the last wins: the motion.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
     }

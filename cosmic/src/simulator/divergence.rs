@@ -1,8 +1,8 @@
-//! The guard: finding where a rollout went wrong.
+//! The guard: finds the step in which a rollout diverged.
 //!
 //! A rollout diverges if a state is absurd or a node is faster than the scene allows, because the
-//! robot has flown apart. A guarded rollout is [watched](Span::watched): it detects whether a state
-//! may be absurd or too fast. Only then the rollout is repeated and every state is checked.
+//! robot has flown apart. A guarded rollout is [watched](Span::watched), which detects cheaply whether a state
+//! may be absurd or too fast. Only if it detects one, the rollout is repeated and every state is checked.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -15,9 +15,9 @@ use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
-/// States that the search holds at a time.
+/// The number of states that the search holds at a time.
 const BLOCK: usize = 64;
-/// States before the absurd one that are kept to look at.
+/// The number of states before the absurd one that are returned.
 const KEPT: usize = 8;
 
 /// The first state of a rollout that is absurd or too fast.
@@ -33,14 +33,14 @@ pub struct Divergence {
     pub velocity: Vector<f64>,
     /// The term of that step that caused it, or the bound.
     pub term: Cause,
-    /// The last states up to that one.
+    /// The last states up to the absurd one.
     pub last: Trajectory<f64>,
 }
 
-/// A rollout of which every state was looked at.
+/// A rollout, and its first absurd or too fast state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guarded {
-    /// The observed states, bit for bit those of [`Simulator::rollout`].
+    /// The observed states, bit-identical to [`Simulator::rollout`].
     pub trajectory: Trajectory<f64>,
     /// The first absurd or too fast state, observed or not. The start is not checked.
     pub divergence: Option<Divergence>,
@@ -59,9 +59,8 @@ impl From<&Divergence> for Error {
 }
 
 impl Simulator {
-    /// A rollout that detects every absurd or too fast state. If there is none, this costs one
-    /// check per number of each state in addition to the plain rollout. If there is one, it costs
-    /// up to two more rollouts.
+    /// A rollout that detects every absurd or too fast state. Without one, it costs one check of each number of each
+    /// state more than the plain rollout. With one, it costs up to two more rollouts.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -90,21 +89,21 @@ impl Simulator {
         }
     }
 
-    /// The limit from which on a watched rollout detects a position or a velocity. All numbers of a
-    /// state have one limit. So a bound on the speed also detects positions that many metres from the
-    /// origin, which are then checked in vain.
+    /// The limit at which a watched rollout detects a number of a state. Positions and velocities have the same limit,
+    /// so a bound on the speed also detects positions that many metres from the origin. These are false alarms, which
+    /// the check of every state clears.
     pub(super) fn watched(&self) -> f64 {
-        // A node is no faster than the bound while neither of its components reaches this.
+        // If both components are below this, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
         self.speed_bound
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
-    /// True if a watched rollout that ends in this state cannot have had an absurd or too fast
-    /// state. Otherwise [`guarded`](Simulator::guarded) finds out.
+    /// True if a watched rollout that ends in this state has had no absurd or too fast state. If false, it may have had
+    /// one, and [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // A place within both bounds of the ground's frame is that far from its origin at most,
-        // which may itself be far above the world's.
+        // The largest distance from the world's origin if both components in the ground's frame are below the
+        // limit: the origin of the ground's frame may itself be far above the world's.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
         farthest < ABSURD && !last.is_absurd()
     }
@@ -144,9 +143,8 @@ impl Simulator {
         Some(self.diagnose(body, controller, node, bound, last))
     }
 
-    /// Passes every state of a rollout over these planned steps to a callback, with the number of
-    /// steps done, until the callback stops it. The start is left out. Only a block of states is
-    /// held at a time.
+    /// Passes every state of a rollout over these planned steps, except the start, to a callback with the number of steps
+    /// before it, until the callback stops. Holds only a block of states at a time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,
@@ -158,7 +156,7 @@ impl Simulator {
         let size = 4 * self.robot.graph.nodes();
         let planned = self.planned(&self.surroundings(), body, controller, start);
         let still = Still::of(body, start);
-        // Flat arrays in the ground's frame: the next block goes on from the same bits.
+        // Flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(start);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
@@ -176,7 +174,7 @@ impl Simulator {
         }
     }
 
-    /// The divergence that the last states end in.
+    /// Describes the divergence at the last of these states.
     fn diagnose(
         &self,
         body: &Body<f64>,
@@ -187,7 +185,7 @@ impl Simulator {
     ) -> Divergence {
         let (steps, states): (Vec<usize>, Vec<State<f64>>) = last.into_iter().unzip();
         let [.., before, after] = &states[..] else {
-            unreachable!("such a state has one before it")
+            unreachable!("the start is never absurd, so a state precedes the absurd one")
         };
         let step = steps[steps.len() - 2];
         Divergence {

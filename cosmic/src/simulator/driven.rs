@@ -5,15 +5,14 @@ use super::trajectory::Trajectory;
 use crate::lattice::{Body, Lattice, State};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// A lattice in its surroundings for robots whose activations the caller holds, as a policy that learns
-/// does.
+/// A simulator of robots whose activations the caller sets, as in reinforcement learning.
 ///
 /// Robots with different activations run in parallel in SIMD lanes. No controller is evaluated.
 #[derive(Clone, Debug)]
 pub struct Driven(Simulator);
 
 impl Driven {
-    /// Plans rollouts that end `physics.steps` steps after the start at most.
+    /// Plans rollouts of at most `physics.steps` steps.
     pub fn new(
         lattice: &Lattice,
         physics: &PhysicsSettings,
@@ -22,12 +21,10 @@ impl Driven {
         Self(Simulator::new(lattice, physics, controller).driven())
     }
 
-    /// Steps robots of one body from a start each, with an activation of every edge, from -1 to 1, that is
-    /// held throughout.
+    /// Steps robots with one body, each from its own start, with constant activations of the edges, from -1 to 1.
     ///
     /// # Panics
-    /// As [`Simulator::rollout_many`]. Also unless there is one list of activations per start, with one
-    /// entry per edge of the robot.
+    /// As [`Simulator::rollout_many`], and unless there is one list of activations per start with one entry per edge.
     pub fn held(
         &self,
         body: &Body<f64>,
@@ -66,7 +63,7 @@ mod tests {
     /// The activations of the edges: full, zero and in between, of either sign.
     const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
 
-    /// Scenes that differ by one force: each law of this crate, and each force that a key switches on.
+    /// Settings that each add one force: each law of this crate, and each force that a key enables.
     fn forces() -> Vec<String> {
         let mut forces = vec![String::new()];
         for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
@@ -83,7 +80,7 @@ mod tests {
         pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
     }
 
-    /// A controller in which only the biases matter gives the held activations.
+    /// A case whose controller outputs the held activations: its biases alone determine the outputs.
     fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
         /// A bias whose hyperbolic tangent is 1 in double precision.
         const SATURATED: f64 = 40.0;

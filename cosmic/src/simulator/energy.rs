@@ -1,4 +1,4 @@
-//! The energy that springs and masses hold, for those who watch that it is kept.
+//! The energy of springs and masses, to check that it is conserved.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::lattice::{Body, Lattice, State};
 use crate::laws::{Force, Pose};
 use crate::scene::PhysicsSettings;
 
-/// A store of energy in a robot whose actuators are at rest.
+/// Computes the energy of a robot with idle actuators.
 pub struct Store<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
@@ -26,8 +26,7 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// Kinetic energy and that of the forces, J, of which they are the slope; `None` if one of them has
-    /// none.
+    /// The kinetic energy plus the potential energy of all forces, J; `None` if a force has no energy.
     pub fn energy(&self, state: &State<f64>) -> Option<f64> {
         let speeds = state.v.iter().zip(&self.body.mass);
         let kinetic: f64 = speeds.map(|(v, m)| 0.5 * m * v.dot(*v)).sum();

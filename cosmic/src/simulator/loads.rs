@@ -1,4 +1,4 @@
-//! What bars bear and do in the states of a rollout.
+//! The loads and the motion of bars in the states of a rollout.
 
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -12,10 +12,10 @@ use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::policy::Controller;
 
-/// States whose activations are computed together.
+/// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
 
-/// A magnitude over some states.
+/// The size of a quantity over some states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Magnitude {
     /// The largest.
@@ -24,10 +24,10 @@ pub struct Magnitude {
     pub p99: f64,
 }
 
-/// The largest magnitudes of a series: the top 1 %, which determines the 99 % quantile.
+/// The largest 1 % of the magnitudes of a series, which determine the 99 % quantile.
 #[derive(Clone, Debug)]
 struct Largest {
-    /// How many values are needed.
+    /// How many values determine the quantile.
     needed: usize,
     /// The needed values and fewer than `needed` others, unsorted.
     values: Vec<f64>,
@@ -83,18 +83,18 @@ impl Magnitude {
     }
 }
 
-/// What a bar bears and does in some states.
+/// The loads and the motion of a bar over some states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
-    /// Least and greatest change of length over the length at rest.
+    /// The smallest and largest strain: the change of length over the rest length.
     pub strains: Range,
-    /// That change in magnitude.
+    /// The magnitude of the strain.
     pub strain: Magnitude,
     /// The force along the bar, N.
     pub force: Magnitude,
     /// The rate of the length, m/s.
     pub speed: Magnitude,
-    /// Force times rate: what the bar gives its nodes, or takes from them, W.
+    /// Force times rate: the power that the bar gives to its nodes or takes from them, W.
     pub power: Magnitude,
     /// The largest force that pulls, N.
     pub tension: f64,
@@ -102,46 +102,45 @@ pub struct BarLoad {
     pub compression: f64,
 }
 
-/// The loads of a robot over a rollout: the loads of its actuators and the largest compression of a
-/// bar.
+/// The loads of a robot over a rollout: the largest of its actuators, and the largest compression of any bar.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
-    /// Least and greatest strain of an actuator.
+    /// The smallest and largest strain of an actuator.
     pub strains: Range,
-    /// The largest of any actuator.
+    /// The largest strain of an actuator.
     pub strain: Magnitude,
-    /// The largest of any actuator, N.
+    /// The largest force of an actuator, N.
     pub force: Magnitude,
-    /// The largest of any actuator, m/s.
+    /// The largest rate of an actuator, m/s.
     pub speed: Magnitude,
-    /// The largest of any actuator, W.
+    /// The largest power of an actuator, W.
     pub power: Magnitude,
     /// The largest force that pushes on a bar, N.
     pub compression: f64,
-    /// Share of the states of a delivery's trajectory in which bars cross that do not cross at rest. Nothing
-    /// keeps a robot from passing through itself.
+    /// The fraction of the states of a delivery's trajectory in which bars cross that do not cross at rest. The
+    /// simulation lets a robot pass through itself.
     pub tangled: f64,
-    /// Such pairs of bars in a state, in the mean.
+    /// The mean number of such pairs of bars in a state.
     pub tangles: f64,
 }
 
-/// What the edges of a robot do in a state.
+/// The loads and the motion of a robot's edges in a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeMoments {
     /// The controller's output for each, from -1 to 1.
     pub activation: Vec<f64>,
-    /// Change of length over the length at rest.
+    /// The change of length over the rest length.
     pub strain: Vec<f64>,
     /// The force with which its bar pulls its ends together, N.
     pub tension: Vec<f64>,
     /// The rate of its length, m/s.
     pub rate: Vec<f64>,
-    /// The energy of all forces that have one, J.
+    /// The energy of all forces that have an energy, J.
     pub elastic: f64,
 }
 
 impl Simulator {
-    /// What the edges do in the states of a trajectory, with the controller's activation there.
+    /// The loads and the motion of the edges in the states of a trajectory.
     pub fn moments(
         &self,
         body: &Body<f64>,
@@ -156,7 +155,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The loads and rates of the edges in states after so many steps each.
+    /// The loads and the motion of the edges in some states, each with its number of steps.
     fn moments_of(
         &self,
         body: &Body<f64>,
@@ -171,7 +170,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The loads and rates of the edges in a state at a time.
+    /// The loads and the motion of the edges in a state at a time (s).
     fn moment(
         &self,
         body: &Body<f64>,
@@ -199,8 +198,8 @@ impl Simulator {
         }
     }
 
-    /// The loads of the bars of a layout over all states of a rollout of `steps` steps: one entry
-    /// per edge, `None` for a void edge. Memory grows with about a hundredth of the steps.
+    /// The loads of the bars of a layout over all states of a rollout: one entry per edge, `None` for a void edge. It
+    /// keeps about 1 % of the values of all states in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -235,8 +234,7 @@ impl Simulator {
         bars.into_iter().map(load).collect()
     }
 
-    /// The loads of a layout, computed from the loads of its bars. Crossing bars are counted in the states
-    /// of a trajectory.
+    /// The loads of a robot, from the loads of its bars. Crossing bars are counted in the states of a trajectory.
     pub fn loads_of(
         &self,
         layout: &[Material],
@@ -264,7 +262,7 @@ impl Simulator {
 }
 
 impl Simulator {
-    /// In each state the pairs of bars that cross and do not at rest.
+    /// For each state, the number of pairs of bars that cross but do not cross at rest.
     fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
         let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
         let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
@@ -282,7 +280,7 @@ impl Simulator {
 }
 
 impl BarLoad {
-    /// Of an edge in some states.
+    /// The load of an edge over some states.
     pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
         let mut gathered = Gathered::over(moments.len());
         moments.iter().for_each(|moment| gathered.see(edge, moment));
@@ -353,7 +351,7 @@ mod tests {
     use crate::simulator::{Simulator, Trajectory};
 
     #[test]
-    fn a_magnitude_is_the_peak_and_nearly_the_peak() {
+    fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {
         let of = |sample: &[f64]| {
             let mut largest = Largest::of(sample.len());
             sample.iter().for_each(|x| largest.see(*x));
@@ -383,8 +381,8 @@ mod tests {
         }
     }
 
-    /// The stiffness of a bar is not the stiffness of its material, so it does not determine a radius
-    /// against buckling. Earlier versions wrote such a radius; their summaries can still be read.
+    /// Earlier versions wrote a radius against buckling. It was wrong, because the stiffness of a bar is not that of its
+    /// material. Their summaries can still be read.
     #[test]
     fn loads_have_no_radius_and_loads_of_earlier_versions_are_read() {
         let mut file = serde_json::to_value(Loads::default()).unwrap();
@@ -404,7 +402,7 @@ mod tests {
         );
     }
 
-    /// A lattice that is stretched by a tenth along x and grows on at 1 m/s a metre.
+    /// A lattice that is stretched by 10 % along x and grows by 1 m/s per metre.
     #[test]
     fn loads_are_those_of_hooke_s_bars() {
         let scene = Scene::paper();
@@ -429,7 +427,7 @@ mod tests {
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
             let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
             if dy == 0.0 {
-                // 400 N/m times 10 mm, at 0.11 m/s; the softening is 5e-11 of a length.
+                // 400 N/m times 10 mm, at 0.11 m/s. The softening changes a length by 5e-11 of it.
                 assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
                 assert!((load.tension - 4.0).abs() < 1e-7 && load.compression < 1e-7);
                 assert!((load.speed.peak - 0.11).abs() < 1e-9);
@@ -442,7 +440,7 @@ mod tests {
         let all = simulator.loads_of(&layout, &bars, &trajectory);
         assert_eq!(all.strains, Range::default());
         assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
-        // Half of the robot is moved across the other half in one of two states.
+        // In one of two states, half of the robot is folded over the other half.
         let mut folded = trajectory.clone();
         let middle = 0.25;
         let fold = |x: &mut Vector<f64>| {

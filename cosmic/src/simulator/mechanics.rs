@@ -1,4 +1,4 @@
-//! The mechanical part of a step: forces, flight and contact, as often as a scene asks for.
+//! The mechanical part of a step: forces, flight and contact, once for each substep.
 
 use std::sync::Arc;
 
@@ -16,15 +16,15 @@ use crate::scene::{Integrator, PhysicsSettings};
 /// The laws of a mechanical step of length `h = dt / substeps`.
 ///
 /// Symplectic Euler pushes for `h` with the forces at the start, and drifts for `h`. Leapfrog
-/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact;
-/// half of the damping before the push and half after it make the whole symmetric in time, and
+/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact.
+/// Half of the damping comes before the push and half after it, so the step is symmetric in time and
 /// of second order.
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
-    /// The drift before the forces are taken, where the integrator has one.
+    /// The drift before the forces are computed, if the integrator has one.
     first: Option<Drift>,
-    /// For how long the forces push, s.
+    /// The duration of the push, s.
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
@@ -40,7 +40,7 @@ impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
         let decay = (-physics.damping * h).exp();
-        // Leapfrog damps by half after a push, which takes its part of that.
+        // Leapfrog applies half of the damping after the push, so it reduces the push too.
         let (first, drift, push) = match physics.integrator {
             Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {
@@ -86,7 +86,7 @@ impl Mechanics {
         }
     }
 
-    /// The same laws under another coefficient of friction.
+    /// The same laws with another coefficient of friction.
     pub(super) fn with_friction(&self, friction: f64) -> Self {
         Self {
             contact: self.contact.with_friction(friction).into(),
@@ -118,8 +118,8 @@ impl Mechanics {
         (contact, self.forces.iter().map(force).collect())
     }
 
-    /// Records the state of all nodes after the step, from that before it, the activation of every slot, and
-    /// the time for every node where it is needed.
+    /// Records the nodes after the step, from the nodes before it, the activation of every slot and the time for every
+    /// node (`None` if no force needs it).
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,

@@ -1,8 +1,8 @@
 //! The simulator: from a body, a controller and a state to a trajectory.
 //!
-//! The physics stands in [`laws`](crate::laws) and the order of a step in `robot` and `mechanics`, each
-//! once, for every number type. Internally all is in the ground's frame, where contact is a sign of one
-//! coordinate; states are given and returned in the world's.
+//! The physics is in [`laws`](crate::laws), and the order of a step in `robot` and `mechanics`, once for every number
+//! type. A rollout computes in the ground's frame, where contact is the sign of one coordinate. Callers pass and get
+//! states in the world's frame.
 
 mod surroundings;
 mod parameters;

@@ -1,8 +1,8 @@
-//! Where the reverse sweep of a rollout overflows.
+//! The step in which the reverse sweep of a rollout overflows.
 //!
-//! If a motion magnifies small changes, cotangents grow from step to step of the reverse sweep, and
-//! thousands of steps make them larger than an f64 can hold, though every state is finite. The
-//! sweep itself does not check. After a gradient that is infinite or NaN, this module sweeps again:
+//! If a motion amplifies small changes, cotangents grow from step to step of the reverse sweep. After
+//! thousands of steps they may exceed the range of an f64 although every state is finite. The
+//! sweep itself does not check. If a gradient is infinite or NaN, this module sweeps again:
 //! first in blocks of steps, then step by step through the block in which the cotangent overflows.
 
 use std::ops::Range;
@@ -16,26 +16,24 @@ use crate::policy::Controller;
 /// Steps of a block.
 const BLOCK: usize = 64;
 
-/// The step of a reverse sweep that makes the state's cotangent infinite or NaN; displayed as part of
-/// a sentence.
+/// The step of a reverse sweep that makes the cotangent of the state infinite or NaN. Its text is part of a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent of at most \
      {largest:.1e}"
 )]
 pub struct Overflow {
-    /// The step, from 0. The cotangent of the state after it is finite, of that before it not.
+    /// The step, from 0. The cotangent of the state after it is finite; that of the state before it is not.
     pub step: usize,
-    /// The first node by whose position or velocity it is not.
+    /// The first node whose position or velocity has such a cotangent.
     pub node: usize,
     /// The largest magnitude in the cotangent of the state after the step.
     pub largest: f64,
 }
 
 impl Simulator {
-    /// Where the cotangent of the payload's place along the ground after so many steps stops
-    /// being finite on its way back to the start; `None` where it does not. Costs about as much as
-    /// that gradient.
+    /// Finds the step in which the reverse sweep from the payload's position along the ground, after `steps` steps,
+    /// overflows; `None` if it stays finite. Costs about as much as the gradient.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -52,22 +50,22 @@ impl Simulator {
         };
         let start = self.flatten(start);
         let mut bar = vec![0.0; start.len()];
-        // The first of the state's numbers is the payload's place along the ground.
+        // The first number of a state is the payload's position along the ground.
         bar[0] = 1.0;
         sweep.back(&start, 0..steps, BLOCK, &mut bar)
     }
 }
 
 /// A robot whose steps are swept again. States and cotangents are flat arrays in the ground's
-/// frame: each part of the rollout goes on from the same bits.
+/// frame, so that each part of the rollout continues from identical bits.
 struct Sweep<'a> {
     simulator: &'a Simulator,
     planned: Planned<f64>,
 }
 
 impl Sweep<'_> {
-    /// Takes the cotangent of the state after some steps, which begin with a state, back to that
-    /// one: in parts of so many steps, and through a part that overflows by single ones.
+    /// Pulls the cotangent of the state after some steps back to `state` before them: in parts of `part` steps, and step
+    /// by step through a part that overflows.
     fn back(
         &self,
         state: &[f64],
@@ -97,7 +95,7 @@ impl Sweep<'_> {
         None
     }
 
-    /// The states, one after the other, after so many steps each from a state before step `first`.
+    /// The states after each number of steps in `done`, one after the other, from the state before step `first`.
     fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
         let span = Span {
             first,
@@ -106,7 +104,7 @@ impl Sweep<'_> {
         self.planned.run(state, self.simulator, &span)
     }
 
-    /// The cotangent of the state before some steps, from that of the state after them.
+    /// The cotangent of the state before some steps, from the cotangent of the state after them.
     fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
         let span = Span {
             first: steps.start,
@@ -122,7 +120,7 @@ impl Sweep<'_> {
         tape.pullback(&last, bar).to_vec()
     }
 
-    /// The first node with a number in a cotangent that is infinite or NaN.
+    /// The first node whose cotangent is infinite or NaN.
     fn lost_node(&self, bar: &[f64]) -> Option<usize> {
         let nodes = self.simulator.lattice.nodes();
         let is_lost = |node: &usize| (0..4).any(|k| !bar[k * nodes + node].is_finite());
@@ -139,7 +137,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 
-    /// The default scene's lattice without damping, where small changes grow for ever.
+    /// The lattice of the scene `stability` without damping: small changes grow without limit.
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
         let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
@@ -158,7 +156,7 @@ mod tests {
         let divergence = simulator.divergence(&body, &controller, &start, 0..STEPS);
         assert_eq!(divergence, None);
         let found = simulator.overflow(&body, &controller, &start, STEPS);
-        let found = found.expect("no such robot has a finite gradient");
+        let found = found.expect("the gradient of this robot overflows");
         assert!(found.largest > 1e290, "{found:?}");
 
         let sweep = Sweep {

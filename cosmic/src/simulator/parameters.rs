@@ -1,4 +1,4 @@
-//! What a robot's steps are given and none of them changes.
+//! The parameters of a robot's steps: numbers that no step changes.
 
 use autodiff::{Array, Program, Real};
 
@@ -6,7 +6,7 @@ use super::surroundings::Surroundings;
 use crate::lattice::Body;
 use crate::laws::{Given, Particle};
 
-/// The parameters of a robot's steps, which no step changes, apart from those of its policy.
+/// The parameters of a robot's steps, without those of its policy.
 pub(super) struct Parameters<A> {
     /// Stiffness of the edge in every slot of the graph, N/m.
     pub(super) stiffness: A,
@@ -16,7 +16,7 @@ pub(super) struct Parameters<A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// How much every node belongs to the robot; `None` if all nodes do.
+    /// How much every node belongs to the robot; `None` if all nodes belong to it.
     pub(super) presence: Option<A>,
     /// Activations that stay constant, one per slot of the graph, in place of a policy.
     pub(super) held: Option<A>,
@@ -28,8 +28,8 @@ pub(super) struct Parameters<A> {
     pub(super) forces: Vec<Given<A>>,
 }
 
-/// A way from a robot to the parameters of its steps. The robot describes them once: a [`Program`] declares arrays
-/// for them, and [`Filled`] collects the numbers of bodies.
+/// The robot describes its parameters once, to a `Road`: a [`Program`] declares arrays for them, and [`Filled`] collects
+/// their numbers.
 pub(super) trait Road {
     type Number: Real;
     type Array;
@@ -73,8 +73,8 @@ impl<R: Real> Road for Program<R> {
     }
 }
 
-/// The numbers of parameters in the order of their declaration: each a list of every body's, or of the
-/// one that all share.
+/// The numbers of the parameters, in the order of declaration. For each parameter, one list per robot, or one list that
+/// all robots share.
 pub(super) struct Filled<'a, R> {
     pub(super) bodies: &'a [Body<R>],
     pub(super) surroundings: &'a [Surroundings<R>],

@@ -15,11 +15,11 @@ use crate::policy::{
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
+/// The robot as a [`Model`], prepared before a rollout.
 ///
-/// - Parameters: see [`Parameters`], and behind them those of the policy.
+/// - Parameters: those of [`Parameters`], then those of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
-/// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` where a force reads it.
+/// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` if a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
@@ -30,7 +30,7 @@ pub(super) struct Robot {
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// Whether nodes belong to the robot as much as its body says.
+    /// True if bodies say how much each node belongs to the robot.
     weighs: bool,
     /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
     seen: Option<Arc<[f64]>>,
@@ -46,12 +46,12 @@ pub(super) enum Drive {
     Held,
 }
 
-/// A policy, and what is known of it before a rollout.
+/// A policy, and what a rollout needs to know about it.
 #[derive(Clone, Debug)]
 pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
-    /// The numbers that a step is given for it.
+    /// The parameters that it declares.
     given: Arc<[Given]>,
 }
 
@@ -81,7 +81,7 @@ impl Robot {
         robot
     }
 
-    /// The policy of a scene, recorded once to see what it is given.
+    /// The policy of a scene, recorded once to find out which parameters it declares.
     fn driver(&self) -> Driver {
         let settings = &self.settings;
         let policy = policy::of_settings(settings);
@@ -108,8 +108,7 @@ impl Robot {
     }
 
     /// The same robot without the parts that no body needs: edges without stiffness, which never pull, and
-    /// outputs of the policy for edges that do not strain or do not exist, which multiply an activation by
-    /// zero.
+    /// outputs of the policy for edges that do not exist or whose strain is zero.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
@@ -125,7 +124,7 @@ impl Robot {
         robot
     }
 
-    /// The same robot for bodies in which nodes are more or less present, or not.
+    /// The same robot with all of its edges, for bodies with or without presence of nodes.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
@@ -133,7 +132,7 @@ impl Robot {
         }
     }
 
-    /// This robot with a policy that sees this state, flat, in place of the current one.
+    /// This robot with a policy that sees this flat state in place of the current one.
     pub(super) fn without_feedback(&self, seen: &[f64]) -> Self {
         Self {
             seen: Some(seen.into()),
@@ -161,7 +160,7 @@ impl Robot {
         }
     }
 
-    /// The parameters, in the order of their declaration. Those of the policy follow.
+    /// Describes the parameters in the order of declaration, without those of the policy, which follow.
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
@@ -207,8 +206,8 @@ impl Robot {
             .collect()
     }
 
-    /// Records the activation of every slot from the state and the clock. Without actuators the policy is not
-    /// asked, and any array of the right length stands for its activation.
+    /// Records the activation of every slot from the state and the clock. Without actuators the policy is not recorded,
+    /// and the activation is any array of the right length.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -232,7 +231,7 @@ impl Robot {
 }
 
 impl Driver {
-    /// Records the policy: the activation of every slot, and what the step is given for it.
+    /// Records the policy: the activation of every slot, and the parameters that it declares.
     fn record(
         &self,
         p: &mut dyn Recording,
@@ -254,7 +253,7 @@ impl Model for Robot {
         let clock = p.input(2);
         let time = self.mechanics.needs_time().then(|| p.input(1));
 
-        // 1. The policy looks at the state.
+        // 1. The policy observes the state.
         let activation = self.activation(p, &given, state, clock);
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
@@ -267,7 +266,7 @@ impl Model for Robot {
         }
     }
 
-    // Compiled here, once, for all who run robots.
+    // Compiled once, in this crate, for all crates that run robots.
     fn record_f64(&self, p: &mut Program<f64>) {
         self.record(p);
     }
@@ -276,8 +275,8 @@ impl Model for Robot {
     }
 }
 
-/// The policy alone: a step that leaves nodes and clock as they are, and whose last part of the state becomes
-/// the activation of every slot.
+/// The policy alone: a step that leaves nodes and clock as they are. The last part of its state becomes the activation
+/// of every slot.
 #[derive(Clone, Debug)]
 pub(super) struct Activations(pub(super) Robot);
 

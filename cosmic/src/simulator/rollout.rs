@@ -1,4 +1,4 @@
-//! Rollouts: a lattice in its surroundings, and the bodies and controllers that it steps.
+//! Rollouts of bodies and controllers on a lattice in its surroundings.
 
 use std::borrow::Borrow;
 use std::sync::Arc;
@@ -14,27 +14,24 @@ use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// Which steps are done, and what is looked at.
+/// The steps of a rollout, and what is observed.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// The number of steps that were done before the start's state: the clock's time is
-    /// `(first + n) dt`.
+    /// The number of steps before the start state: after `n` steps the time of the clock is `(first + n) dt`.
     pub first: usize,
-    /// Numbers of steps done from the start on at which the state is wanted, ascending; the last
-    /// ends the rollout.
+    /// The numbers of steps after which the state is observed, ascending; the rollout ends with the last.
     pub observed: Vec<usize>,
-    /// How many nodes are looked at, from the first on, at least one; the states observed hold no
-    /// others.
+    /// How many nodes are observed, at least one; the observed states contain only these first nodes.
     pub nodes: usize,
-    /// Whether all observations become NaN if any state after the start is absurd or too fast, or
-    /// close to it. Unobserved states count too. [`Simulator::guarded`] relies on this.
+    /// True to make all observations NaN if any state after the start, observed or not, is absurd or too fast, or close
+    /// to it. [`Simulator::guarded`] relies on this.
     pub watched: bool,
-    /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
+    /// Limits the cotangent in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Span {
-    /// All nodes from the start on, unwatched, with exact gradients.
+    /// All nodes, from time 0 on, not watched, with exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
         Self {
             first: 0,
@@ -45,7 +42,7 @@ impl Span {
         }
     }
 
-    /// How many steps are done.
+    /// The number of steps.
     pub(crate) fn steps(&self) -> usize {
         self.observed.last().copied().unwrap_or(0)
     }
@@ -64,7 +61,7 @@ pub struct Simulator {
     pub(super) speed_bound: Option<f64>,
     /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
     clock: Arc<[f64]>,
-    /// For the record that the reverse sweep of a rollout reads.
+    /// Memory for what the reverse sweep of a rollout reads.
     pub(crate) memory: Memory,
 }
 
@@ -95,14 +92,13 @@ impl Simulator {
         }
     }
 
-    /// This world with a budget for what the gradient of a rollout keeps of its steps. The gradient does
-    /// not depend on it.
+    /// This world with a memory budget for gradients of rollouts. The gradient does not depend on it.
     #[must_use]
     pub fn with_memory(self, memory: Memory) -> Self {
         Self { memory, ..self }
     }
 
-    /// This world with another coefficient of friction, which has no effect where nodes stick.
+    /// This world with another coefficient of friction. It has no effect if the contact law has no friction.
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
@@ -110,7 +106,7 @@ impl Simulator {
         other
     }
 
-    /// This world for policies that see this state at all times: only their clock goes on.
+    /// This world for policies that see this state in every step; only their clock advances.
     ///
     /// # Panics
     /// If the state is of another lattice.
@@ -179,13 +175,11 @@ impl Simulator {
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
-    /// Steps robots of one controller from several starts, all of one body or each of its own: the
-    /// bits of as many [rollouts](Simulator::rollout) in less time, as they run in SIMD lanes and
-    /// read the controller's weights once.
+    /// Steps robots with one controller from several starts, with one body for all or one for each. Bit-identical to
+    /// single [rollouts](Simulator::rollout), but faster: the robots run in SIMD lanes and share each read of a weight.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout), and if there are several bodies, but not one for each
-    /// start.
+    /// As [`rollout`](Simulator::rollout), and if there are several bodies but not one for each start.
     pub fn rollout_many<R: Real>(
         &self,
         bodies: &[Body<R>],
@@ -199,8 +193,8 @@ impl Simulator {
     /// As [`rollout_many`](Simulator::rollout_many), all in the same surroundings or each in its own.
     ///
     /// # Panics
-    /// As [`rollout_many`](Simulator::rollout_many), and if there are several surroundings, but not one for each
-    /// start, or if they are from a simulator with other laws.
+    /// As [`rollout_many`](Simulator::rollout_many), if there are several surroundings but not one for each start, or if
+    /// they are from a simulator with other laws.
     pub fn rollout_many_in<R: Real>(
         &self,
         surroundings: &[Surroundings<R>],
@@ -220,8 +214,7 @@ impl Simulator {
         self.in_lanes(model, bodies, &numbers, &starts, span)
     }
 
-    /// Steps robots with several bodies, or with one body that all starts share, by the numbers of their
-    /// parameters.
+    /// Steps robots with one body for all or one for each, given the numbers of their parameters.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
@@ -273,8 +266,8 @@ impl Simulator {
         seen.into_iter().map(of_edges).collect()
     }
 
-    /// The states of [`rollout`](Simulator::rollout) without its driver: on a tape, every operation of
-    /// every step is an entry. Cotangents are not bounded. It shows the cost that the driver saves.
+    /// The states of [`rollout`](Simulator::rollout), computed without checkpoints and lanes: on a tape, every operation
+    /// of every step is an entry. Cotangents are not limited. It is the reference for gradients and their cost.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -292,8 +285,7 @@ impl Simulator {
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
-    /// Panics unless all is of this lattice: arrays of a larger one would be long enough to be
-    /// misread.
+    /// Panics unless bodies and starts fit this lattice. Longer arrays of a larger lattice would be misread silently.
     pub(super) fn check<R: Real>(&self, bodies: &[Body<R>], starts: &[&State<R>]) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
         let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
@@ -319,13 +311,13 @@ impl Simulator {
         let given: Vec<_> = controller.blocks().collect();
         self.fits("blocks of the controller", given.len(), driver.blocks.len());
         for ((name, shape, _), block) in given.into_iter().zip(&*driver.blocks) {
-            assert_eq!(name, block.name, "the controller is of another policy");
+            assert_eq!(name, block.name, "the controller belongs to another policy");
             let what = format!("numbers of the controller in `{name}`");
             self.fits(&what, shape.len(), block.shape.len());
         }
     }
 
-    /// Panics unless the count of numbers is what this lattice needs.
+    /// Panics unless a count is the one that this lattice needs.
     #[track_caller]
     pub(super) fn fits(&self, what: &str, found: usize, expected: usize) {
         let nodes = self.lattice.nodes();
@@ -334,9 +326,12 @@ impl Simulator {
 
     /// The rollout of a robot.
     pub(super) fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
-        assert!(span.nodes > 0, "a span that looks at no node");
+        assert!(
+            span.nodes > 0,
+            "`nodes` of a span is 0; it must be 1 or more"
+        );
         let steps = span.steps();
-        // The whole clock is shared; a later part of it is copied.
+        // The whole clock is shared; a later part is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
@@ -358,7 +353,7 @@ impl Simulator {
         }
     }
 
-    /// The robot of a body, without what that body has no use for.
+    /// The robot without the parts that this body does not need, and its parameters.
     pub(super) fn planned<R: Real>(
         &self,
         surroundings: &Surroundings<R>,
@@ -378,7 +373,7 @@ impl Simulator {
         }
     }
 
-    /// The numbers of a robot's parameters: each a list of every body's, or of the one that all share.
+    /// The numbers of a robot's parameters: for each, one list per robot or one list that all robots share.
     pub(super) fn numbers<R: Real>(
         &self,
         robot: &Robot,
@@ -416,18 +411,18 @@ impl Simulator {
         }
     }
 
-    /// A state of the world's frame as the robot's arrays.
+    /// A state in the world's frame as flat arrays in the ground's frame.
     pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
         state.to_ground(&self.ground).to_columns()
     }
 
-    /// The state, in the world's frame, of arrays of all nodes or of the first ones.
+    /// The state in the world's frame, from flat arrays of all nodes or of the first nodes.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
     }
 }
 
-/// The nodes that are no part of a robot, with the places where they stay. No bar pulls on them, and the
+/// The nodes that do not belong to a robot, and the positions where they stay. No bar pulls on them, and the
 /// controller does not see them.
 pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 
@@ -438,7 +433,7 @@ impl<R: Real> Still<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// A state, perhaps of the first nodes alone, with these nodes at rest.
+    /// A state, of all nodes or of the first nodes, with these nodes at rest.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
@@ -451,14 +446,13 @@ impl<R: Real> Still<R> {
 
 /// What drives robots.
 pub(super) enum Driving<'a, R> {
-    /// A policy with these numbers.
+    /// A policy with these parameters.
     By(&'a Controller<R>),
-    /// Activations of each start, in slots.
+    /// Constant activations for each start, in slots.
     Held(Vec<Vec<R>>),
 }
 
-/// The results of a rollout from several starts. Parameters are a list of every start's numbers, or of those
-/// that all share.
+/// The results of a rollout from several starts. Each parameter has one list per start, or one list that all share.
 fn run_together<M: Model, R: Real>(
     rollout: &Rollout<M>,
     starts: &[&[R]],
@@ -472,14 +466,14 @@ fn run_together<M: Model, R: Real>(
     rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
-/// A robot made ready for rollouts, and the numbers that every step of it is given.
+/// A robot prepared for rollouts, and the numbers of its parameters.
 pub(super) struct Planned<R> {
     pub(super) model: Robot,
     pub(super) parameters: Vec<Vec<R>>,
 }
 
 impl<R: Real> Planned<R> {
-    /// The observed states from a flat one, one after the other.
+    /// The observed states, one after the other, from a flat start state.
     pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
         let rollout = simulator.plan(self.model.clone(), span);
         rollout.run(start, &slices(&self.parameters))

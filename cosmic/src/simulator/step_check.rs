@@ -1,5 +1,5 @@
-//! Whether a scene's time step is small enough for a body: the bound first, the frequency itself
-//! only where the bound does not settle it.
+//! Checks whether a scene's time step is stable for a body: first against a cheap bound on the frequencies, and only
+//! beyond it against the largest frequency.
 
 use std::fmt;
 use std::path::Path;
@@ -10,17 +10,17 @@ use super::stability::{Vibration, stable_step};
 use crate::error::{Error, Result};
 use crate::scene::{PhysicsSettings, UnstableStep};
 
-/// More substeps than this are not advised: a scene has no more.
+/// The most substeps that a remedy suggests: the largest value that a scene allows.
 const SUBSTEPS: f64 = 64.0;
 
-/// The time step from which on a vibration grows.
+/// The time step at which a vibration begins to grow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepLimit {
     /// The vibration's angular frequency, 1/s.
     pub frequency: f64,
-    /// The smallest time step with which it grows, s; `None` where nothing vibrates.
+    /// The smallest time step with which it grows, s; `None` if nothing vibrates.
     pub dt: Option<f64>,
-    /// Where in the robot it is.
+    /// The node that vibrates most.
     pub node: usize,
 }
 
@@ -34,52 +34,52 @@ impl StepLimit {
         }
     }
 
-    /// A time step as a share of this one; 1 and more is too much.
+    /// A time step divided by this limit; 1 or more is unstable.
     pub fn share(&self, dt: f64) -> f64 {
         self.dt.map_or(0.0, |limit| dt / limit)
     }
 }
 
-/// How good a time step is.
+/// The rating of a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// Below the bound: no vibration about the positions it was asked at grows.
+    /// Below the bound: no vibration about the checked positions grows.
     Safe,
-    /// Beyond the bound, and below what the largest frequency itself allows.
+    /// Beyond the bound, but below the limit of the largest frequency.
     Close,
     /// The fastest vibration grows.
     Unstable,
 }
 
-/// A time step held against a body's vibrations about a state at rest, actuators idle.
+/// The time step of a scene, compared with the vibrations of a body about a state at rest with idle actuators.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepCheck {
     /// The time step, s.
     pub dt: f64,
-    /// Mechanical steps in it.
+    /// The number of mechanical steps in it.
     pub substeps: usize,
-    /// From the bound on the frequencies, of drawn robots too where a run draws any.
+    /// The limit from the bound on the frequencies. With domain randomization, the bound holds for drawn robots too.
     pub bound: StepLimit,
-    /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
+    /// The limit from the largest frequency; computed only if `dt` is beyond the bound.
     pub exact: Option<StepLimit>,
-    /// The time step below which no vibration of any design of the lattice grows, of drawn robots
-    /// too where a run draws any, s; `None` where nothing vibrates, and in files of older versions.
+    /// The time step below which no vibration of any design of the lattice grows, s; with domain randomization, of drawn
+    /// robots too. `None` if nothing vibrates, and in files of older versions.
     #[serde(default)]
     pub any_design: Option<f64>,
 }
 
 impl StepCheck {
-    /// Checks the time step of a scene or case; `bound_of_any` bounds the angular frequencies of
-    /// every design of the lattice, 1/s. Bounds hold for robots that vibrate `faster` than these,
-    /// by a factor.
+    /// Checks the time step of a scene or case. `bound_of_any` is a bound on the angular frequencies of
+    /// every design of the lattice, 1/s. Both bounds are multiplied by `faster`, so that they hold for robots of domain
+    /// randomization too.
     pub fn new(
         vibration: &Vibration,
         bound_of_any: f64,
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        // A vibration that is faster by a factor is of a node that is lighter by its square.
+        // A frequency that is larger by a factor belongs to a node that is lighter by its square.
         let damping = faster * faster * vibration.damping();
         let any_design = stable_step(physics, faster * bound_of_any, damping);
         let frequency = faster * vibration.edge_bound();
@@ -97,21 +97,20 @@ impl StepCheck {
         }
     }
 
-    /// A warning if the time step is safe for this design, but not for every design that an
-    /// optimisation may turn it into.
+    /// A warning if the time step is safe for this design, but not for every design of the lattice.
     pub fn of_other_designs(&self) -> Option<String> {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {
             format!(
-                "the time step of {} s bears this design, and may not bear what comes of it: \
-                 every design vibrates without growth below {} s",
+                "the time step of {} s is stable for this design but may not be for later ones; below {} s it is stable \
+                 for every design",
                 self.dt,
                 rounded_down(any, 2)
             )
         })
     }
 
-    /// How good it is.
+    /// The rating of the time step.
     pub fn grade(&self) -> Grade {
         match &self.exact {
             None => Grade::Safe,
@@ -166,7 +165,7 @@ impl StepCheck {
         }
     }
 
-    /// A change that makes the step safe for this design and for any that it may turn into.
+    /// A change of settings that makes the step safe for this and every other design.
     fn remedy(&self) -> String {
         let limits = [self.bound.dt, self.any_design];
         let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -175,7 +174,7 @@ impl StepCheck {
         } else {
             self.dt
         };
-        // The limit is in proportion to their number.
+        // The limit is proportional to the number of substeps.
         let substeps = (self.dt / safe * self.substeps as f64).floor() + 1.0;
         let less = format!("set physics.dt to {dt} or less");
         if substeps <= SUBSTEPS {
@@ -200,15 +199,15 @@ impl fmt::Display for StepCheck {
                  though vibrations grow from {limit:.3e} s on; {remedy}",
                 self.bound.node
             ),
-            // Who is only warned has set that already.
+            // Without the advice to set `unstable_step`: it is set already.
             _ => write!(out, "{}", self.error(self.remedy())),
         }
     }
 }
 
-/// The largest number of so many digits that is not above a positive one; infinity is itself.
+/// The largest number with this many digits that is not above `x`, which must be positive. Infinity stays infinite.
 pub fn rounded_down(x: f64, digits: usize) -> f64 {
-    // The shortest digits that mean this number, cut: powers of ten are not the same on every system.
+    // Cuts the shortest decimal form. A computed power of ten would depend on the system.
     let scientific = format!("{x:e}");
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let kept = &significand[..significand.len().min(digits + 1)];

@@ -3,40 +3,39 @@
 use crate::geometry::Vector;
 use crate::lattice::State;
 
-/// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
-/// absurd.
+/// A state is absurd if a component of a position (m) or velocity (m/s) has this magnitude or more.
 pub(super) const ABSURD: f64 = 1e6;
-/// Half of that, from which on a watched state is caught: it is looked at in the ground's frame,
-/// which may be turned against the world's.
+/// The limit for watched states. It is smaller because they are checked in the ground's frame, which may be rotated
+/// relative to the world's frame.
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 
-/// States of a rollout in the world's frame, by the number of steps done.
+/// States of a rollout, in the world's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory<R> {
-    /// Numbers of steps done, ascending; 0 is the start.
+    /// The number of steps before each state, ascending; 0 is the start.
     pub steps: Vec<usize>,
-    /// The state after so many steps, one for each of `steps`.
+    /// The states, one for each of `steps`.
     pub states: Vec<State<R>>,
 }
 
 impl<R> Trajectory<R> {
-    /// How many steps were done at the last state.
+    /// The number of steps before the last state.
     ///
     /// # Panics
-    /// Where the trajectory is empty.
+    /// If the trajectory is empty.
     pub fn last_step(&self) -> usize {
         *self.steps.last().expect("a trajectory holds a state")
     }
 
-    /// The state after so many steps.
+    /// The state after this number of steps.
     ///
     /// # Panics
-    /// Where that state was not kept: a loss states beforehand what it observes.
+    /// If that state was not observed. A loss declares beforehand which states it observes.
     pub fn at(&self, step: usize) -> &State<R> {
         match self.steps.binary_search(&step) {
             Ok(index) => &self.states[index],
             Err(_) => panic!(
-                "the state after {step} steps was not kept: {:?} were",
+                "the state after {step} steps was not observed; observed: {:?}",
                 self.steps
             ),
         }
@@ -47,7 +46,7 @@ impl State<f64> {
     /// The first node that is not finite, farther than 1e6 m from the origin or faster than
     /// 1e6 m/s.
     pub fn absurd_node(&self) -> Option<usize> {
-        // A NaN is not below anything.
+        // Comparisons with NaN are false, so NaN is not sane.
         let sane = |vector: &Vector<f64>| vector.iter().all(|c| c.abs() < ABSURD);
         let mut nodes = self.x.iter().zip(&self.v);
         nodes.position(|(x, v)| !(sane(x) && sane(v)))

@@ -1,4 +1,4 @@
-//! The frequencies that any design of a lattice may have.
+//! A bound on the frequencies of every design of a lattice.
 
 use std::sync::Arc;
 
@@ -7,15 +7,15 @@ use crate::lattice::{Body, Lattice};
 use crate::laws::{Force, Pose, Stiffness};
 use crate::scene::{MaterialSettings, PhysicsSettings};
 
-/// Parts of the shares that an actuator can have.
+/// The number of intervals into which the shares of actuator are divided.
 const PARTS: usize = 16;
 
-/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, of layouts and
-/// mixtures.
+/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, layouts and
+/// mixtures alike.
 ///
-/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is at
-/// most the largest `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's.
-/// What is no bar's adds [its own bound](Force::any_design).
+/// A node carries half of the mass of its edges. So `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is
+/// at most the largest `2 k / (density l)` of its edges, and at most the sum of their stiffness over `physics.node_mass`.
+/// Other forces add [their own bound](Force::any_design).
 pub fn bound_of_any_design(
     lattice: &Lattice,
     materials: &MaterialSettings,
@@ -42,7 +42,7 @@ pub fn bound_of_any_design(
     (of_edges + others.sum::<f64>() + of_nodes(lattice, physics, &forces)).sqrt()
 }
 
-/// What forces on single nodes add where the lattice rests, 1/s^2: its bars have no part in that.
+/// What forces on single nodes add at rest, 1/s^2. It does not depend on the bars.
 fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> f64 {
     let edges = lattice.edges.len();
     let body = Body {
@@ -60,7 +60,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
     stiffness.of_nodes(physics.node_mass)
 }
 
-/// The most that an edge of any mixture has.
+/// The largest values of an edge over all mixtures.
 #[derive(Default)]
 struct Most {
     /// Stiffness, N/m.
@@ -69,7 +69,7 @@ struct Most {
     ratio: f64,
 }
 
-/// The most that an edge of some length has in any mixture.
+/// The largest values of an edge of this length over all mixtures.
 fn most_of_any_mixture(
     materials: &MaterialSettings,
     forces: &[Arc<dyn Force>],
@@ -78,8 +78,8 @@ fn most_of_any_mixture(
     let stroke = Material::Actuator.of(&materials.max_strain) * length;
     let mut most = Most::default();
     for other in Material::ALL {
-        // Between two shares of actuator the ratio of sums is between those at them, and a spring
-        // is at most as stiff as with the larger one.
+        // Between two shares of actuator the ratio is between the ratios at both shares, and a spring
+        // is at most as stiff as at the larger share.
         for part in 1..=PARTS {
             let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {

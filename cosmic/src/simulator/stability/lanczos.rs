@@ -1,32 +1,31 @@
-//! The largest eigenvalue of a large symmetric matrix of which products with vectors are known.
+//! The largest eigenvalue of a large symmetric matrix, given its products with vectors.
 //!
 //! C. Lanczos, "An iteration method for the solution of the eigenvalue problem of linear
 //! differential and integral operators", Journal of Research of the National Bureau of Standards
-//! 45 (1950) 255-282: in a basis of the vectors `v, A v, A^2 v, ...`, made orthogonal, the matrix
-//! is tridiagonal, and its outer eigenvalues are soon those of `A`.
+//! 45 (1950) 255-282: in an orthogonal basis of the vectors `v, A v, A^2 v, ...` the matrix
+//! is tridiagonal, and its extreme eigenvalues converge quickly to those of `A`.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The residual at which an eigenvalue is taken, as a share of it. Eigenvalues that are farther
-/// apart than that are told from one another.
+/// An eigenvalue is accepted if its residual is at most this fraction of it. Eigenvalues that are farther
+/// apart are distinguished.
 const ACCURACY: f64 = 1e-12;
 
-/// The largest eigenvalue and its vector, from a start that has a part of all eigenvectors; `None`
-/// where a product is not finite. The value errs upwards: it includes the residual, which bounds
-/// its distance from an eigenvalue.
+/// The largest eigenvalue and its eigenvector; `None` if a product is not finite. The start must have a component along
+/// every eigenvector. The value is never too small: it includes the residual, which bounds its error.
 pub(super) fn largest_eigenpair(
     start: &DVector<f64>,
     product: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
     let mut basis = vec![start.normalize()];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    // The tridiagonal matrix is solved for after this many vectors, then ever more rarely.
+    // The tridiagonal matrix is solved at this many vectors, then at growing intervals.
     let mut next_solve = 8;
     loop {
         let size = basis.len();
         let mut rest = product(&basis[size - 1]);
         diagonal.push(basis[size - 1].dot(&rest));
-        // Twice: what rounding leaves after once would grow into copies of vectors found before.
+        // Twice: the rounding errors of a single pass would grow into copies of earlier vectors.
         for _ in 0..2 {
             for known in &basis {
                 rest.axpy(-known.dot(&rest), known, 1.0);
@@ -60,7 +59,7 @@ pub(super) fn largest_eigenpair(
     }
 }
 
-/// The symmetric matrix with this diagonal and these entries beside it.
+/// The symmetric matrix with this diagonal and these entries next to it.
 fn tridiagonal(diagonal: &[f64], beside: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(diagonal.len(), diagonal.len(), |row, column| {
         match row.abs_diff(column) {

@@ -1,19 +1,18 @@
-//! The time step with which an oscillation begins to grow, for each integrator.
+//! The time step at which an oscillation begins to grow, for each integrator.
 //!
-//! A step of symplectic Euler maps a free oscillation of angular frequency `omega` to one that does
-//! not grow exactly for `dt omega < sqrt(2 (1 + exp(-damping dt)))`; one of leapfrog for
-//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. Forces that dampen it at a rate `eta` besides, taken at the
-//! start of a step, put `(dt omega)^2 + 2 dt eta` in place of `(dt omega)^2`. With substeps `dt` is the
-//! length of one.
+//! With symplectic Euler, a free oscillation of angular frequency `omega` does not grow exactly if
+//! `dt omega < sqrt(2 (1 + exp(-damping dt)))`; with leapfrog, if `dt omega < 2 sqrt(cosh(damping dt / 2))`. If forces at
+//! the start of a step also dampen it at a rate `eta`, `(dt omega)^2 + 2 dt eta` takes the place of `(dt omega)^2`. With
+//! substeps, `dt` is the length of a substep.
 
 use crate::scene::{Integrator, PhysicsSettings};
 
-/// Iterations after which leapfrog's limit is as good as found.
+/// The most iterations for leapfrog's limit; fewer are almost always enough.
 const ITERATIONS: usize = 20_000;
 
-/// The smallest time step, s, of a scene's integrator and substeps with which an oscillation of
-/// this angular frequency (1/s), which forces dampen at a rate of `eta` (1/s), grows; infinite where none
-/// does. The scene's own `dt` is not looked at.
+/// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows, for a scene's integrator
+/// and substeps. Forces dampen the oscillation at a rate of `eta` (1/s). Infinite if it never grows. The scene's own
+/// `dt` is ignored.
 pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match physics.integrator {
         Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
@@ -22,7 +21,7 @@ pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     substep * physics.substeps as f64
 }
 
-/// The time step for which `(dt omega)^2 + 2 dt eta` is the square of a number.
+/// The time step for which `(dt omega)^2 + 2 dt eta` is the square of `phase`.
 fn step_of(phase: f64, frequency: f64, eta: f64) -> f64 {
     let square = phase * phase;
     square / (eta + eta.hypot(phase * frequency))
@@ -35,7 +34,7 @@ fn leapfrog_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     if frequency == 0.0 && eta == 0.0 {
         return f64::INFINITY;
     }
-    // From below, through numbers that are all on the safe side; without a root they grow for ever.
+    // From below, through numbers that are all stable. Without a root they grow without limit.
     let next = |dt: f64| step_of(2.0 * (0.5 * damping * dt).cosh().sqrt(), frequency, eta);
     let mut dt = 0.0;
     for _ in 0..ITERATIONS {
@@ -48,19 +47,19 @@ fn leapfrog_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     dt
 }
 
-/// The `dt omega` of symplectic Euler from which on an oscillation grows: 2 without damping,
-/// towards `sqrt(2)` with much of it.
+/// The `dt omega` at which an oscillation begins to grow with symplectic Euler: 2 without damping, and down to `sqrt(2)`
+/// with strong damping.
 pub fn phase_limit(damping: f64, dt: f64) -> f64 {
     (2.0 * (1.0 + (-damping * dt).exp())).sqrt()
 }
 
-/// The smallest time step, s, of symplectic Euler with which an oscillation of this angular
-/// frequency (1/s), dampened besides at a rate of `eta` (1/s), grows; infinite where nothing oscillates.
+/// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows with symplectic Euler.
+/// Forces dampen it at a rate of `eta` (1/s). Infinite if nothing oscillates.
 pub fn step_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     if frequency == 0.0 && eta == 0.0 {
         return f64::INFINITY;
     }
-    // What grows with dt meets the limit, which falls from 2 to sqrt(2), once.
+    // The phase grows with dt and the limit falls from 2 to sqrt(2), so they meet once.
     let [mut below, mut above] = [1.0, 2.0].map(|phase| step_of(phase, frequency, eta));
     // Each halving is a binary digit.
     for _ in 0..f64::MANTISSA_DIGITS {

@@ -1,8 +1,8 @@
 //! The largest time step with which a robot's vibrations stay bounded.
 //!
-//! [`Vibration`] has the frequencies of a body about a state, and cheap bounds on them;
-//! [`bound_of_any_design`] bounds those of every design of a lattice; [`stable_step`] is the time
-//! step that an integrator stands at a frequency.
+//! [`Vibration`] computes the frequencies of a body about a state, and cheap bounds on them.
+//! [`bound_of_any_design`] is a bound for every design of a lattice. [`stable_step`] is the largest stable time step of
+//! an integrator at a frequency.
 
 mod lanczos;
 mod limit;

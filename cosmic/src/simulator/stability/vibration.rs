@@ -3,7 +3,7 @@
 //! The frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge
 //! of direction `n`, length `l` and target length `l0` adds
 //! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
-//! edge, is negative for a compressed one. Every [force](crate::laws::Force) says what it adds.
+//! edge, is negative for a compressed edge. Each [force](crate::laws::Force) adds its own part.
 
 use nalgebra::DVector;
 
@@ -13,7 +13,7 @@ use crate::lattice::{Body, EdgeVector, Lattice, State};
 use crate::laws::{Angle, Pose, Stiffness};
 use crate::scene::PhysicsSettings;
 
-/// A robot linearised about a state in which it pulls on its nodes as the springs there do.
+/// A robot, linearised about a state.
 #[derive(Clone, Debug)]
 pub struct Vibration<'a> {
     lattice: &'a Lattice,
@@ -22,13 +22,13 @@ pub struct Vibration<'a> {
     along: Vec<Matrix>,
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
     across: Vec<Matrix>,
-    /// All that forces add at the pose.
+    /// The sum of the parts of all forces.
     stiffness: Stiffness,
 }
 
 impl<'a> Vibration<'a> {
-    /// A body whose nodes are at these positions of the world (m), its actuators idle. Of the physics the forces
-    /// count.
+    /// A body with idle actuators whose nodes are at these positions in the world's frame (m). Only the forces of
+    /// `physics` matter.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
@@ -65,15 +65,13 @@ impl<'a> Vibration<'a> {
 
     /// A bound on the largest angular frequency, 1/s, from the nodes that an edge joins:
     /// `omega^2 <= max over edges (mu_i + mu_j)`, where `mu_i` is the largest frequency squared
-    /// of node `i` alone among fixed neighbours, compressed edges counted without their push. Bars
-    /// add at most the largest `nu_i`, where `nu_i` comes of `c |g_i| (|g_i| + |g_j| + |g_k|)`
-    /// across each bar at node `i`.
+    /// of node `i` alone among fixed neighbours, without the push of compressed edges. Bars that resist bending
+    /// add at most the largest `nu_i`, to which each angle at node `i` contributes `c |g_i| (|g_i| + |g_j| + |g_k|)`.
     pub fn edge_bound(&self) -> f64 {
         self.with_bars(self.over_edges(&self.node_frequencies()))
     }
 
-    /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
-    /// that would swing faster alone.
+    /// The node from which the [bound](Vibration::edge_bound) comes: the faster of the two nodes of its edge.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies();
         let (of_bars, node) = self.of_bars();
@@ -95,7 +93,7 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
+    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, plus the part of bending.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
         self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
@@ -111,8 +109,8 @@ impl<'a> Vibration<'a> {
     pub fn fastest(&self) -> (f64, usize) {
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
         let size = 2 * root.len();
-        // Any start does that is not orthogonal to the vector sought; two irrational turns a
-        // node are in no symmetric lattice's favour.
+        // The start must not be orthogonal to the eigenvector. Two irrational angles per node break the symmetries of
+        // lattices.
         let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
             (node, 0) => (1.1 + 2.3 * node).sin(),
             (node, _) => (0.7 + 3.1 * node).cos(),
@@ -128,7 +126,7 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// `M^-1/2 K M^-1/2 v`, two entries a node.
+    /// `M^-1/2 K M^-1/2 v`, with two entries per node.
     fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
         let mut product = DVector::zeros(v.len());
         let at = |node: usize| of_node(v, node) * root[node];
@@ -155,12 +153,12 @@ impl<'a> Vibration<'a> {
         product
     }
 
-    /// A bound from the edges with the part of the bars, 1/s.
+    /// A bound from the edges, plus the part of bending, 1/s.
     fn with_bars(&self, of_edges: f64) -> f64 {
         of_edges.hypot(self.of_bars().0)
     }
 
-    /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
+    /// A bound on the frequencies by bending alone, 1/s, and the node from which it comes.
     fn of_bars(&self) -> (f64, usize) {
         let mut sums = vec![Matrix::zero(); self.lattice.nodes()];
         for Angle { nodes, by } in &self.stiffness.angles {
@@ -175,8 +173,8 @@ impl<'a> Vibration<'a> {
         (square.sqrt(), node)
     }
 
-    /// Per node the largest eigenvalue of its own and of its edges' stiffness over its mass, compressed
-    /// edges counted along themselves alone.
+    /// For each node, the largest eigenvalue of its own stiffness and that of its edges, over its mass. Compressed
+    /// edges count only along themselves.
     fn node_frequencies(&self) -> Vec<f64> {
         let mut sums = self.stiffness.nodes.clone();
         let parts = self.along.iter().zip(&self.across);
@@ -196,8 +194,8 @@ impl<'a> Vibration<'a> {
             .collect()
     }
 
-    /// A bound on the rates, 1/s, at which forces that grow with velocity dampen a vibration beside the
-    /// scene's own damping; 0 without such forces.
+    /// A bound on the rates, 1/s, at which forces that depend on velocity dampen a vibration, in addition to the
+    /// scene's `damping`; 0 without such forces.
     pub fn damping(&self) -> f64 {
         let mut sums = vec![0.0; self.lattice.nodes()];
         for (&[i, j], damping) in self.lattice.edges.iter().zip(&self.stiffness.bar_damping) {
@@ -214,18 +212,18 @@ impl<'a> Vibration<'a> {
     /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
     fn over_edges(&self, mu: &[f64]) -> f64 {
         let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
-        // A node without a bar swings by itself.
+        // A node without bars vibrates by itself.
         mu.iter().copied().chain(sums).fold(0.0, f64::max).sqrt()
     }
 
-    /// The edges that join their nodes: those with any stiffness.
+    /// The edges with any stiffness.
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
         edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
     }
 }
 
-/// The part of a vector of all nodes that is one node's.
+/// The entries of one node in a vector of all nodes.
 fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
 }
@@ -258,7 +256,7 @@ mod tests {
         matrix.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
-    /// Layouts of a lattice of 4 x 3 nodes, some of which have two nearly equal frequencies.
+    /// Layouts of a lattice of 4 x 3 nodes. Some have two nearly equal frequencies.
     #[test]
     fn the_largest_frequency_is_found_among_close_ones() {
         let physics = PhysicsSettings::default();
@@ -276,7 +274,7 @@ mod tests {
         assert!(worst.abs() < 1e-9, "off by {worst:e} of itself");
     }
 
-    /// Two springs that share no node, one stiffer than the other by a few parts in 1e8.
+    /// Two springs without a common node. One is stiffer than the other, by 1e-6 of its stiffness or less.
     #[test]
     fn the_largest_of_two_nearly_equal_frequencies_is_found() {
         let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
@@ -292,7 +290,7 @@ mod tests {
             let physics = PhysicsSettings::default();
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
             let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
-            // The softening of a length of 1 m is 5e-13 of it.
+            // The softening changes a length of 1 m by 5e-13 of it.
             assert!(
                 off.abs() < 1e-11,
                 "off by {off:e} with an excess of {excess:e}"
