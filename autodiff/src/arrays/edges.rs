@@ -264,7 +264,7 @@ where
         self.plan.check::<R, L>();
         let EdgePlan { room, .. } = self.plan;
         let ends_bar = &mut self.scratch[..C * room];
-        let (places, uniform_sums) = (Places::new(bars), self.uniforms.sums(bars));
+        let places = Places::new(bars);
         let y_bars = self.sums.map(|sum| places.of(sum));
         let x_bars = places.of_active(&self.inputs, &self.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
@@ -287,8 +287,6 @@ where
                     y_bar: [y_bar],
                 };
                 let [x_bar] = self.kernel.vjp_with(at, &uniforms);
-                let edges = (lane.slot, lane.bits);
-                uniform_sums.add(&self.kernel, (x, y_bar), &uniforms, edges);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
@@ -306,6 +304,33 @@ where
                 unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
             });
         }
+        if const { K::UNIFORMS > 0 } {
+            self.add_uniform_bars(values, bars);
+        }
+    }
+}
+
+impl<R: Real, K: Kernel<I, O>, const C: usize, const I: usize, const O: usize>
+    EdgeMap<R, K, C, I, O>
+{
+    /// Adds the cotangents of uniform inputs, edge by edge.
+    fn add_uniform_bars(&self, values: StepValues<R>, bars: &mut Bars<R>) {
+        let edges = self.plan.edges.iter().flat_map(|lane| {
+            let set = (0..self.plan.width).filter(|bit| lane.bits >> bit & 1 == 1);
+            set.map(|bit| [lane.slot, lane.tail, lane.head].map(|first| first + bit))
+        });
+        let at = |bars: &Bars<R>, [slot, tail, head]: [usize; 3]| {
+            let x = std::array::from_fn(|k| {
+                let numbers = values.get(self.inputs[k]);
+                match k < C {
+                    true => numbers[head] - numbers[tail],
+                    false => numbers[slot],
+                }
+            });
+            let bar = |sum: Array| bars.row[sum.start + tail] - bars.row[sum.start + head];
+            (slot, x, self.sums.map(bar))
+        };
+        (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
     }
 }
 

@@ -5,9 +5,9 @@ use super::array::Array;
 use super::kernel::{Kernel, Pullback, Uniforms};
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{UniformInputs, UniformSums};
+use super::uniform::UniformInputs;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, WIDEST};
+use crate::simd::{Lane, Unchecked};
 
 pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
@@ -83,20 +83,26 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
         self.reach.check(values.parameters, values.row);
         self.reach.check(bars.parameters, bars.row);
         let Array { start, len, .. } = self.outputs[0];
-        let (places, sums) = (Places::new(bars), self.uniforms.sums(bars));
+        let places = Places::new(bars);
         // SAFETY: the reach was checked.
         unsafe {
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
                 uniforms: self.uniforms.load(values),
-                sums,
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(self.outputs[0]),
                 len,
                 x_bar: places.of_active(&self.inputs, &self.active),
             };
             lanes.lanes::<false>(len);
+        }
+        if const { K::UNIFORMS > 0 } {
+            let at = |bars: &Bars<R>, i: usize| {
+                let x = self.inputs.map(|input| values.get(input)[i]);
+                (i, x, self.outputs.map(|output| bars.row[output.start + i]))
+            };
+            (self.uniforms).add_bars(&self.kernel, values, bars, 0..len, at);
         }
     }
 }
@@ -167,7 +173,6 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    sums: UniformSums<'a, R>,
     /// The results, one array of length `len` after the other, and their cotangents.
     y: &'a [R],
     y_bar: *const R,
@@ -202,10 +207,5 @@ where
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }
-        let bits = u16::MAX >> (WIDEST - n);
-        unsafe {
-            self.sums
-                .add(self.kernel, (x, y_bar), &self.uniforms, (i, bits))
-        };
     }
 }

@@ -1,10 +1,9 @@
 //! The uniform inputs of a mapped kernel. They are loaded once for each operation, and their cotangents are only
 //! computed if they are needed.
-#![allow(unsafe_code)] // Cotangents are added through pointers: see `Places`.
 
 use super::array::Array;
 use super::kernel::{Kernel, MOST_UNIFORMS, Uniforms, by_uniform, checked};
-use super::row::{Bars, Places, Reach, StepValues};
+use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
 
@@ -13,7 +12,6 @@ pub(super) struct UniformInputs {
     arrays: Vec<Array>,
     /// The indices of the inputs that carry derivatives.
     active: Vec<usize>,
-    reach: Reach,
 }
 
 impl UniformInputs {
@@ -23,12 +21,11 @@ impl UniformInputs {
         assert_eq!(
             checked(arrays).len(),
             K::UNIFORMS,
-            "a kernel has another number of uniform inputs"
+            "the kernel needs as many uniform inputs as it declares"
         );
         Self {
             arrays: arrays.to_vec(),
             active: (0..arrays.len()).collect(),
-            reach: Reach::new(arrays.iter().map(|&array| (array, array.len))),
         }
     }
 
@@ -58,55 +55,34 @@ impl UniformInputs {
         uniforms
     }
 
-    /// The sums of cotangents.
-    pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
-        self.reach.check(bars.parameters, bars.row);
-        let places = Places::new(bars);
-        UniformSums {
-            uniform: self,
-            places,
-        }
-    }
-}
-
-/// The sums of the cotangents of uniform inputs.
-#[derive(Clone, Copy)]
-pub(super) struct UniformSums<'a, R> {
-    uniform: &'a UniformInputs,
-    places: Places<R>,
-}
-
-impl<R: Real> UniformSums<'_, R> {
-    /// Adds the contributions of the elements of a register whose bits are set. Elements are added one by one, so that
-    /// the sum has the same bits for all widths of registers.
-    ///
-    /// # Safety
-    /// Nothing else accesses the cotangents at the same time.
-    #[inline(always)]
-    pub(super) unsafe fn add<L, K, const I: usize, const O: usize>(
-        self,
+    /// Adds the cotangents of the inputs that carry derivatives, one element after the other. `at` returns an element's
+    /// place, its inputs and the cotangents of its results. This is not done in lanes: it is rarely needed, and every
+    /// kernel would be compiled once more for every width.
+    #[inline(never)]
+    pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
+        &self,
         kernel: &K,
-        at: ([L; I], [L; O]),
-        uniforms: &Uniforms<L>,
-        (first, bits): (usize, u16),
+        values: StepValues<R>,
+        bars: &mut Bars<R>,
+        elements: impl Iterator<Item = E>,
+        at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
     ) where
-        L: Lane<R>,
+        R: Real,
         K: Kernel<I, O>,
     {
-        if K::UNIFORMS == 0 {
+        if self.active.is_empty() {
             return;
         }
-        for &k in &self.uniform.active {
-            let array = self.uniform.arrays[k];
-            let mut lanes = [R::zero(); WIDEST];
-            by_uniform(kernel, at, uniforms, k).store(&mut lanes);
-            for lane in 0..L::N {
-                if bits >> lane & 1 == 1 {
-                    // SAFETY: the reach was checked; the caller's promise.
-                    unsafe {
-                        *self.places.of(array).add((first + lane) % array.len) += lanes[lane]
-                    };
-                }
+        for element in elements {
+            let (place, x, y_bar) = at(bars, element);
+            let mut uniforms = [R::zero(); MOST_UNIFORMS];
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+                *uniform = values.get(array)[place % array.len];
+            }
+            for &k in &self.active {
+                let array = self.arrays[k];
+                let bar = by_uniform(kernel, (x, y_bar), &uniforms, k);
+                bars.get_mut(array)[place % array.len] += bar;
             }
         }
     }

@@ -153,7 +153,9 @@ impl<R: Real> Operation<R> for ReplayedKernel {
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         let values = StepValues { parameters, row };
-        let all = self.at_places(values, Wanted::Results, |points| points.results());
+        let all = self.at_places(values, Wanted::Results, |points| {
+            points.replay_other::<false>().results
+        });
         for (&output, results) in self.outputs.iter().zip(&all) {
             let to = &mut row[output.range()];
             match &self.places {
@@ -186,7 +188,7 @@ impl<R: Real> Operation<R> for ReplayedKernel {
         };
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
         let wanted = Wanted::ByInputs(Some(&seeds));
-        let replayed = self.at_places(*values, wanted, |points| points.replay());
+        let replayed = self.at_places(*values, wanted, |points| points.replay_other::<true>());
         let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
         for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
             if *active {

@@ -52,9 +52,9 @@ impl<'a, R: Real> Points<'a, R> {
         R::by_type(Compiled(PhantomData), self)
     }
 
-    /// Computes the results only. Types other than floats then do not compile the reverse sweep.
-    pub(crate) fn results(self) -> Vec<Vec<R>> {
-        R::by_type(Forward(PhantomData), self)
+    /// Does the work for a number type other than floats. Without `REVERSE` it computes only the results.
+    pub(crate) fn replay_other<const REVERSE: bool>(self) -> Replayed<R> {
+        R::by_type(Other::<REVERSE>(PhantomData), self)
     }
 
     fn width(&self) -> usize {
@@ -87,22 +87,24 @@ impl<'a> ByType for Compiled<'a> {
     }
 }
 
-/// [`Compiled`] for the results only.
-struct Forward<'a>(PhantomData<&'a ()>);
+/// A replay for types other than floats. The reverse sweep is compiled only if `REVERSE`.
+struct Other<'a, const REVERSE: bool>(PhantomData<&'a ()>);
 
-impl<'a> ByType for Forward<'a> {
+impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
     type Of<R: Real> = Points<'a, R>;
-    type Output<R: Real> = Vec<Vec<R>>;
-    fn f64(self, points: Points<f64>) -> Vec<Vec<f64>> {
-        points.replay().results
+    type Output<R: Real> = Replayed<R>;
+    fn f64(self, _: Points<f64>) -> Replayed<f64> {
+        unreachable!("{NO_FLOATS}")
     }
-    fn f32(self, points: Points<f32>) -> Vec<Vec<f32>> {
-        points.replay().results
+    fn f32(self, _: Points<f32>) -> Replayed<f32> {
+        unreachable!("{NO_FLOATS}")
     }
-    fn other<R: Real>(self, points: Points<R>) -> Vec<Vec<R>> {
-        points.in_blocks::<R, 1, false>().results
+    fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
+        points.in_blocks::<R, 1, REVERSE>()
     }
 }
+
+const NO_FLOATS: &str = "steps of floats run kernels in lanes";
 
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
