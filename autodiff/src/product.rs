@@ -16,6 +16,7 @@ pub(crate) struct Strided<'a, R> {
 
 impl<'a, R: Real> Strided<'a, R> {
     /// A matrix with adjacent numbers in each row, and this distance from a row to the next.
+    #[inline(always)]
     pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
         Self {
             numbers,
@@ -24,6 +25,7 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
+    #[inline(always)]
     pub(crate) fn transposed(self) -> Self {
         Self {
             row: self.column,
@@ -440,11 +442,7 @@ mod tests {
             };
             let mut to = [1.0];
             let product = Product {
-                a: Strided {
-                    numbers: a,
-                    row: 2,
-                    column: 1,
-                },
+                a: Strided::by_rows(a, 2),
                 b,
                 b_row: 1,
                 to: &mut to,
@@ -464,11 +462,7 @@ mod tests {
             for at in 0..57 {
                 let mut x = numbers(57);
                 x[at] = [f64::NAN, f64::INFINITY][at % 2];
-                let x = Strided {
-                    numbers: &x,
-                    row: 20,
-                    column: 1,
-                };
+                let x = Strided::by_rows(&x, 20);
                 let finite = x.all_finite([3, 17]);
                 assert_eq!(finite, at % 20 >= 17, "{at}");
             }

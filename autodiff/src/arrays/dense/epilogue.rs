@@ -12,7 +12,17 @@ pub(super) struct Epilogue<'a, R> {
     pub(super) tanh: bool,
 }
 
-impl<R: Real> Epilogue<'_, R> {
+impl<'a, R: Real> Epilogue<'a, R> {
+    /// Adds the product to `y`.
+    pub(super) fn plain(y: &'a mut [R]) -> Self {
+        Self {
+            bias: None,
+            y,
+            places: &[],
+            tanh: false,
+        }
+    }
+
     /// Takes the sums of `H` registers of rows, beginning with row `first`, for each of `K` vectors. The output
     /// interleaves the vectors.
     #[inline(always)]

@@ -150,12 +150,7 @@ impl<R: Real> DenseLayer<R> {
         let mut product = MatrixProduct {
             matrix: &self.transposed,
             x: self.batch.current(),
-            output: Epilogue {
-                bias: None,
-                y: &mut [],
-                places: &[],
-                tanh: false,
-            },
+            output: Epilogue::plain(&mut []),
         };
         if let &[input] = &self.inputs[..] {
             product.output.y = bars.get_mut(input);
@@ -215,9 +210,8 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
             x: input(&self.inputs, &mut self.packed, values),
             output: Epilogue {
                 bias: Some(values.get(self.bias)),
-                y: &mut [],
-                places: &[],
                 tanh: self.tanh,
+                ..Epilogue::plain(&mut [])
             },
         };
         match &mut self.spread {

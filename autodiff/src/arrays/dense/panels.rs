@@ -123,11 +123,7 @@ impl<R: Real> Panel<'_, R> {
         x: &[R],
     ) -> [[L; K]; H] {
         let factors = Factors {
-            a: Strided {
-                numbers: x,
-                row: 1,
-                column: K,
-            },
+            a: Strided::by_rows(x, K).transposed(),
             b: &self.entries[(from * L::N).min(self.entries.len())..],
             b_row: lanes * L::N,
             depth: x.len() / K,
@@ -167,9 +163,7 @@ mod tests {
         let (bias, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
         let output = Epilogue {
             bias: Some(&bias),
-            y: &mut y,
-            places: &[],
-            tanh: false,
+            ..Epilogue::plain(&mut y)
         };
         let product = MatrixProduct {
             matrix: &matrix,

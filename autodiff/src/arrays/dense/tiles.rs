@@ -77,11 +77,7 @@ impl<R: Real> Tiles<R> {
         let place = first * columns + before.sum::<usize>() * TILE;
         let count = columns.saturating_sub(phase).div_ceil(PHASES);
         let factors = Factors {
-            a: Strided {
-                numbers: &self.entries[place..][..count * TILE],
-                row: 1,
-                column: TILE,
-            },
+            a: Strided::by_rows(&self.entries[place..][..count * TILE], TILE).transposed(),
             b: &x[(phase * L::N).min(x.len())..],
             b_row: PHASES * L::N,
             depth: count,

@@ -98,6 +98,12 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
+    #[inline(always)]
+    fn add_both(&mut self, places: [Place; 2], parts: [Block<L, W>; 2]) {
+        self.add(places[0], parts[0]);
+        self.add(places[1], parts[1]);
+    }
+
     /// Computes all operations. Partials are compiled only if `REVERSE`.
     #[inline(always)]
     pub(super) fn forward<const REVERSE: bool>(&mut self) {
@@ -231,27 +237,24 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Unary(Unary::Detach, _) => {}
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
-                Op::Binary(f, [a, b]) => {
-                    let x = [self.get(a), self.get(b)];
+                Op::Binary(f, of) => {
+                    let x = [self.get(of[0]), self.get(of[1])];
                     let parts = reverse_binary(f, x, bar, &mut self.memory.rows);
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both(of, parts);
                 }
                 Op::Fma([a, b, c]) => {
                     let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both([a, b], parts);
                     self.add(c, bar);
                 }
-                Op::Select(mask, [a, b]) => {
+                Op::Select(mask, of) => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
                     for w in 0..W {
                         // No products with zero here either.
                         parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
                         parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
                     }
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both(of, parts);
                 }
                 Op::Dot(x, len) => {
                     if self.reverse_dot(place, x, len as usize, bar) {
@@ -292,8 +295,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             for j in 0..len {
                 let (a, b) = (a.at(j), b.at(j));
                 let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
-                self.add(a, parts[0]);
-                self.add(b, parts[1]);
+                self.add_both([a, b], parts);
             }
             return false;
         }
