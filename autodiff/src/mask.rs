@@ -10,8 +10,8 @@ use std::ops::{BitAnd, BitOr, Not};
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// Whether a comparison has a single answer: the numbers are neither lanes nor recorded symbols. Code that
-    /// may then branch is `if R::Mask::IS_SINGLE`, of which only the branch taken is compiled.
+    /// Whether a comparison has a single answer, because the numbers are neither lanes nor recorded symbols. Code
+    /// inside `if R::Mask::IS_SINGLE` may branch on comparisons. It is only compiled if the condition is true.
     const IS_SINGLE: bool = false;
 
     /// The same boolean in every lane.

@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Does every kind of work that keeps a buffer, with at least `numbers` numbers each.
+    /// Does every kind of work that keeps a buffer. Each buffer has at least `numbers` numbers.
     fn work_of_every_kind(numbers: usize) {
         let rollout = Rollout {
             memory: Memory::All,
@@ -190,7 +190,7 @@ mod tests {
         work_of_every_kind(1000);
         let bounded = POOL.with_borrow(total);
         assert!(0 < bounded && bounded <= most, "{bounded} of {most} bytes");
-        // Longer work gives its buffers back.
+        // Buffers of longer work are freed.
         work_of_every_kind(100_000);
         assert!(POOL.with_borrow(total) <= most);
     }
