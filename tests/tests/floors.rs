@@ -472,12 +472,18 @@ fn adjoints_by_hand() -> Vec<String> {
 
 /// True for a call of emitted code, of the default by duals, or of a law's function.
 fn is_a_call(line: &str) -> bool {
-    let Some((callee, "at)" | "self, at)" | "tension, at)" | "flying, at)" | "drifting, at)")) =
-        line.split_once('(')
-    else {
+    let Some((callee, arguments)) = line.split_once('(') else {
         return false;
     };
+    let is_word = |c: char| c.is_alphanumeric() || "_, $()?".contains(c);
+    let forwards =
+        arguments.chars().all(is_word) && arguments.split([',', ' ', ')']).any(|a| a == "at");
     let name = callee.rsplit(['.', ':']).next().unwrap_or_default();
-    let of_law = callee.starts_with("C::") || callee.starts_with("L::");
-    name.starts_with("emitted_") || name == "vjp_by_duals" || of_law && name.ends_with("_vjp")
+    let of_law = ["C::", "G::", "L::"]
+        .iter()
+        .any(|law| callee.starts_with(law));
+    let is_adjoint = name.starts_with("emitted_")
+        || name.starts_with("vjp_by_duals")
+        || of_law && name.ends_with("_vjp");
+    forwards && is_adjoint
 }

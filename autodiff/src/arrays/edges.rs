@@ -6,10 +6,10 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::{Kernel, Pullback};
+use super::kernel::Pullback;
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::UniformInputs;
+use super::uniform::{UniformInputs, UniformKernel};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
@@ -140,7 +140,7 @@ fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-impl<R: Real, K: Kernel<I, O>, const C: usize, const I: usize, const O: usize>
+impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
     EdgeMap<R, K, C, I, O>
 {
     pub(crate) fn new(
@@ -222,7 +222,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize> LaneOperation<R>
     for EdgeMap<R, K, C, I, O>
 where
     R: Real,
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
 {
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
@@ -241,7 +241,7 @@ where
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
-            let uniforms = self.uniforms.load(values);
+            let uniforms = self.uniforms.load(K::UNIFORMS, values);
             // First the kernel writes its results to `scratch`. The sums at the nodes follow below.
             for &lane in &self.plan.edges {
                 let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
@@ -270,7 +270,7 @@ where
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
-            let uniforms = self.uniforms.load(values);
+            let uniforms = self.uniforms.load(K::UNIFORMS, values);
             for &lane in &self.plan.edges {
                 // A result was added at the tail and subtracted at the head, so its cotangent is the
                 // difference of their cotangents. Ghosts have none.
@@ -310,7 +310,7 @@ where
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const C: usize, const I: usize, const O: usize>
+impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
     EdgeMap<R, K, C, I, O>
 {
     /// Adds the cotangents of uniform inputs, edge by edge.

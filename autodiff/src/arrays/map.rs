@@ -2,10 +2,10 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback, Uniforms};
+use super::kernel::Pullback;
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::UniformInputs;
+use super::uniform::{UniformInputs, UniformKernel, Uniforms};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 
@@ -19,7 +19,7 @@ pub(crate) struct Map<K, const I: usize, const O: usize> {
     reach: Reach,
 }
 
-impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
+impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     pub(crate) fn new(
         kernel: K,
         inputs: [Array; I],
@@ -52,7 +52,9 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> for Map<K, I, O> {
+impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperation<R>
+    for Map<K, I, O>
+{
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
@@ -71,7 +73,7 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
             let mut lanes = ForwardLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
-                uniforms: self.uniforms.load(values),
+                uniforms: self.uniforms.load(K::UNIFORMS, values),
                 y: &mut after[..O * len],
                 len,
             };
@@ -89,7 +91,7 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
-                uniforms: self.uniforms.load(values),
+                uniforms: self.uniforms.load(K::UNIFORMS, values),
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(self.outputs[0]),
                 len,
@@ -152,7 +154,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ForwardLanes<'_, K, R, L, I, O>
 where
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]
@@ -183,7 +185,7 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ReverseLanes<'_, K, R, L, I, O>
 where
-    K: Kernel<I, O>,
+    K: UniformKernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]

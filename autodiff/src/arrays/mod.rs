@@ -23,11 +23,10 @@ pub(crate) use edges::EdgeMap;
 pub(crate) use gather::Gather;
 pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
-pub(crate) use kernel::checked;
-pub use kernel::{
-    Kernel, MOST_UNIFORMS, Pullback, Uniforms, uniforms, vjp_by_duals, vjp_by_duals_with,
-};
+pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
 pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
+pub(crate) use uniform::checked;
+pub use uniform::{Fixed, MOST_UNIFORMS, UniformKernel, Uniforms, vjp_by_duals_with};
 pub(crate) use weighted::Weighted;

@@ -1,11 +1,165 @@
-//! The uniform inputs of a mapped kernel. They are loaded once for each operation, and their cotangents are only
-//! computed if they are needed.
+//! Kernels with uniform inputs. An operation loads them once. It only computes their cotangents if they are needed.
 
 use super::array::Array;
-use super::kernel::{Kernel, MOST_UNIFORMS, Uniforms, by_uniform, checked};
+use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
 use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
+
+/// The most uniform inputs of a kernel.
+pub const MOST_UNIFORMS: usize = 16;
+
+/// The uniform inputs of a kernel, followed by zeros.
+pub type Uniforms<R> = [R; MOST_UNIFORMS];
+
+/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
+/// by them, and the starts of a batch may differ in them.
+///
+/// Every [`Kernel`] is a `UniformKernel` without uniform inputs. Mark the methods `#[inline(always)]`.
+///
+/// ```
+/// use autodiff::arrays::{UniformKernel, Uniforms};
+/// use autodiff::{Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// struct Decay;
+///
+/// impl UniformKernel<1, 1> for Decay {
+///     const UNIFORMS: usize = 1;
+///
+///     #[inline(always)]
+///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
+///         [x - uniforms[0] * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Cooling;
+///
+/// impl Model for Cooling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let (rate, x) = (program.parameter(1), program.state(3));
+///         let [next] = program.map_with(Decay, [x], &[rate]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
+/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
+/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
+/// // The sum is 24 (1 - rate)^2.
+/// assert_eq!(gradient_of(sum, &[0.5]), [-24.0]);
+/// ```
+pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
+    /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
+    const UNIFORMS: usize;
+
+    /// Returns the results at `x`.
+    fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
+
+    /// Returns the cotangents of `x`, as [`Kernel::vjp`]. The cotangents of the uniform inputs come from dual numbers,
+    /// if they are needed.
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        uniforms: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        vjp_by_duals_with(self, at, uniforms)
+    }
+}
+
+impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K {
+    const UNIFORMS: usize = 0;
+
+    #[inline(always)]
+    fn eval_with<R: Real>(&self, x: [R; I], _: &Uniforms<R>) -> [R; O] {
+        self.eval(x)
+    }
+
+    #[inline(always)]
+    fn vjp_with<R: Real, const M: usize>(
+        &self,
+        at: Pullback<R, I, O, M>,
+        _: &Uniforms<R>,
+    ) -> [[R; I]; M] {
+        self.vjp(at)
+    }
+}
+
+/// A kernel whose uniform inputs are constants.
+#[derive(Clone, Debug)]
+pub struct Fixed<K> {
+    /// The kernel.
+    pub kernel: K,
+    /// The values of its uniform inputs.
+    pub uniforms: Vec<f64>,
+}
+
+impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
+        self.kernel.eval_with(x, &constant_uniforms(&self.uniforms))
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        self.kernel.vjp_with(at, &uniforms)
+    }
+}
+
+#[inline(always)]
+fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
+    let mut uniforms = [R::zero(); MOST_UNIFORMS];
+    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+        *uniform = R::lit(value);
+    }
+    uniforms
+}
+
+/// Checks that a list fits into [`Uniforms`].
+#[inline(always)]
+pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+    assert!(
+        list.len() <= MOST_UNIFORMS,
+        "a kernel has at most {MOST_UNIFORMS} uniform inputs"
+    );
+    list
+}
+
+/// The default of [`UniformKernel::vjp_with`], which uses dual numbers.
+#[inline(always)]
+pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
+    kernel: &K,
+    at: Pullback<R, I, O, M>,
+    uniforms: &Uniforms<R>,
+) -> [[R; I]; M]
+where
+    R: Real,
+    K: UniformKernel<I, O> + ?Sized,
+{
+    let y = kernel.eval_with(seeded(at.x), &constants(*uniforms));
+    pulled_back(y, at.y_bar)
+}
+
+/// The cotangent of the uniform input number `k`, from one element.
+#[inline(always)]
+fn by_uniform<R, K, const I: usize, const O: usize>(
+    kernel: &K,
+    (x, y_bar): ([R; I], [R; O]),
+    uniforms: &Uniforms<R>,
+    k: usize,
+) -> R
+where
+    R: Real,
+    K: UniformKernel<I, O>,
+{
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(*uniforms);
+    moving[k].tangent = [R::one()];
+    let y = kernel.eval_with(constants(x), &moving);
+    let [[bar]] = pulled_back(y, [y_bar]);
+    bar
+}
 
 /// Arrays of one number for each start.
 pub(super) struct UniformInputs {
@@ -17,7 +171,9 @@ pub(super) struct UniformInputs {
 impl UniformInputs {
     /// # Panics
     /// If the kernel does not have as many uniform inputs.
-    pub(super) fn new<K: Kernel<I, O>, const I: usize, const O: usize>(arrays: &[Array]) -> Self {
+    pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
+        arrays: &[Array],
+    ) -> Self {
         assert_eq!(
             checked(arrays).len(),
             K::UNIFORMS,
@@ -34,13 +190,18 @@ impl UniformInputs {
         self.active = (0..self.arrays.len()).filter(is_active).collect();
     }
 
-    /// A register of each input: the numbers of all starts, repeated.
+    /// A register of each input: the numbers of all starts, repeated. `count` is the constant
+    /// [`UniformKernel::UNIFORMS`] of the kernel.
     #[inline(always)]
-    pub(super) fn load<R: Real, L: Lane<R>>(&self, values: StepValues<R>) -> Uniforms<L> {
+    pub(super) fn load<R: Real, L: Lane<R>>(
+        &self,
+        count: usize,
+        values: StepValues<R>,
+    ) -> Uniforms<L> {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
-        for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
-            let numbers = values.get(array);
-            *uniform = match numbers.len() {
+        for k in 0..count {
+            let numbers = values.get(self.arrays[k]);
+            uniforms[k] = match numbers.len() {
                 1 => L::splat(numbers[0]),
                 starts if starts == L::N => L::load(numbers),
                 starts => {
@@ -68,7 +229,7 @@ impl UniformInputs {
         at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
     ) where
         R: Real,
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         if self.active.is_empty() {
             return;
@@ -90,34 +251,20 @@ impl UniformInputs {
 
 #[cfg(test)]
 mod tests {
-    use crate::arrays::{Pullback, Uniforms, uniforms, vjp_by_duals_with};
+    use crate::arrays::{UniformKernel, Uniforms};
     use crate::check::{Options, Verdict, check_gradient};
-    use crate::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient_of};
 
     /// A spring of stiffness `u[0]` that pulls harder by `u[1]` at each length.
     #[derive(Clone)]
     struct Spring;
 
-    impl Kernel<1, 1> for Spring {
+    impl UniformKernel<1, 1> for Spring {
         const UNIFORMS: usize = 2;
-
-        #[inline(always)]
-        fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
-            self.eval_with(x, &uniforms(&[0.2, 0.1]))
-        }
 
         #[inline(always)]
         fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
             [u[0] * d + u[1] * d * d * d]
-        }
-
-        #[inline(always)]
-        fn vjp_with<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, 1, 1, M>,
-            u: &Uniforms<R>,
-        ) -> [[R; 1]; M] {
-            vjp_by_duals_with(self, at, u)
         }
     }
 
@@ -125,26 +272,12 @@ mod tests {
     #[derive(Clone)]
     struct Move;
 
-    impl Kernel<2, 1> for Move {
+    impl UniformKernel<2, 1> for Move {
         const UNIFORMS: usize = 1;
-
-        #[inline(always)]
-        fn eval<R: Real>(&self, x: [R; 2]) -> [R; 1] {
-            self.eval_with(x, &uniforms(&[0.3]))
-        }
 
         #[inline(always)]
         fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
             [x + force + u[0] * x.sin()]
-        }
-
-        #[inline(always)]
-        fn vjp_with<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, 2, 1, M>,
-            u: &Uniforms<R>,
-        ) -> [[R; 2]; M] {
-            vjp_by_duals_with(self, at, u)
         }
     }
 

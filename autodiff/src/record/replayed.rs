@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use super::replay::{Inputs, Plan, Points, Wanted};
 use super::symbol::Symbol;
 use crate::arrays::{
-    Array, Bars, Graph, Kernel, MOST_UNIFORMS, Operation, SlotEdge, StepValues, checked,
+    Array, Bars, Graph, MOST_UNIFORMS, Operation, SlotEdge, StepValues, UniformKernel, checked,
 };
 use crate::real::Real;
 use num_traits::Zero;
@@ -15,7 +15,7 @@ use num_traits::Zero;
 ///
 /// # Panics
 /// If the kernel asks for values or calls a function with its own derivative. A recording cannot represent it.
-pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
+pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
         uniforms[..given.len()].copy_from_slice(given);

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{Array, Graph, Kernel};
+use crate::arrays::{Array, Graph, Kernel, UniformKernel};
 use crate::real::{ByType, Real};
 use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, recorded};
@@ -111,7 +111,7 @@ impl AnyProgram<'_> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         match &mut self.0 {
             Numbers::Double(program) => program.map_with(kernel, x, uniforms),
@@ -150,7 +150,7 @@ impl AnyProgram<'_> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         match &mut self.0 {
             Numbers::Double(program) => {

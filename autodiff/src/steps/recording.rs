@@ -4,7 +4,7 @@ use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
     Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Parameter,
-    Weighted, repeated,
+    UniformKernel, Weighted, repeated,
 };
 use crate::real::Real;
 
@@ -31,7 +31,7 @@ impl<R: Real> Program<R> {
         self.map_with(kernel, x, &[])
     }
 
-    /// [`map`](Program::map) for a kernel with [uniform inputs](crate::arrays::Uniforms): arrays of one number, which
+    /// [`map`](Program::map) for a kernel with [uniform inputs](UniformKernel): arrays of one number, which
     /// all elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only
     /// computed for inputs that carry derivatives.
     ///
@@ -45,7 +45,7 @@ impl<R: Real> Program<R> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         self.assert_uniform(uniforms);
         let map = |outputs: &[Array]| {
@@ -243,7 +243,7 @@ impl<R: Real> Program<R> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: Kernel<I, O>,
+        K: UniformKernel<I, O>,
     {
         self.assert_uniform(uniforms);
         let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {

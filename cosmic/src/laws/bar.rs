@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
+use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
+use autodiff::{AnyProgram, Array, Dual, Pullback, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
-use super::law::{Law, StepInput, step_inputs, uniforms};
+use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
@@ -33,40 +33,15 @@ pub struct Bar<R> {
     pub strain: R,
 }
 
-/// What a bar depends on besides the positions and velocities of its ends.
-#[derive(Clone, Copy, Debug)]
-pub struct Actuation<R> {
-    /// The controller's output, from -1 to 1.
-    pub activation: R,
-    /// Stiffness of the material, N/m.
-    pub stiffness: R,
-    /// Length at rest, m.
-    pub rest_length: R,
-    /// Strain at full activation.
-    pub strain: R,
-}
-
-impl<R: Real> Actuation<R> {
-    /// The four numbers in the order of the fields.
-    #[inline(always)]
-    pub fn new([activation, stiffness, rest_length, strain]: [R; 4]) -> Self {
-        Self {
-            activation,
-            stiffness,
-            rest_length,
-            strain,
-        }
-    }
-}
-
 impl<R: Real> Bar<R> {
-    /// The bar of an edge. Its rate is 0 unless `needs_rate` is true.
+    /// The bar of an edge, from its activation, stiffness, rest length and strain at full activation. Its rate is 0
+    /// unless `needs_rate` is true.
     #[inline(always)]
-    pub fn new<const D: usize>(
+    fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
         length: R,
         needs_rate: bool,
-        given: Actuation<R>,
+        [activation, stiffness, rest_length, strain]: [R; 4],
     ) -> Self {
         let rate = if needs_rate {
             edge.rate(length)
@@ -76,18 +51,13 @@ impl<R: Real> Bar<R> {
         Self {
             length,
             rate,
-            target: target_length(given.rest_length, given.strain, given.activation),
-            rest_length: given.rest_length,
-            stiffness: given.stiffness,
-            strain: given.strain,
+            // D8
+            target: rest_length * strain.fma(activation, R::one()),
+            rest_length,
+            stiffness,
+            strain,
         }
     }
-}
-
-/// The length that an actuator sets (D8), m.
-#[inline(always)]
-pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
-    rest_length * strain.fma(activation, R::one())
 }
 
 /// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
@@ -99,7 +69,7 @@ pub fn target_length<R: Real>(rest_length: R, strain: R, activation: R) -> R {
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 ///
 /// ```
 /// use autodiff::Real;
@@ -176,7 +146,7 @@ impl<L: BarForce> Tension<L> {
     fn impulse<R: Real, const D: usize>(
         &self,
         edge: EdgeVector<R, D>,
-        given: Actuation<R>,
+        given: [R; 4],
         settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length();
@@ -186,13 +156,8 @@ impl<L: BarForce> Tension<L> {
     }
 }
 
-impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
     const UNIFORMS: usize = L::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 6]) -> [R; 2] {
-        self.eval_with(x, &uniforms(&[], &self.law))
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
@@ -201,13 +166,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
             d: Vector::new([dx, dy]),
             dv: Vector::zero(),
         };
-        let impulse = self.impulse(edge, Actuation::new(given), settings);
+        let impulse = self.impulse(edge, given, settings);
         impulse.array()
-    }
-
-    #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        self.vjp_with(at, &uniforms(&[], &self.law))
     }
 
     #[inline(always)]
@@ -225,22 +185,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
-impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
+impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
-        self.eval_with(x, &uniforms(&[], &self.0.law))
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 8, 2, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 8]; M] {
-        vjp_by_duals_with(self, at, settings)
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
@@ -249,7 +195,7 @@ impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
             d: Vector::new([dx, dy]),
             dv: Vector::new([dvx, dvy]),
         };
-        let impulse = self.0.impulse(edge, Actuation::new(given), settings);
+        let impulse = self.0.impulse(edge, given, settings);
         impulse.array()
     }
 }
@@ -262,12 +208,12 @@ impl<L: BarForce> OnBars<L> {
     /// The bar of an edge in a pose.
     fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
-        let given = Actuation {
-            activation: pose.activation.get(edge).copied().unwrap_or(0.0),
-            stiffness: pose.body.stiffness[edge],
-            rest_length: pose.lattice.rest_length[edge],
-            strain: pose.body.strain[edge],
-        };
+        let given = [
+            pose.activation.get(edge).copied().unwrap_or(0.0),
+            pose.body.stiffness[edge],
+            pose.lattice.rest_length[edge],
+            pose.body.strain[edge],
+        ];
         Bar::new(&between, between.length(), true, given)
     }
 

@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
-use autodiff::arrays::{Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
+use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
+use autodiff::{AnyProgram, Array, Pullback, Real};
 
-use super::law::{Law, StepInput, step_inputs, uniforms};
+use super::law::{Law, StepInput, step_inputs};
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{NONE, Terrain, Way};
 use crate::geometry::Vector;
@@ -23,7 +23,7 @@ pub struct Impact<R, const D: usize = 2> {
 /// What happens to a node that meets the ground. To write a law, give it [settings](Law) and
 /// [`respond`](Contact::respond). Derivatives, SIMD lanes and file formats need no further code.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 pub trait Contact: Law {
     /// False if there is no ground at all.
     const HAS_GROUND: bool = true;
@@ -212,7 +212,7 @@ impl Underfoot for Terrain {
 }
 
 /// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
-/// `[x, y, vx, vy]`. The uniform inputs are the two components of [`Flight::gravity`], then the law's settings.
+/// `[x, y, vx, vy]`. The uniform inputs are the velocity that gravity adds (m/s), then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
     /// The push, and the drift after it.
@@ -223,19 +223,8 @@ pub struct Flying<C, G = Flat> {
     pub ground: G,
 }
 
-impl<C: Contact, G: Underfoot> Flying<C, G> {
-    fn uniforms<R: Real>(&self) -> Uniforms<R> {
-        uniforms(self.flight.gravity.as_slice(), &self.contact)
-    }
-}
-
-impl<C: Contact, G: Underfoot> Kernel<7, 4> for Flying<C, G> {
+impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 4] {
-        self.eval_with(x, &self.uniforms())
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(
@@ -249,11 +238,6 @@ impl<C: Contact, G: Underfoot> Kernel<7, 4> for Flying<C, G> {
         let (law, node) = (self.contact.of(&given[2..]), Particle { v, ..node });
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.flight.drift, node);
         node.array()
-    }
-
-    #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
-        self.vjp_with(at, &self.uniforms())
     }
 
     #[inline(always)]
@@ -277,24 +261,14 @@ pub struct Drifting<C, G = Flat> {
     pub ground: G,
 }
 
-impl<C: Contact, G: Underfoot> Kernel<4, 4> for Drifting<C, G> {
+impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 4] {
-        self.eval_with(node, &uniforms(&[], &self.contact))
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
         let (law, node) = (self.contact.of(settings), Particle::new(node));
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
         node.array()
-    }
-
-    #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        self.vjp_with(at, &uniforms(&[], &self.contact))
     }
 
     #[inline(always)]

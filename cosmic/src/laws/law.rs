@@ -2,9 +2,6 @@
 
 use std::fmt::Debug;
 
-use autodiff::Real;
-use autodiff::arrays::{self, Uniforms};
-
 use crate::settings::{Inputs, Settings};
 
 /// A law's name and settings. The settings are the fields of the type, as
@@ -36,10 +33,4 @@ pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
         value,
     };
     law.inputs().into_iter().map(input).collect()
-}
-
-/// The values of the uniform inputs of a kernel that takes some numbers and then the settings of a law.
-pub(super) fn uniforms<R: Real, L: Law>(numbers: &[f64], law: &L) -> Uniforms<R> {
-    let of_law = law.inputs().into_iter().map(|(_, value)| value);
-    arrays::uniforms(&numbers.iter().copied().chain(of_law).collect::<Vec<_>>())
 }

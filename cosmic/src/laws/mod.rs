@@ -31,7 +31,7 @@ mod emission;
 mod tests;
 
 pub(crate) use bar::OnBars;
-pub use bar::{Actuation, Bar, BarForce, Tension, target_length};
+pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
 #[cfg(test)]

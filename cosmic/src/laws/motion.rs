@@ -64,20 +64,18 @@ impl Drift {
 
 /// The change of a velocity before its node drifts.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight<const D: usize = 2> {
+pub struct Flight {
     /// The drift after it.
     pub drift: Drift,
     /// The factor by which damping reduces a velocity, `exp(-damping h)`.
     pub decay: f64,
-    /// The velocity that gravity adds in the scene, m/s; a step is given it as an input.
-    pub gravity: Vector<f64, D>,
 }
 
-impl<const D: usize> Flight<D> {
+impl Flight {
     /// The velocity `v*` before contact, m/s, from the velocity before the step, the impulse (N s),
     /// 1 / mass (1/kg) and the velocity that gravity adds (m/s).
     #[inline(always)]
-    pub fn velocity<R: Real>(
+    pub fn velocity<R: Real, const D: usize>(
         &self,
         v: Vector<R, D>,
         impulse: Vector<R, D>,

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{Uniforms, vjp_by_duals_with};
-use autodiff::{AnyProgram, Array, Dual, Kernel, Pullback, Real};
+use autodiff::arrays::{UniformKernel, Uniforms};
+use autodiff::{AnyProgram, Array, Dual, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, add};
-use super::law::{Law, StepInput, step_inputs, uniforms};
+use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Vector};
@@ -34,7 +34,7 @@ pub struct Node<R, const D: usize = 2> {
 /// A force on every node. To write a law, give it [settings](Law) and [`force`](NodeForce::force). Derivatives, SIMD
 /// lanes and file formats need no further code.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
 pub trait NodeForce: Law {
     /// True if [`Node::time`] is read.
     const NEEDS_TIME: bool = false;
@@ -83,13 +83,8 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
     }
 }
 
-impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
+impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; 7]) -> [R; 2] {
-        self.eval_with(x, &uniforms(&[], &self.law))
-    }
 
     #[inline(always)]
     fn eval_with<R: Real>(
@@ -100,15 +95,6 @@ impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
         let node = Particle::new([x, y, vx, vy]);
         let impulse = self.impulse(node, [inverse_mass, weight, time], settings);
         impulse.array()
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 7, 2, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        vjp_by_duals_with(self, at, settings)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of the built-in laws: their derivatives against differences and dual numbers, and contact over terrain.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
+use autodiff::arrays::Fixed;
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Pullback, Real, gradient};
 
@@ -68,16 +69,25 @@ fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64
     assert_eq!(verdict(kernel, x, 0.01), Verdict::Wrong);
 }
 
+/// The settings of a law.
+fn values(law: &impl Law) -> Vec<f64> {
+    law.inputs().into_iter().map(|(_, value)| value).collect()
+}
+
+fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
+    Fixed {
+        uniforms: values(&law),
+        kernel: Tension { law, dt: DT },
+    }
+}
+
 #[test]
 fn springs() {
-    let (dt, cubic) = (DT, 150.0);
     // Stretched, compressed, at its target length, and very short.
     for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
         let given = [dx, dy, 0.3, 4.0, 0.1, 0.35];
-        let law = Hooke {};
-        is_right(&Tension { law, dt }, given);
-        let law = Stiffening { cubic };
-        is_right(&Tension { law, dt }, given);
+        is_right(&tension(Hooke {}), given);
+        is_right(&tension(Stiffening { cubic: 150.0 }), given);
     }
 }
 
@@ -86,8 +96,9 @@ fn dampers() {
     let law = Damper { time: 1e-3 };
     for [dvx, dvy] in [[0.4, -0.1], [-2.0, 1.0]] {
         let given = [0.08, 0.09, dvx, dvy, 0.3, 40.0, 0.1, 0.35];
-        let law = law.clone();
-        is_right(&MovingTension(Tension { law, dt: DT }), given);
+        let Fixed { kernel, uniforms } = tension(law.clone());
+        let kernel = MovingTension(kernel);
+        is_right(&Fixed { kernel, uniforms }, given);
     }
     // 40 N/m times 1 ms times 0.5 m/s.
     let bar = |rate| Bar {
@@ -128,9 +139,8 @@ fn stops_at_both_ends_of_the_stroke() {
     }
     // Beyond the longer stop, within the stroke, and beyond the shorter stop.
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
-        let law = law.clone();
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
-        let tension = Tension { law, dt: DT };
+        let tension = tension(law.clone());
         let length = Vector::new([dx, dy]).norm();
         if (length - 0.1_f64).abs() > 0.035 {
             is_right(&tension, given);
@@ -189,25 +199,27 @@ fn the_forces_of_bending_are_the_slope_of_the_energy() {
     }
 }
 
-fn flying<C: Contact, G: Underfoot>(contact: C, ground: G) -> Flying<C, G> {
-    let flight = Flight {
-        drift: Drift { dt: DT },
-        decay: (-20.0 * DT).exp(),
-        gravity: Vector::new([-0.003, -0.009]),
-    };
-    Flying {
-        flight,
-        contact,
-        ground,
+fn flying<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Flying<C, G>> {
+    let drift = Drift { dt: DT };
+    let decay = (-20.0 * DT).exp();
+    Fixed {
+        uniforms: [vec![-0.003, -0.009], values(&contact)].concat(),
+        kernel: Flying {
+            flight: Flight { drift, decay },
+            contact,
+            ground,
+        },
     }
 }
 
-fn drifting<C: Contact, G: Underfoot>(contact: C, ground: G) -> Drifting<C, G> {
-    let drift = Drift { dt: DT };
-    Drifting {
-        drift,
-        contact,
-        ground,
+fn drifting<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Drifting<C, G>> {
+    Fixed {
+        uniforms: values(&contact),
+        kernel: Drifting {
+            drift: Drift { dt: DT },
+            contact,
+            ground,
+        },
     }
 }
 

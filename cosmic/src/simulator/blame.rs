@@ -70,7 +70,10 @@ impl Simulator {
         let term = |Pull { part, force }: Pull| (Cause::Force(part), velocity(force));
         let mut terms: Vec<(Cause, f64)> = pulls.map(term).collect();
         let flight = &mechanics.flight;
-        terms.push((Cause::Gravity, size(flight.gravity)));
+        terms.push((
+            Cause::Gravity,
+            size(mechanics.gravity(mechanics.inputs[0].value)),
+        ));
         let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
         // NaN ranks above every number. Of several NaN terms the last wins: the motion.

@@ -48,27 +48,22 @@ impl Mechanics {
                 (Some(half), half, h * decay.sqrt())
             }
         };
-        let mut mechanics = Self {
+        let mechanics = Self {
             substeps: physics.substeps,
             first,
             push,
-            flight: Flight {
-                drift,
-                decay,
-                gravity: Vector::zero(),
-            },
+            flight: Flight { drift, decay },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
             ground: Ground::from(physics),
             inputs: Arc::new([]),
         };
-        mechanics.flight.gravity = mechanics.gravity(physics.gravity);
         mechanics.with_inputs(physics.gravity)
     }
 
-    /// The velocity that a gravity (m/s^2) adds in a step, m/s.
-    fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
+    /// The velocity that a gravity (m/s^2) adds in a push, m/s.
+    pub(super) fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
         let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
         self.ground.vector_to_ground(pushed)
     }

@@ -67,9 +67,9 @@ use print::{Formula, Printer, UNIFORMS};
 /// not computed again; what does not depend on the cotangents is computed once for all rows of them.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
-/// makes a kernel whose fields have the given values, in that order. A [uniform input](crate::arrays::Uniforms) is
-/// named `uniforms[0]`; `build` sets the value with which `eval` passes it to `eval_with`. The method then has a second
-/// argument, `uniforms`, and [`Kernel::vjp_with`] calls it.
+/// makes a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel)
+/// `build` makes a [`Fixed`](crate::arrays::Fixed) one, and its first uniform input is named `uniforms[0]`. The method
+/// then has a second argument, `uniforms`, and `vjp_with` calls it.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
