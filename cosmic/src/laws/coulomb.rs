@@ -15,7 +15,7 @@ pub struct Coulomb<R = f64> {
     pub friction: R,
 }
 
-crate::settings_inputs! { Coulomb [R] [friction: R, "physics.friction";] }
+crate::settings! { @inputs Coulomb [R] [friction: R, "physics.friction";] }
 
 impl Settings for Coulomb {
     fn about(&self) -> &'static str {

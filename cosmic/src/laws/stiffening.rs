@@ -15,7 +15,7 @@ pub struct Stiffening<R = f64> {
     pub cubic: R,
 }
 
-crate::settings_inputs! { Stiffening [R] [cubic: R, "physics.stiffening";] }
+crate::settings! { @inputs Stiffening [R] [cubic: R, "physics.stiffening";] }
 
 impl Settings for Stiffening {
     fn about(&self) -> &'static str {

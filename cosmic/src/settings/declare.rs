@@ -86,7 +86,7 @@ macro_rules! settings {
             }
         }
 
-        $crate::settings_inputs! { $Settings [$($R)?] [$($key: $type, stringify!($key);)*] }
+        $crate::settings! { @inputs $Settings [$($R)?] [$($key: $type, stringify!($key);)*] }
 
         impl $crate::settings::Settings for $Settings {
             fn about(&self) -> &'static str {
@@ -196,14 +196,8 @@ macro_rules! settings {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };
-}
-
-/// Implements [`Inputs`](crate::settings::Inputs) for a struct that is generic over its numbers, given each field with
-/// its type and key, or for a struct without inputs.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! settings_inputs {
-    ($Settings:ident [] $fields:tt) => {
+    // Without inputs.
+    (@inputs $Settings:ident [] $fields:tt) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<R: $crate::settings::Real> = Self;
             const COUNT: usize = 0;
@@ -217,7 +211,8 @@ macro_rules! settings_inputs {
             }
         }
     };
-    ($Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
+    // Generic over its numbers, with the type and the key of each field.
+    (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<$R: $crate::settings::Real> = $Settings<$R>;
             const COUNT: usize = {
