@@ -1,4 +1,4 @@
-//! Domain randomisation: robots and surroundings drawn at random around the nominal ones.
+//! Domain randomisation: robots and surroundings drawn around the nominal ones.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use crate::random::symmetric;
 use crate::scene::RobustSettings;
 use crate::task::Task;
 
-/// A task with the numbers of one robot and its surroundings, and where that robot starts.
+/// A task with the numbers of one robot and its surroundings, and the start of the robot.
 #[derive(Clone, Debug)]
 pub struct Domain<'a> {
     /// The task.
@@ -20,7 +20,7 @@ pub struct Domain<'a> {
 }
 
 impl Domain<'_> {
-    /// This domain for controllers that see this state at all times: only their clock goes on.
+    /// This domain for controllers that see this state at all times, so that only their clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {
         Domain {
@@ -30,8 +30,8 @@ impl Domain<'_> {
     }
 }
 
-/// Draws a domain around a task at rest. Every number is drawn whether its range is zero or not:
-/// switching one range off leaves the other draws as they were.
+/// Draws a domain around a task at rest. Every number is drawn even if its range is zero, so that switching one range
+/// off does not change the other draws.
 pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> Domain<'static> {
     let mut factor = |range: f64| 1.0 + symmetric(stream, range);
     let friction = factor(settings.friction);
@@ -54,7 +54,7 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
-/// A start with every coordinate moved by `distance`, m, up or down as it is drawn.
+/// A start with every coordinate moved by `distance`, m, in a random direction.
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
     State {

@@ -1,4 +1,4 @@
-//! Errors, with their numbers and exit codes.
+//! Errors, with the compared numbers and exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,67 +9,67 @@ use crate::geometry::Vector;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file that reads but does not say what it should.
+    /// A file with wrong content.
     #[error("{report}")]
     Malformed {
         /// The file's name as the user gave it.
         file: String,
-        /// Line of the first problem, from 1.
+        /// The line of the first problem, from 1.
         line: usize,
-        /// Column of the first problem in characters, from 1.
+        /// The column of the first problem in characters, from 1.
         column: usize,
         /// The first problem in a sentence.
         message: String,
         /// Every problem, with the source line and a caret under it.
         report: String,
     },
-    /// Two things that belong together and differ in size, such as a design and its lattice.
+    /// Two things that belong together but have different sizes, such as a design and its lattice.
     #[error("{file}: expected {expected} {what}, found {found}")]
     Misfit {
         /// The file's name as the user gave it.
         file: String,
-        /// The thing that was counted.
+        /// The noun for what was counted.
         what: String,
-        /// The count that fits.
+        /// The expected count.
         expected: usize,
-        /// The count found.
+        /// The count that was found.
         found: usize,
     },
-    /// A request that cannot be carried out as it stands.
+    /// A request that cannot be carried out.
     #[error("{0}")]
     Usage(String),
-    /// A run for a loss that a program supplied: only that program goes on with it.
+    /// A run with a loss of the program that began it. Only that program can continue the run.
     #[error(
-        "{file}: the run is for a loss of its own, which no file holds: the program that began it {remedy}"
+        "{file}: the run has a loss of its own, which no file holds: the program that began it {remedy}"
     )]
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// How that program goes on, as the end of a sentence.
+        /// How that program continues, as the end of a sentence.
         remedy: &'static str,
     },
-    /// No built-in scene and no file of that name.
+    /// There is no built-in scene and no file of this name.
     #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
         /// The name that was asked for.
         name: String,
-        /// A close name, or where to find them all.
+        /// A similar name, or the known names.
         hint: String,
     },
-    /// A file or folder that is missing, or not there yet, or cannot be read.
+    /// A file or folder that does not exist or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// Which one.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said, or why the file is not there and what to do.
+        /// The error of the system, or the reason why the file is missing and what to do.
         source: io::Error,
     },
     /// A file or folder that cannot be written.
     #[error("cannot write {}: {source}{}", path.display(), make_room(source))]
     Write {
-        /// Which one.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// A simulated state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node faster than its scene allows.
@@ -77,9 +77,9 @@ pub enum Error {
         "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
     )]
     Diverged {
-        /// The step that produced the state, from 0.
+        /// The step that computed the state, from 0.
         step: usize,
-        /// The first node that is not finite, absurd or too fast.
+        /// The first node that is not finite, out of bounds or too fast.
         node: usize,
         /// Its position, m.
         position: Vector<f64>,
@@ -88,7 +88,7 @@ pub enum Error {
         /// What caused the divergence, or the bound that is exceeded.
         cause: String,
     },
-    /// A time step with which the robot's own vibrations grow.
+    /// A time step that makes the vibrations of the robot grow.
     #[error(
         "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, most at \
          node {node}) grows from {limit:.3e} s on; {remedy}"
@@ -96,77 +96,77 @@ pub enum Error {
     UnstableStep {
         /// The time step, s.
         dt: f64,
-        /// The smallest unstable one, s.
+        /// The smallest unstable time step, s.
         limit: f64,
         /// The largest angular frequency, 1/s.
         frequency: f64,
-        /// The node that moves most in it.
+        /// The node that moves most in this vibration.
         node: usize,
         /// The remedy, as an instruction.
         remedy: String,
     },
-    /// A run whose robot has come to vibrate too fast for the time step. It is saved.
+    /// A run whose robot has changed so that the time step became unstable. The run is saved.
     #[error("after iteration {iteration}: {step}{}", or_go_on(run, *own_loss))]
     UnstableRun {
         /// The run's folder.
         run: PathBuf,
         /// The last iteration.
         iteration: usize,
-        /// True if the caller supplied the loss: then no command resumes the run.
+        /// True if the loss belongs to the caller. Then no command can resume the run.
         own_loss: bool,
         /// The unstable step of the new robot: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
-    /// A run that another process, or another thread of this process, works on.
+    /// A run that another process, or another thread of this process, is running.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
-    /// Results that are not all numbers although no simulated state diverged.
+    /// Results that are not finite although no simulated state diverged.
     #[error("not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
         /// The results, by their keys.
         names: Vec<String>,
-        /// Where a gradient was lost on its way back, if that is what happened.
+        /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// Figures that have no value: rollouts that they are taken from diverged.
+    /// Numbers that do not exist because their rollouts diverged.
     #[error("{0}")]
     NoFigure(String),
-    /// A check that ran to its end and found something wrong.
+    /// A check that found errors.
     #[error("{failed} of {total} checks failed: {what}")]
     CheckFailed {
         /// The name of the check.
         what: String,
-        /// Checks that failed.
+        /// The number of checks that failed.
         failed: usize,
-        /// Checks that ran.
+        /// The number of checks that ran.
         total: usize,
     },
-    /// Runs of a sweep that failed, each for its own reason; all other runs are finished.
+    /// Runs of a sweep that failed, each for its own reason. All other runs are finished.
     #[error("{run}: {}{}", error.within(), and_others(*others))]
     PassedOver {
-        /// The first of them.
+        /// The first run that failed.
         run: String,
-        /// Its reason.
+        /// The reason.
         error: Box<Error>,
-        /// How many more there are.
+        /// The number of other runs that failed.
         others: usize,
     },
-    /// Several runs that were told to stop; each saved what resuming needs.
+    /// Several runs that were interrupted. Each of them can be resumed.
     #[error("interrupted with {done} of {total} runs done; the same command goes on")]
     Stopped {
-        /// Runs that are done.
+        /// The number of runs that are done.
         done: usize,
-        /// Runs there are.
+        /// The number of all runs.
         total: usize,
     },
-    /// A run that was told to stop, and saved what resuming needs.
+    /// A run that was interrupted. It can be resumed.
     #[error("interrupted after iteration {iteration}; {}", go_on(run, *own_loss))]
     Interrupted {
         /// The run's folder.
         run: PathBuf,
-        /// Iterations that are done.
+        /// The number of iterations done.
         iteration: usize,
-        /// True if the caller supplied the loss: then no command resumes the run.
+        /// True if the loss belongs to the caller. Then no command can resume the run.
         own_loss: bool,
     },
 }
@@ -175,25 +175,25 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// For `map_err`: the system cannot read this file or folder.
+    /// For `map_err`: the error for a file or folder that cannot be read.
     pub fn reading(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         |source| Error::Read { path, source }
     }
 
-    /// For `map_err`: the system cannot write this file or folder.
+    /// For `map_err`: the error for a file or folder that cannot be written.
     pub fn writing(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         |source| Error::Write { path, source }
     }
 
-    /// True if rollouts of the robot have no result: they diverged, or their loss is not a number.
+    /// True if rollouts of the robot diverged or their loss is not a number.
     #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }
 
-    /// What would make an unstable time step stable, or let it pass: the end of the message.
+    /// How to make an unstable time step stable, or to allow it: the end of the message.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
@@ -215,14 +215,14 @@ impl Error {
         message.trim_end_matches("; ").to_owned()
     }
 
-    /// Its text as a part of another's: without the heading "error: " that reports on files have.
+    /// The message without its leading `error: `, for embedding in another message.
     pub fn within(&self) -> String {
         let text = self.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()
     }
 
-    /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4
-    /// missing, unreadable or unwritable, 75 interrupted and resumable. (0 is success.)
+    /// The exit code of the process: 0 success, 1 failed check, 2 bad usage or malformed file, 3 diverged, 4 missing,
+    /// unreadable or unwritable file, 75 interrupted and resumable.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::CheckFailed { .. } => 1,
@@ -241,7 +241,7 @@ impl Error {
     }
 }
 
-/// Refuses a count of `what` other than the one that belongs there; `file` is named.
+/// Checks that a count of `what` is the expected one. The error names `file`.
 ///
 /// # Errors
 /// [`Error::Misfit`].
@@ -257,7 +257,7 @@ pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()>
     Ok(())
 }
 
-/// Refuses a count of 0 of `what`; `file` is named.
+/// Checks that a count of `what` is not 0. The error names `file`.
 ///
 /// # Errors
 /// [`Error::Usage`].
@@ -275,7 +275,7 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// What to do if there is no space for a file.
+/// The advice if there is no space for a file.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -285,7 +285,7 @@ fn make_room(source: &io::Error) -> &'static str {
     }
 }
 
-/// How many runs a sweep passed over besides the first.
+/// The number of failed runs of a sweep besides the first, as the end of a message.
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),
@@ -294,7 +294,7 @@ fn and_others(others: usize) -> String {
     }
 }
 
-/// A path as a word of a command line, quoted where a shell would take it for more than that.
+/// A path as one word of a command line, quoted if necessary.
 pub fn in_shell(path: &Path) -> String {
     let text = path.display().to_string();
     let folder = if text.starts_with('-') { "./" } else { "" };
@@ -307,7 +307,7 @@ pub fn in_shell(path: &Path) -> String {
     }
 }
 
-/// How to go on with a run that is not finished.
+/// How to continue an unfinished run.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
@@ -319,7 +319,7 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     }
 }
 
-/// The end of what is said of a run's unstable time step, after which other step to set.
+/// The end of a message about the unstable time step of a run, after the advice about the time step.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()

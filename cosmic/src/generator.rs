@@ -1,23 +1,22 @@
-//! The generator of lattices: nodes on a grid of squares or triangles with the edges between neighbours,
-//! or the nodes and edges of a truss of one's own. Nothing else knows columns and rows.
+//! Generates lattices: nodes on a grid of squares or triangles with edges between neighbours, or the nodes and edges of
+//! a truss. Only this module knows columns and rows.
 
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
-    /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
-    /// of the two nodes.
+    /// The lattice on a ground, rotated with it (D1). Each rest length is the initial distance of the two nodes.
     ///
     /// # Panics
-    /// If the settings name a file that was not read: reading a scene reads it.
+    /// If the settings name a file that was not read yet. Reading a scene reads it.
     pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
         let ground = ground.into();
         if let Some(truss) = settings.file.truss() {
             let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
             return Self::of_truss(truss, positions.collect());
         }
-        // The numbers of D1 themselves: with `drop = 0` the lowest row is exactly on the ground.
+        // The exact numbers of D1: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
         let origin = Vector::new([settings.origin_x, settings.drop]);
         let position =
@@ -32,11 +31,11 @@ impl Lattice {
     }
 }
 
-/// The height of an equilateral triangle over the length of its side.
+/// The height of an equilateral triangle with sides of length 1.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// Places of the nodes in units of the spacing, row by row from the lowest, each from left to right.
-/// Of a triangular lattice every second row, the first not, is half a spacing further along.
+/// The places of the nodes in units of the spacing, row by row from the lowest, each row from left to right. On a
+/// triangular lattice every second row is shifted by half a spacing.
 pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     let LatticeSettings { columns, rows, .. } = *settings;
     let place = |node: usize| {
@@ -49,14 +48,13 @@ pub(crate) fn places(settings: &LatticeSettings) -> Vec<Vector<f64>> {
     (0..columns * rows).map(place).collect()
 }
 
-/// Every horizontal, vertical and diagonal of every cell of a rectangular lattice as `[i, j]`, `i < j`:
-/// nodes ascending; for each, the edges to its right, upper, upper-right and upper-left neighbour
-/// where they exist.
+/// The edges of a rectangular lattice as `[i, j]` with `i < j`: for each node, ascending, the edges to its right, upper,
+/// upper-right and upper-left neighbour if they exist.
 pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
     edges_of(LatticeKind::Rectangular, columns, rows)
 }
 
-/// As [`edges`], of a lattice of a kind: the nodes of a triangular one have no upper neighbour.
+/// As [`edges`], for a lattice of any kind. Nodes of a triangular lattice have no upper neighbour.
 fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for node in 0..columns * rows {
@@ -64,7 +62,7 @@ fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
         let right = column + 1 < columns;
         let up = row + 1 < rows;
         let above = node + columns;
-        // The row above is shifted, to the right or to the left, by half a spacing.
+        // The row above is shifted by half a spacing to the right or to the left.
         let shifted = row % 2;
         let neighbours = match kind {
             LatticeKind::Rectangular => [
@@ -117,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lattice_turns_with_the_ground() {
+    fn the_lattice_is_rotated_with_the_ground() {
         let flat = Lattice::sample(4, 3, 0.0);
         let turned = Lattice::sample(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {

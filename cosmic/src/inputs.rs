@@ -1,7 +1,7 @@
 //! The inputs of a rollout, and derivatives by them.
 //!
-//! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
-//! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
+//! [`Inputs`] has all numbers that a rollout can be differentiated by. Losses are written once over [`Real`].
+//! [`Inputs::differentiate`] records the chosen blocks on the tape.
 
 use crate::geometry::{fill, flat};
 use crate::lattice::State;
@@ -10,7 +10,7 @@ use autodiff::{Dual, Real, Tape, Var};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// All numbers that a rollout depends on and may be differentiated by.
+/// All numbers that a rollout can be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs<R> {
     /// Design vectors, one per edge.
@@ -43,14 +43,14 @@ pub const NOTHING: &[Block] = &[];
 /// Everything, in the order in which files and tables list it.
 pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-/// The numbers of a key in files: a block, or one of the controller's own blocks.
+/// The numbers of a key in files: a block, or a block of the controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The key.
     pub name: String,
-    /// The block that it is of.
+    /// The block that contains the part.
     pub block: Block,
-    /// Its place among the numbers of the block.
+    /// Its range within the block.
     pub range: Range<usize>,
 }
 
@@ -68,7 +68,7 @@ impl<R: Real> Inputs<R> {
     /// Replaces the numbers of some blocks by those of one slice.
     ///
     /// # Panics
-    /// If the slice does not hold just so many numbers.
+    /// If the slice does not have exactly as many numbers as the blocks.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
         for &block in blocks {
             let (part, rest) = numbers.split_at(self.block(block).len());
@@ -111,7 +111,7 @@ impl<R: Real> Inputs<R> {
     /// Replaces the numbers of a part.
     ///
     /// # Panics
-    /// If there is another count of numbers.
+    /// If the part has another number of entries.
     pub fn set_part(&mut self, part: &Part, numbers: &[R]) {
         let mut block = self.block(part.block).to_vec();
         block[part.range.clone()].copy_from_slice(numbers);
@@ -146,8 +146,8 @@ impl<R: Real> Inputs<R> {
         result
     }
 
-    /// Values of functions of a copy each, and the gradient of each by the chosen blocks of its
-    /// copy: one recording, swept once for all.
+    /// The values of functions, each of its own copy of the inputs, and the gradient of each by the chosen blocks of its
+    /// copy. All functions share one recording and one reverse sweep.
     pub fn differentiate_copies<const N: usize>(
         &self,
         blocks: &[Block],
@@ -168,7 +168,7 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// The numbers as constants, those of some blocks as variables.
+    /// The inputs as constants, except for some blocks, which are variables.
     fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
@@ -179,7 +179,7 @@ impl<R: Real> Inputs<R> {
     /// `sum_k cotangent_k value_k` by the chosen blocks, in one vector.
     ///
     /// # Panics
-    /// If there is not one cotangent for each result.
+    /// If the number of cotangents is not the number of results.
     pub fn vjp(
         &self,
         blocks: &[Block],
@@ -214,7 +214,7 @@ impl<R: Real> Inputs<R> {
         results.map(|y| (y.value, y.tangent[0])).unzip()
     }
 
-    /// Values of functions and the gradient of each: one recording, swept once per function.
+    /// The values of functions and the gradient of each. All functions share one recording, which is swept once for each.
     pub fn differentiate_each<const N: usize>(
         &self,
         blocks: &[Block],

@@ -3,7 +3,8 @@
 //!
 //! The order of the modules is the architecture: each uses only those above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct for each of the others.
+//! - [`scene`] has every number of an experiment, in one small struct for each of the others; [`registry`] has the laws,
+//!   losses, policies, lattices and scenes that a program adds.
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`policy`].
@@ -22,7 +23,7 @@ pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
-mod registry;
+pub mod registry;
 pub mod reading;
 pub mod lattice;
 pub mod settings;
@@ -43,6 +44,7 @@ pub mod codesign;
 pub mod record;
 
 pub use error::{Error, Result};
+pub use registry::Registry;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! Jobs that share nothing, side by side.
+//! Independent jobs that run at the same time.
 
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -15,8 +15,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// `threads` jobs at a time, or one per core if that is `None`, each on a single thread. Parallel
-    /// code within a job runs on that thread too, so its wall time is that of one core.
+    /// `threads` jobs at a time, or one per core for `None`, each on a single thread. Parallel code within a job runs on
+    /// this thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -25,7 +25,7 @@ impl Crew {
         }
     }
 
-    /// Threads shared out among jobs: where there are fewer jobs than threads, each has several.
+    /// Threads that are divided among jobs. If there are fewer jobs than threads, each job gets several threads.
     pub fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
@@ -42,14 +42,14 @@ impl Crew {
     }
 }
 
-/// Why the lock on the results is never poisoned.
+/// The reason why the lock on the results is never poisoned.
 const NO_PANIC: &str = "no push panics";
 
-/// Does the jobs from number 0 to `jobs`, lower numbers first, and returns their results in that
-/// order. The flag that a job receives is set once another job has failed.
+/// Does the jobs 0 to `jobs - 1`, lower numbers first, and returns their results in this order. The flag that a job
+/// receives is set when another job has failed.
 ///
 /// # Errors
-/// The first error; no further job is begun after it.
+/// The first error. After it, no further job begins.
 pub fn in_parallel<T: Send>(
     jobs: usize,
     crew: Crew,
@@ -60,7 +60,7 @@ pub fn in_parallel<T: Send>(
     let note = |index: usize, result: Result<T>| {
         let is_error = result.is_err();
         ended.lock().expect(NO_PANIC).push((index, result));
-        // Not before: whoever stops because of it comes later.
+        // The flag is set last, so that errors of jobs that stop because of it come later in the list.
         failed.fetch_or(is_error, Ordering::Release);
     };
     let work = || {
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_are_shared_out() {
+    fn threads_are_divided_among_jobs() {
         for (threads, jobs, [at_work, each]) in [
             (8, 3, [3, 2]),
             (2, 5, [2, 1]),
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn after_an_error_no_job_is_begun() {
+    fn no_job_begins_after_an_error() {
         let begun = AtomicUsize::new(0);
         let crew = Crew::of_one(NonZeroUsize::new(2));
         let error = in_parallel(100, crew, |job, _| {
@@ -138,13 +138,13 @@ mod tests {
             }
         });
         assert_eq!(error.unwrap_err().to_string(), "the third");
-        // The other thread may be at any job meanwhile, and stops at its next.
+        // The other thread may be working on any job, and stops before its next one.
         assert!((4..=100).contains(&begun.load(Ordering::Relaxed)));
     }
 
-    /// The error is the one that others stopped for, not one of theirs.
+    /// The error is the first one, not an error of the jobs that stopped because of it.
     #[test]
-    fn jobs_are_told_of_an_error() {
+    fn jobs_can_see_an_error_of_others() {
         let crew = Crew::of_one(NonZeroUsize::new(2));
         let error = in_parallel(2, crew, |job, failed| {
             if job == 1 {

@@ -3,29 +3,27 @@
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// What random numbers are drawn for. Each purpose has its own stream, so that drawing more for one
-/// changes nothing for another. The stream follows from the purpose's number, which is therefore
-/// never given to another one.
+/// The purpose of random numbers. Each purpose has its own stream, so drawing more numbers for one purpose does not
+/// change the others. The number of a purpose selects its stream and must never be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Initial weights of a controller.
     Weights = 0,
-    /// Perturbed starts by which results are chosen.
+    /// Perturbed starts for choosing results.
     Selection = 1,
-    /// Perturbed starts by which results are judged: never those that chose them.
+    /// Perturbed starts for judging results. They differ from the starts that chose the results.
     Judgement = 2,
-    /// Perturbed starts and directions of a verification, and lattices that it makes up.
+    /// Perturbed starts, directions and random lattices of a verification.
     Verification = 3,
-    /// The side towards which a start thins out.
+    /// The side towards which a tilted start becomes thinner.
     Tilt = 5,
-    /// Robots and surroundings around the nominal ones: for gradients, and to choose controllers
-    /// by.
+    /// Robots and surroundings around the nominal ones, for gradients and for choosing controllers.
     DomainRandomisation = 6,
-    /// Robots and surroundings by which robustness is judged.
+    /// Robots and surroundings for judging robustness.
     Robustness = 7,
-    /// Heights of rough ground.
+    /// The heights of rough ground.
     Terrain = 8,
-    /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
+    /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
 }
 
@@ -34,7 +32,7 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
     stream_of(seed, purpose, 0)
 }
 
-/// One of many streams of a seed and a purpose, by its number; that of 0 is [`stream`]'s.
+/// One of many streams of a seed and a purpose. Number 0 is the stream of [`stream`].
 pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());

@@ -1,5 +1,5 @@
-//! Reads files whole, with a limit for sources that never end, such as `/dev/zero`. Reads JSON and
-//! names the keys and the place of a fault.
+//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Reads JSON; errors name the keys and
+//! the place.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -12,14 +12,14 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most bytes read from a source without a known size, such as a pipe: a hundred designs of the
-/// paper's size.
+/// The most bytes that are read from a source without a known size, such as a pipe: a hundred designs of the paper's
+/// size.
 const STREAM: u64 = 1 << 26;
 
-/// The byte order mark that some editors put before a text; it is part of no value.
+/// The byte order mark that some editors put before a text. It is ignored.
 pub const MARK: char = '\u{feff}';
 
-/// All bytes of a regular file, and up to 64 MiB of a pipe or a device.
+/// Reads all bytes of a regular file, or up to 64 MiB of a pipe or a device.
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::Usage`] for a stream with more bytes.
@@ -28,10 +28,10 @@ pub fn read_whole(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, if regular { u64::MAX } else { STREAM })
 }
 
-/// A file's bytes, if there are no more than `most`.
+/// Reads a file of at most `most` bytes.
 ///
 /// # Errors
-/// [`Error::Read`], and [`Error::Usage`] for a longer one.
+/// [`Error::Read`], and [`Error::Usage`] for a longer file.
 pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = |file: File| file.take(most.saturating_add(1)).read_to_end(&mut bytes);
@@ -44,18 +44,16 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The error for a file of more bytes than it may have.
+/// The error for a file that is too long.
 pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     let path = path.display();
-    Error::Usage(format!(
-        "{path}: more than the {most} bytes that it may have"
-    ))
+    Error::Usage(format!("{path}: the file has more than {most} bytes"))
 }
 
-/// A value from JSON. Messages name the file and count its lines on from `lines`.
+/// Reads a value from JSON. Messages name the file; line numbers begin after `lines`.
 ///
 /// # Errors
-/// [`Error::Malformed`], which says where in the file and where in the value.
+/// [`Error::Malformed`] with the line, the column and the keys of the wrong value.
 pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
     let json = json
         .strip_prefix(MARK.to_string().as_bytes())
@@ -125,8 +123,8 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// An error about a JSON text, with the place of the value whose keys the message names first in
-/// backquotes, such as `z[3]`. An error that names none is returned as it is.
+/// Adds a place to an error about a JSON text: the place of the value whose keys come first in backquotes in the
+/// message, such as `z[3]`. An error without such keys is returned unchanged.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -138,7 +136,7 @@ pub fn placed(file: &str, text: &str, error: Error) -> Error {
     }
 }
 
-/// A place in a text, line and column both from 1, the column in characters.
+/// A place in a text. Line and column count from 1, the column in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Position {
     pub(crate) line: usize,
@@ -146,7 +144,7 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// The place right after this much of a text.
+    /// The place after the beginning of a text.
     pub(crate) fn after(before: &str) -> Self {
         let line = before.rsplit('\n').next().unwrap_or_default();
         Position {
@@ -156,7 +154,7 @@ impl Position {
     }
 }
 
-/// Where the value of keys such as `z[3]` begins in a JSON text, if there is one.
+/// The place in a JSON text where the value with keys such as `z[3]` begins, if there is one.
 fn place(text: &str, keys: &str) -> Option<Position> {
     let text = text.strip_prefix(MARK).unwrap_or(text);
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
@@ -172,15 +170,15 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// The parts of an object or an array, unparsed.
+/// The unparsed parts of an object or an array.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
 
-/// The keys of a value as a whole.
+/// The keys of the whole value.
 const ROOT: &str = ".";
 
-/// The fault and the keys of the value. The place, which serde_json puts at the end, is cut off.
+/// The error and the keys of the value, without the place that serde_json puts at the end.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
@@ -201,7 +199,7 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
 
 /// A message that starts with the keys of the value.
 fn with_keys(keys: &str, what: &str) -> String {
-    // The keys of a text that is cut off end with a `?`, for the one that was not read.
+    // In a truncated text the keys end with a `?` for the key that was not read.
     let keys = keys.strip_suffix('?').unwrap_or(keys);
     match keys.strip_suffix('.').unwrap_or(keys) {
         "" | ROOT => what.to_owned(),
@@ -215,13 +213,12 @@ pub(crate) fn in_words(expected: &str) -> &str {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
         "a nonzero usize" => "a whole number from 1 on",
         "f64" => "a number",
-        "a string" => "a text",
         name if name.starts_with("struct ") => "an object",
         other => other,
     }
 }
 
-/// The error for a file with a fault at this place.
+/// The error for a file with an error at this place.
 pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
     let Position { line, column } = place;
     Error::Malformed {
@@ -238,7 +235,7 @@ mod tests {
     use super::{Error, from_json, placed, with_decimal_point};
 
     #[test]
-    fn what_is_wrong_in_json_is_named_with_its_keys() {
+    fn errors_in_json_name_the_keys() {
         #[derive(Debug, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Rows {
@@ -305,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_message_names_is_pointed_at() {
+    fn errors_point_at_the_keys_that_they_name() {
         let text = "{\"a\": 1,\n \"b\": {\"z\": [[0, 1],\n  [2]]}}";
         let placed = |message: &str| placed("a.json", text, Error::Usage(message.to_owned()));
         let told = |message: &str| placed(message).to_string();
@@ -325,7 +322,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_does_not_end_is_refused() {
+    fn endless_files_are_refused() {
         let endless = super::read_whole("/dev/zero".as_ref()).unwrap_err();
         assert_eq!(endless.exit_code(), 2);
     }

@@ -1,40 +1,76 @@
-//! Laws, losses, scenes and lattices that a program adds to those of the model: by name, for the whole process.
+//! The laws, losses, policies, lattices and scenes that a program adds to the built-in ones.
 
-use std::sync::{PoisonError, RwLock};
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
 
 /// The word of a scene that chooses no item.
 pub(crate) const OFF: &str = "off";
 
-/// Items that scenes may name, in the order in which they were added.
-pub(crate) struct Registry<T>(RwLock<Vec<(&'static str, T)>>);
+/// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Readers of scenes, cases
+/// and runs take it. A scene keeps it, so that later changes of the scene may name the same items. Clones share the
+/// items.
+///
+/// ```
+/// use cosmic::Registry;
+///
+/// let registry = Registry::default().with_scene("moon", "physics.gravity = 1.62");
+/// assert_eq!(registry.load("moon")?.physics.gravity, 1.62);
+/// # Ok::<(), cosmic::Error>(())
+/// ```
+#[derive(Clone, Default)]
+pub struct Registry(Arc<Vec<Item>>);
 
-impl<T: Clone> Registry<T> {
-    pub(crate) const fn new() -> Self {
-        Self(RwLock::new(Vec::new()))
-    }
+#[derive(Clone)]
+struct Item {
+    kind: &'static str,
+    name: &'static str,
+    value: Arc<dyn Any + Send + Sync>,
+}
 
-    /// Adds an item; `kind` names it in the message.
+impl Registry {
+    /// Adds an item. `kind` is the noun for it in messages.
     ///
     /// # Panics
-    /// If the name is taken.
-    pub(crate) fn add(&self, kind: &str, name: &'static str, item: T) {
-        // No item is ever half added: a lock that a panic left behind is as good as any.
-        let mut items = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        let is_taken = items.iter().any(|(taken, _)| *taken == name);
+    /// If the name is `off` or taken by another item of that kind, or among `built_in`.
+    pub(crate) fn with<T: Any + Send + Sync>(
+        mut self,
+        kind: &'static str,
+        built_in: &[&str],
+        name: &'static str,
+        value: T,
+    ) -> Self {
+        let is_taken = built_in.contains(&name) || self.names(kind).any(|other| other == name);
         assert!(!is_taken, "there is a {kind} {name:?} already");
-        items.push((name, item));
+        assert!(name != OFF, "a {kind} cannot be called {name:?}");
+        let value = Arc::new(value);
+        Arc::make_mut(&mut self.0).push(Item { kind, name, value });
+        self
     }
 
-    /// The item of a name.
-    pub(crate) fn get(&self, name: &str) -> Option<T> {
-        let items = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        let found = items.iter().find(|(other, _)| *other == name);
-        found.map(|(_, item)| item.clone())
+    /// The items of a kind in the order in which they were added.
+    pub(crate) fn all<T: Any>(&self, kind: &str) -> impl DoubleEndedIterator<Item = &T> {
+        let items = self.0.iter().filter(move |item| item.kind == kind);
+        items.filter_map(|item| item.value.downcast_ref())
     }
 
-    /// Every item with its name.
-    pub(crate) fn all(&self) -> Vec<(&'static str, T)> {
-        let items = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        items.clone()
+    /// The names of the items of a kind.
+    pub(crate) fn names(&self, kind: &str) -> impl Iterator<Item = &'static str> {
+        let items = self.0.iter().filter(move |item| item.kind == kind);
+        items.map(|item| item.name)
+    }
+
+    /// The item of a kind and a name.
+    pub(crate) fn get<T: Any>(&self, kind: &str, name: &str) -> Option<&T> {
+        let mut items = self.0.iter();
+        let item = items.find(|item| item.kind == kind && item.name == name)?;
+        item.value.downcast_ref()
+    }
+}
+
+impl fmt::Debug for Registry {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let names = self.0.iter().map(|item| (item.kind, item.name));
+        f.debug_list().entries(names).finish()
     }
 }

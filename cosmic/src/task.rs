@@ -1,4 +1,4 @@
-//! A robot's task: from everything that is designed to a loss.
+//! The task of a robot: from the designed numbers to a loss.
 
 use std::borrow::Borrow;
 
@@ -20,11 +20,11 @@ use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Traject
 /// Which steps carry a gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
-    /// How many.
+    /// The number of steps.
     pub steps: usize,
-    /// The first ones, or the last ones of a whole rollout.
+    /// The first steps, or the last steps of a whole rollout.
     pub mode: HorizonMode,
-    /// Holds the state's cotangent back; `None` gives the exact gradient.
+    /// The bound on the state's cotangent; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
@@ -39,13 +39,13 @@ impl Horizon {
     }
 }
 
-/// How many rollouts with one controller a thread runs together: 8, which SIMD lanes take at once,
-/// or fewer if other threads would otherwise be idle.
+/// The number of rollouts with one controller that a thread runs together: 8, one per SIMD lane, or fewer if other
+/// threads would be idle.
 pub fn together(rollouts: usize) -> usize {
     (rollouts / rayon::current_num_threads()).clamp(1, 8)
 }
 
-/// A lattice in its world, with the libraries that make robots of design vectors.
+/// A lattice in its world, and everything that makes robots from design vectors.
 #[derive(Clone, Debug)]
 pub struct Task {
     /// Nodes, edges and rest lengths.
@@ -56,17 +56,17 @@ pub struct Task {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// What mixtures are kept to.
+    /// The restrictions on mixtures.
     holds: Holds,
     pub(crate) simulator: Simulator,
-    /// Whether nodes count as much as their edges are solid.
+    /// Whether the presence of a node depends on how solid its edges are.
     one_piece: bool,
-    /// How the robot as built differs from its design; `None` for the nominal one.
+    /// The differences of the robot as built from its design; `None` for the nominal robot.
     variation: Option<Variation>,
 }
 
 impl Task {
-    /// Plans rollouts of `physics.steps` steps.
+    /// A task with rollouts of `physics.steps` steps.
     pub fn new(
         lattice: Lattice,
         physics: &PhysicsSettings,
@@ -95,8 +95,8 @@ impl Task {
         }
     }
 
-    /// This task with nodes that count [as much as their edges are solid](Body::with_one_piece), or all of
-    /// them alike.
+    /// This task with nodes whose presence [depends on how solid their edges are](Body::with_one_piece), or with all
+    /// nodes present.
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
         Self { one_piece, ..self }
@@ -117,7 +117,7 @@ impl Task {
         }
     }
 
-    /// This task for controllers that see this state at all times: only their clock goes on.
+    /// This task for controllers that see this state at all times, so that only their clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
@@ -148,7 +148,7 @@ impl Task {
         }
     }
 
-    /// What the edges of a robot do in the states of a trajectory.
+    /// The lengths, tensions and activations of the edges in the states of a trajectory.
     pub fn moments(
         &self,
         design: &Design<Mixture<f64>>,
@@ -246,7 +246,7 @@ impl Task {
         self.losses(&[design], inputs, loss, horizon).remove(0)
     }
 
-    /// The losses of robots with one controller from one start: bit-identical to single losses, but faster.
+    /// The losses of robots with one controller from one start, bit-identical to single losses but faster.
     pub fn losses<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -258,7 +258,7 @@ impl Task {
         trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
     }
 
-    /// What a loss looks at, of robots with one controller from one start.
+    /// The states and nodes that a loss reads, for robots with one controller from one start.
     pub(crate) fn over_horizon<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -275,8 +275,7 @@ impl Task {
         self.over_span(designs, inputs, seen, horizon.mode)
     }
 
-    /// Robots with one controller over the steps of a horizon. Nothing in it depends on the loss: it is
-    /// compiled once.
+    /// Rollouts of robots with one controller over a horizon. It does not depend on the loss, so it is compiled once.
     fn over_span<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],

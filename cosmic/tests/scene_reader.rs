@@ -108,7 +108,7 @@ const WRONG: [(&str, &str, &str); 43] = [
     ),
     (
         "[physics]\ndt = ^\"fast\"",
-        "`physics.dt` is a text: \"fast\"",
+        "`physics.dt` is a string: \"fast\"",
         "from 1e-9 to 1",
     ),
     (
@@ -165,7 +165,7 @@ const WRONG: [(&str, &str, &str); 43] = [
     ),
     (
         "[controller]\ngoal = [1.0, ^\"é\"]",
-        "is a text",
+        "is a string",
         "2 numbers, each from",
     ),
     (
@@ -188,7 +188,11 @@ const WRONG: [(&str, &str, &str); 43] = [
         "cannot be \"\"",
         "letters d and c",
     ),
-    ("[adam]\ngradient_norm = ^\"of\"", "is a text", "or \"off\""),
+    (
+        "[adam]\ngradient_norm = ^\"of\"",
+        "is a string",
+        "or \"off\"",
+    ),
     ("[physics]\ndt = ^2000-01-01", "is a date", "a number"),
     (
         "^[[physics]]\ndt = 0.1",
@@ -275,7 +279,7 @@ const AT_ODDS: [(&str, &str); 16] = [
     ("[loss]\nevery = ^4096", "every 4096th step, of only 2048"),
     (
         "[volume]\nsolid = ^[0.1, 0.1]",
-        "the least share of actuators (0.2)",
+        "the smallest share of actuators (0.2)",
     ),
     (
         "[volume]\nsolid = ^[0.6, 0.5]",
@@ -284,15 +288,15 @@ const AT_ODDS: [(&str, &str); 16] = [
     ("[mma]\nasymin = ^20", "above the largest (10)"),
     (
         "[ground]\nprofile = ^\"points\"",
-        "a profile of points has none: set ground.points",
+        "the profile `points` has no points: set ground.points",
     ),
     (
         "[ground]\nprofile = \"steps\"\nramp = ^0.4",
-        "a step rises on 0.4 m, and the next begins after 0.3 m",
+        "the ramp of a step is 0.4 m long, and the next step begins after 0.3 m",
     ),
     (
         "[ground]\nprofile = \"steps\"\ncount = ^40",
-        "there may be 32 steps, not 40",
+        "there are 40 steps; at most 32 are allowed",
     ),
 ];
 

@@ -1,9 +1,10 @@
 //! Warnings about settings without effect, and checks that the warnings are true.
 
 use autodiff::Real;
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
-use cosmic::lattice::{self, Truss};
-use cosmic::objective::{self, Loss};
+use cosmic::lattice::Truss;
+use cosmic::objective::Loss;
 use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
 use std::collections::BTreeMap;
@@ -168,9 +169,10 @@ fn warning(scene: &Scene, key: &str) -> Option<String> {
 /// effect in another scene, so no condition is too wide. No scene has a warning about a key that it reads.
 #[test]
 fn exactly_the_settings_without_effect_have_a_warning() {
-    objective::add("height", Height);
-    lattice::add("square", serde_json::from_str::<Truss>(TRUSS).unwrap());
-    let small = Scene::paper().set(&SMALL).unwrap();
+    let square: Truss = serde_json::from_str(TRUSS).unwrap();
+    let registry = Registry::default().with_loss("height", Height);
+    let registry = registry.with_lattice("square", square);
+    let small = registry.load("stability").unwrap().set(&SMALL).unwrap();
     // For keys that some scenes do not read: whether the key had an effect in the scenes that read it.
     let mut matters: BTreeMap<String, bool> = BTreeMap::new();
     let mut wrong = Vec::new();

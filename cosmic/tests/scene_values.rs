@@ -1,9 +1,9 @@
 //! The values of a scene: from its base, from the file of a run and from `--set`; and the departures from the paper.
 
+use cosmic::Registry;
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind,
-    StartKind, fault,
+    BUILTIN, GradientPrecision, Integrator, Layout, LossKind, Pass, Scene, SelectionKind, StartKind,
 };
 
 #[test]
@@ -50,7 +50,7 @@ fn the_scene_of_a_run_is_complete() {
     let text = earth.to_run_toml();
     for read in [
         Scene::parse("run", &text),
-        Scene::parse_of_run("run", &text),
+        Scene::parse_of_run("run", &text, &Registry::default()),
     ] {
         assert_eq!(read.unwrap(), earth);
     }
@@ -61,7 +61,7 @@ fn the_scene_of_a_run_is_complete() {
     let lacking = without(&text, "gravity");
     for read in [
         Scene::parse("run", &lacking),
-        Scene::parse_of_run("run", &lacking),
+        Scene::parse_of_run("run", &lacking, &Registry::default()),
     ] {
         let says = read.unwrap_err().to_string();
         assert!(says.contains("`physics.gravity` is missing"), "{says}");
@@ -73,16 +73,21 @@ fn the_scene_of_a_run_is_complete() {
     assert!(says.contains("`stops.at` is missing"), "{says}");
     // In files from before versions, no key comes from a base, and keys that did not exist yet are off.
     let old = without(&without(&without(&text, "format"), "version"), "base");
-    assert_eq!(Scene::parse_of_run("old", &old).unwrap(), earth);
+    assert_eq!(
+        Scene::parse_of_run("old", &old, &Registry::default()).unwrap(),
+        earth
+    );
     let older = ["one_piece", "polish_trials", "integrator", "speed_bound"];
     let older = older
         .iter()
         .fold(old.clone(), |text, key| without(&text, key));
-    let read = Scene::parse_of_run("older", &older).unwrap();
+    let read = Scene::parse_of_run("older", &older, &Registry::default()).unwrap();
     assert!(!read.design.one_piece && read.schedule.polish_trials == 0);
     assert_eq!(read.physics.speed_bound, None);
     for text in ["", &without(&old, "gravity")] {
-        let says = Scene::parse_of_run("old", text).unwrap_err().to_string();
+        let says = Scene::parse_of_run("old", text, &Registry::default())
+            .unwrap_err()
+            .to_string();
         assert!(says.contains(" missing"), "{says}");
     }
 }
@@ -196,7 +201,7 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     ),
     (
         "physics.gravity=fast",
-        "`physics.gravity` is a text: \"fast\"",
+        "`physics.gravity` is a string: \"fast\"",
         "| --set physics.gravity=\"fast\"
   |                       ^^^^^^ allowed: a number",
     ),
@@ -252,7 +257,7 @@ fn a_wrong_setting_is_shown_as_it_was_given() {
     );
     // A fault found later is shown in the last setting of its key, or else in the scene.
     let shown = |name, settings: &[&str], key| {
-        let error = fault(name, settings, key, "too long", "take less");
+        let error = Registry::default().fault(name, settings, key, "too long", "take less");
         error.map(|error| error.to_string())
     };
     let report = shown("coulomb", &["physics.dt=1", "physics.dt=0.5"], "physics.dt").unwrap();

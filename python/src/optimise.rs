@@ -7,6 +7,7 @@ use crate::memory::optimisation_fits;
 use crate::scene::Scene;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
+use cosmic::Registry;
 use cosmic::record::{self, DesignFile, RunPlan};
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
@@ -97,7 +98,7 @@ pub(crate) fn resume(
     let failure = Failure::default();
     if allow_unstable {
         caught(|| {
-            py.detach(|| record::allow_unstable(&folder))
+            py.detach(|| record::allow_unstable(&folder, &Registry::default()))
                 .map_err(raised)
         })?;
     }
@@ -108,7 +109,7 @@ pub(crate) fn resume(
     };
     let stop = Arc::default();
     let go_on = move |watch: &mut Watch| match own {
-        None => record::resume(&folder, watch),
+        None => record::resume(&folder, &Registry::default(), watch),
         Some(codesign) => record::resume_with(&folder, codesign, watch),
     };
     let ended = attended(py, threads, &failure, &listener, stop, go_on)?;
@@ -125,7 +126,7 @@ pub(crate) fn deliver_so_far(
 ) -> PyResult<()> {
     let failure = Failure::default();
     let own = own(py, &folder, loss, &failure)?;
-    let deliver = || record::deliver_so_far(&folder, &into, own);
+    let deliver = || record::deliver_so_far(&folder, &into, own, &Registry::default());
     caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
 }
 
@@ -139,6 +140,6 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let make = || codesign(&record::run::read_scene(folder)?, loss, failure);
+    let make = || codesign(&record::run::read_scene(folder, &Registry::default())?, loss, failure);
     caught(|| or_failure(failure, py.detach(make)).map(Some))
 }

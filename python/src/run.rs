@@ -6,6 +6,7 @@ use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
+use cosmic::Registry;
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -25,7 +26,7 @@ fn text(path: &Path) -> String {
 /// The arrays and texts of a finished run.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let run = caught(|| py.detach(|| RunFiles::read(&folder)).map_err(raised))?;
+    let run = caught(|| py.detach(|| RunFiles::read(&folder, &Registry::default())).map_err(raised))?;
     let (design, trajectory) = (&run.robot.design, &run.trajectory);
     let weights = &design.controller;
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
@@ -70,14 +71,14 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
 /// Writes the report of a run, and returns the paths of its files.
 #[pyfunction]
 pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-    let write = || cosmic_lab::report::write(&folder, &Animations::default());
+    let write = || cosmic_lab::report::write(&folder, &Animations::default(), &Registry::default());
     caught(|| py.detach(write).map_err(raised))
 }
 
 /// A page with the robot of a run in motion.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
-    let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder)?));
+    let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder, &Registry::default())?));
     caught(|| py.detach(page).map_err(raised))
 }
 

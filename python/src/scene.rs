@@ -1,7 +1,9 @@
 //! Scenes.
 
 use crate::errors::{caught, raised, refused};
+use cosmic::Registry;
 use cosmic::record::RunPlan;
+use cosmic::record::snapshot::SavedScene;
 use cosmic::scene;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -55,15 +57,16 @@ impl Scene {
     /// For `pickle` and `copy`: the scene as a text, with the nodes and edges of a lattice of its own.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
-        let text = serde_json::to_string(&plan).map_err(|error| refused(error.to_string()))?;
+        let text = serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
     /// The scene of a text that `__reduce__` made.
     #[staticmethod]
     fn restore(text: &str) -> PyResult<Self> {
-        let plan: RunPlan =
+        let plan: RunPlan<SavedScene> =
             serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
+        let plan = plan.read(&Registry::default()).map_err(raised)?;
         Ok(Self {
             scene: plan.scene,
             name: plan.name,
@@ -83,5 +86,5 @@ impl Scene {
 /// The names of the built-in scenes, the default first.
 #[pyfunction]
 pub(crate) fn scenes() -> Vec<&'static str> {
-    scene::all().iter().map(|scene| scene.name).collect()
+    scene::BUILTIN.map(|scene| scene.name).to_vec()
 }

@@ -5,6 +5,7 @@ use crate::errors::{caught, raised, refused};
 use crate::loss::Failure;
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::sweep::{self, PlanOutline, RunOutcome, Sweep, SweepPlan, UnreadPlan, on_grid};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -92,6 +93,7 @@ pub(crate) fn sweep_run(
         let sweep = Sweep {
             folder: &folder,
             plan,
+            registry: &Registry::default(),
         };
         Ok(match sweep.run_one(index, watch, &is_stopped)? {
             RunOutcome::Done(_) => "done",

@@ -102,12 +102,12 @@ const WRONG: [(&str, &str, &str); 17] = [
     (
         "/scene/integrator",
         "[\"leapfrog\"]",
-        "`scene.integrator`: invalid type: sequence, expected a text",
+        "`scene.integrator`: invalid type: sequence, expected a string",
     ),
     (
         "/scene/void_edges",
         "null",
-        "`scene.void_edges`: invalid type: null, expected a text",
+        "`scene.void_edges`: invalid type: null, expected a string",
     ),
     (
         "/materials",
@@ -128,7 +128,7 @@ const WRONG: [(&str, &str, &str); 17] = [
     (
         "/edges/2",
         "[1, 0]",
-        "`edges[2]`: expected an edge that no earlier one is, found [1, 0]",
+        "`edges[2]`: expected an edge that is not listed before, found [1, 0]",
     ),
     (
         "/format",

@@ -33,8 +33,8 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     physics.damping = one_of(rng, &[0.0, 5.0, 20.0]);
     physics.ground_height = one_of(rng, &[0.0, 0.1]);
     physics.incline_deg = one_of(rng, &[0.0, 0.0, 10.0, -15.0]);
-    let contact = one_of(rng, &["none", "infinite", "coulomb"]);
-    physics.contact = ContactLaw::named(contact).expect("a law of the model");
+    let contacts = [ContactLaw::none, ContactLaw::infinite, ContactLaw::coulomb];
+    physics.contact = one_of(rng, &contacts)();
     physics.friction = one_of(rng, &[0.0, 0.3, 2.5]);
     physics.stiffening = one_of(rng, &[0.0, 0.0, 500.0]);
     physics.bending_radius = one_of(rng, &[0.0, 0.0, 0.01]);

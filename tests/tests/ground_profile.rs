@@ -92,9 +92,9 @@ fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
         [at, rng.random_range(-0.1..0.1)]
     });
     let points: Vec<[f64; 2]> = points.collect();
-    let contact = ["infinite", "coulomb"][rng.random_range(0..2)];
+    let contact = [ContactLaw::infinite, ContactLaw::coulomb][rng.random_range(0..2)];
     PhysicsSettings {
-        contact: ContactLaw::named(contact).unwrap(),
+        contact: contact(),
         friction: [0.0, 0.1, 0.5, 2.5][rng.random_range(0..4)],
         ground_height: 0.0,
         gravity: 9.81,

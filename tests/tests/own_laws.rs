@@ -1,17 +1,15 @@
 //! Laws as a user writes them, in a crate of their own: against built-in ones, against the numbers of
 //! the field, and by the check of gradients.
 
-use std::sync::Once;
-
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, Var, gradient_of};
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
-    self, Bar, BarForce, Contact, ContactLaw, ForceLaws, Impact, Law, Node, NodeForce, contact,
-    on_bars, on_nodes,
+    Bar, BarForce, Contact, Impact, Law, Node, NodeForce, contact, on_bars, on_nodes,
 };
 use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::settings::within;
@@ -111,21 +109,19 @@ impl NodeForce for Tether {
     }
 }
 
-/// A scene with these laws known.
+/// The laws of this test.
+fn registry() -> Registry {
+    Registry::default()
+        .with_law(contact::<Glue>())
+        .with_law(contact::<Bounce>())
+        .with_law(on_bars::<Again>())
+        .with_law(on_nodes::<Tether>())
+}
+
+/// The paper's scene with other settings.
 fn scene(settings: &str) -> Scene {
-    static KNOWN: Once = Once::new();
-    KNOWN.call_once(|| {
-        let known = [
-            contact::<Glue>(),
-            contact::<Bounce>(),
-            on_bars::<Again>(),
-            on_nodes::<Tether>(),
-        ];
-        known.into_iter().for_each(laws::add);
-    });
-    Scene::paper()
-        .with("own", settings)
-        .unwrap_or_else(|error| panic!("{error}"))
+    let scene = registry().load("stability").unwrap().with("own", settings);
+    scene.unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn physics(settings: &str) -> PhysicsSettings {
@@ -476,10 +472,7 @@ fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
 /// The energy is that of which forces are the slope.
 #[test]
 fn the_energy_counts_forces_that_have_one() {
-    let with = |forces: &[&str]| PhysicsSettings {
-        forces: ForceLaws::named(forces).expect("laws of this test"),
-        ..physics("")
-    };
+    let with = |forces: &[&str]| physics(&format!("physics.forces = {forces:?}"));
     let case = robot("");
     let body = case.body();
     let energy = |physics: &PhysicsSettings, state: &State<f64>| {
@@ -507,22 +500,27 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
         text.contains("\n[bounce]\n") && text.contains("\nrestitution = 0.25\n"),
         "{text}"
     );
-    assert_eq!(Scene::parse("own", &text).unwrap(), own);
+    assert_eq!(registry().parse("own", &text).unwrap(), own);
     let set = own.set(&["bounce.restitution=0.75"]).unwrap();
     assert_ne!(set, own);
     // Named again, it keeps its settings.
     assert_eq!(set.set(&["physics.contact=bounce"]).unwrap(), set);
     // A case holds it too.
     let case = Case::of_scene(&set, 0).unwrap();
-    let again = Case::parse("case", &case.to_json()).unwrap();
+    let again = Case::parse_with(&registry(), "case", &case.to_json()).unwrap();
     assert_eq!(again.physics.contact, case.physics.contact);
-    assert_eq!(ContactLaw::named("bounce").unwrap().name(), "bounce");
+    let says = Case::parse("case", &case.to_json())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        says.contains("`scene.contact`: unknown variant `bounce`"),
+        "{says}"
+    );
 }
 
 #[test]
 fn wrong_choices_are_pointed_at() {
-    scene("");
-    let refused = |text: &str| Scene::parse("own.toml", text).unwrap_err().to_string();
+    let refused = |text: &str| registry().parse("own.toml", text).unwrap_err().to_string();
     for (text, words) in [
         (
             "[physics]\ncontact = \"clay\"",
@@ -540,7 +538,7 @@ fn wrong_choices_are_pointed_at() {
             ],
         ),
         ("[physics]\nforces = [\"again\", \"again\"]", &["has twice"]),
-        ("[physics]\nforces = \"again\"", &["is a text"]),
+        ("[physics]\nforces = \"again\"", &["is a string"]),
         (
             "[tether]\nstiffness = 1.0",
             &["`tether` is not chosen", "physics.forces = [\"tether\"]"],
@@ -563,6 +561,33 @@ fn wrong_choices_are_pointed_at() {
             assert!(said.contains(words), "{text}\n{said}\nlacks {words}");
         }
     }
+}
+
+cosmic::settings! {
+    /// A law with the name of a section of scenes.
+    struct Section {}
+}
+
+impl Law for Section {
+    const NAME: &'static str = "ground";
+}
+
+impl Contact for Section {
+    fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
+        Vector::zero()
+    }
+}
+
+#[test]
+#[should_panic(expected = "a law cannot be named \"ground\"")]
+fn a_law_cannot_have_the_name_of_a_section() {
+    let _ = registry().with_law(contact::<Section>());
+}
+
+#[test]
+#[should_panic(expected = "there is a law \"glue\" already")]
+fn a_name_is_taken_once() {
+    let _ = registry().with_law(contact::<Glue>());
 }
 
 /// Stops far stiffer than the bars decide which step is stable, before an actuator has met one.

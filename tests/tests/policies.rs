@@ -2,11 +2,11 @@
 
 use autodiff::check::{Options, Verdict};
 use autodiff::{Array, Kernel, Real};
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
-use cosmic::policy::{self, Block, Network, Policy, PolicyStep, Sizes, observation};
-use cosmic::scene::Scene;
+use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::check_gradients_of;
 
@@ -54,13 +54,12 @@ impl Policy for Reflex {
 
 /// A small robot with a policy.
 fn robot(name: &str, settings: &str) -> Case {
-    static ADDED: std::sync::Once = std::sync::Once::new();
-    ADDED.call_once(|| policy::add("reflex", Reflex));
+    let registry = Registry::default().with_policy("reflex", Reflex);
     let text = format!(
         "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.01\n[controller]\nhidden = 6\n\
          policy = \"{name}\"\n{settings}"
     );
-    let mut case = Case::of_scene(&Scene::parse("small", &text).unwrap(), 1).unwrap();
+    let mut case = Case::of_scene(&registry.parse("small", &text).unwrap(), 1).unwrap();
     // Biases other than zero, so that none is overlooked.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
     numbers.for_each(|(k, number)| *number += 0.1 * (k as f64).sin());

@@ -3,7 +3,8 @@
 use crate::session::Session;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::scene::{BUILTIN, Scene, named};
+use cosmic::Registry;
+use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -39,7 +40,7 @@ struct Asked {
 
 impl Asked {
     fn read(&self) -> Result<Scene> {
-        let (name, text) = match named(&self.scene) {
+        let (name, text) = match Registry::default().scene(&self.scene) {
             Some(builtin) => (builtin.name, builtin.text),
             None => ("scene.toml", &self.scene[..]),
         };

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::files::write_text;
 use crate::table::{Column, Table};
+use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles, Reached};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
@@ -104,6 +105,8 @@ pub struct DrawnDomains {
     pub seed: u64,
     /// The scene for all designs; `None` for each design's own.
     pub scene: Option<Scene>,
+    /// The items that the scenes of the designs may name.
+    pub registry: Registry,
 }
 
 /// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of one size meet
@@ -125,7 +128,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let file = result_of(folder, run::DESIGN)?;
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),
-        None => run::read_scene(folder)?,
+        None => run::read_scene(folder, &trial.registry)?,
     };
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;

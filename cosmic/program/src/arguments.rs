@@ -1,6 +1,7 @@
 //! Arguments that several commands share.
 
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::reading::with_decimal_point;
 use cosmic::scene::Scene;
@@ -67,8 +68,8 @@ pub(super) struct Settings {
 
 impl Settings {
     /// Reads the scene of a built-in name or of a file, and changes it.
-    pub(super) fn load(&self, name: &str) -> Result<Scene> {
-        self.apply(Scene::load(name)?)
+    pub(super) fn load(&self, name: &str, registry: &Registry) -> Result<Scene> {
+        self.apply(registry.load(name)?)
     }
 
     /// Changes a scene.

@@ -2,6 +2,7 @@
 
 use crate::output::print_as;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
 use cosmic_lab::report::Comparison;
@@ -22,10 +23,10 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let comparison = Comparison::read(&self.runs)?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let comparison = Comparison::read(&self.runs, registry)?;
         if let Some(path) = &self.out {
-            let page = comparison.to_html()?;
+            let page = comparison.to_html(registry)?;
             write_atomic(path, |file| file.write_all(page.as_bytes()))?;
         }
         print_as(self.json, &comparison, &comparison.to_text())

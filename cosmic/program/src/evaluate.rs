@@ -4,6 +4,7 @@ use crate::arguments::Settings;
 use crate::output::{note, print, see_again};
 use crate::source::Source;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::case::{Case, CaseResults};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
@@ -37,9 +38,9 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         self.check_out()?;
-        let case = Source::read(&self.file, &self.settings)?.case;
+        let case = Source::read(&self.file, &self.settings, registry)?.case;
         let results = case.evaluate(self.gradient, &self.record)?;
         let text = results.to_json() + "\n";
         match &self.out {

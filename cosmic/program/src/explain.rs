@@ -3,6 +3,7 @@
 use crate::output::{print, print_json};
 use crate::source::{Source, SourceArguments};
 use clap::Args;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::Result;
@@ -29,8 +30,8 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let Source { case, scene } = self.robot.read()?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let Source { case, scene } = self.robot.read(registry)?;
         let stable = StableStep::of(&case);
         // A reference case has no loss and no horizons; the ones of the paper's scene are used instead.
         let scene = scene.unwrap_or_else(Scene::paper);

@@ -5,6 +5,7 @@ use crate::mujoco::MujocoOptions;
 use crate::output::{answer_written, complain, note};
 use crate::source::{Source, design_of};
 use clap::{ArgGroup, Args};
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::export::{self, ExportFile, mujoco};
 use cosmic_lab::report::RunFiles;
@@ -75,19 +76,19 @@ fn size(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let folder = self.out.clone();
         let folder =
             folder.unwrap_or_else(|| design_of(Path::new(&self.run)).with_file_name("export"));
         let mut made = Made::default();
         if self.csv || self.svg || self.dxf || self.stl {
-            let files = self.for_workshop(&mut made.failed)?;
+            let files = self.for_workshop(registry, &mut made.failed)?;
             if !files.is_empty() {
                 made.written.extend(export::write(&folder, &files)?);
             }
         }
         if self.mujoco {
-            match self.for_mujoco(&folder) {
+            match self.for_mujoco(&folder, registry) {
                 Ok(written) => made.written.extend(written),
                 Err(error) => made.failed.push(("--mujoco", error)),
             }
@@ -98,19 +99,23 @@ impl Arguments {
         made.judge()
     }
 
-    fn for_mujoco(&self, folder: &Path) -> Result<Vec<PathBuf>> {
-        let case = Source::read(&self.run, &self.settings)?.case;
+    fn for_mujoco(&self, folder: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
+        let case = Source::read(&self.run, &self.settings, registry)?.case;
         mujoco::write(&case, &self.of_mujoco.settings(), folder)
     }
 
     /// The files for the workshop. If a kind cannot be made, its option and error are added to `failed`.
-    fn for_workshop(&self, failed: &mut Vec<(&'static str, Error)>) -> Result<Vec<ExportFile>> {
+    fn for_workshop(
+        &self,
+        registry: &Registry,
+        failed: &mut Vec<(&'static str, Error)>,
+    ) -> Result<Vec<ExportFile>> {
         if !self.settings.set.is_empty() {
             return Err(Error::Usage(
                 "--set is for --mujoco: files for the workshop are of the run as it is".into(),
             ));
         }
-        let run = &RunFiles::read(Path::new(&self.run))?;
+        let run = &RunFiles::read(Path::new(&self.run), registry)?;
         if run.robot.design.design().layout().is_none() {
             note(
                 "warning: the design is not decided; each edge is taken to be what it is most of, \

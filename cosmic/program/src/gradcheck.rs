@@ -5,6 +5,7 @@ use crate::output::print;
 use crate::source::{Source, SourceArguments};
 use autodiff::check::Options;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::verify::check_gradients;
 
@@ -29,8 +30,8 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let Source { mut case, scene } = self.robot.read()?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let Source { mut case, scene } = self.robot.read(registry)?;
         case.physics.steps = self.steps.min(case.physics.steps);
         if let Some(divergence) = case.divergence() {
             return Err(Error::from(&divergence));

@@ -24,13 +24,15 @@ mod sweep;
 mod scene;
 mod completions;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic::lattice::{self, Truss};
-use cosmic::laws::{self, Choice};
-use cosmic::objective::{self, Loss};
-use cosmic::policy::{self, Policy};
+use cosmic::lattice::Truss;
+use cosmic::laws::Choice;
+use cosmic::objective::Loss;
+use cosmic::policy::Policy;
 use output::{complain, written};
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Co-design of truss-lattice robots: structure, material and neural control optimised together.
@@ -60,24 +62,39 @@ enum Command {
 }
 
 impl Command {
-    fn run(&self) -> Result<()> {
+    fn run(&self, registry: &Registry) -> Result<()> {
         match self {
-            Command::Optimize(arguments) => arguments.run(),
-            Command::Resume(arguments) => arguments.run(),
-            Command::Evaluate(arguments) => arguments.run(),
-            Command::Gradcheck(arguments) => arguments.run(),
-            Command::Verify(arguments) => arguments.run(),
-            Command::Explain(arguments) => arguments.run(),
-            Command::Report(arguments) => arguments.run(),
-            Command::Compare(arguments) => arguments.run(),
-            Command::Robustness(arguments) => arguments.run(),
-            Command::Export(arguments) => arguments.run(),
-            Command::Study(arguments) => arguments.run(),
-            Command::Sweep(arguments) => arguments.run(),
-            Command::Scene(arguments) => arguments.run(),
-            Command::Completions(arguments) => arguments.run(Cli::command()),
+            Command::Optimize(arguments) => arguments.run(registry),
+            Command::Resume(arguments) => arguments.run(registry),
+            Command::Evaluate(arguments) => arguments.run(registry),
+            Command::Gradcheck(arguments) => arguments.run(registry),
+            Command::Verify(arguments) => arguments.run(registry),
+            Command::Explain(arguments) => arguments.run(registry),
+            Command::Report(arguments) => arguments.run(registry),
+            Command::Compare(arguments) => arguments.run(registry),
+            Command::Robustness(arguments) => arguments.run(registry),
+            Command::Export(arguments) => arguments.run(registry),
+            Command::Study(arguments) => arguments.run(registry),
+            Command::Sweep(arguments) => arguments.run(registry),
+            Command::Scene(arguments) => arguments.run(registry),
+            Command::Completions(arguments) => arguments.run(command(registry)),
         }
     }
+}
+
+/// The command line of a program, whose last scene is the default.
+fn command(registry: &Registry) -> clap::Command {
+    let default = registry.default_scene().name;
+    let with_default = |command: clap::Command, argument| {
+        command.mut_arg(argument, |argument| argument.default_value(default))
+    };
+    let mut command = Cli::command();
+    for name in ["gradcheck", "verify", "explain"] {
+        command = command.mut_subcommand(name, |command| with_default(command, "source"));
+    }
+    command.mut_subcommand("sweep", |sweep| {
+        sweep.mut_subcommand("plan", |plan| with_default(plan, "scenes"))
+    })
 }
 
 /// The program, with what its author adds to it.
@@ -111,7 +128,7 @@ impl Command {
 /// }
 /// ```
 #[derive(Debug, Default)]
-pub struct Program(());
+pub struct Program(Registry);
 
 impl Program {
     /// The program as it ships.
@@ -119,62 +136,73 @@ impl Program {
         Self::default()
     }
 
-    /// Adds a law: scenes choose it by its name, see [`cosmic::laws::Choice`].
+    /// Adds a law: scenes choose it by its name, see [`Choice`].
     ///
     /// # Panics
-    /// As [`cosmic::laws::add`].
+    /// As [`Registry::with_law`].
     #[must_use]
     pub fn with(self, law: Choice) -> Self {
-        laws::add(law);
-        self
+        Self(self.0.with_law(law))
     }
 
     /// Adds a loss: scenes choose it by `objective.own_loss = "its_name"`.
     ///
     /// # Panics
-    /// As [`cosmic::objective::add`].
+    /// As [`Registry::with_loss`].
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
-        objective::add(name, loss);
-        self
+        Self(self.0.with_loss(name, loss))
     }
 
     /// Adds a policy: scenes choose it by `controller.policy = "its_name"`. Its runs need this program.
     ///
     /// # Panics
-    /// As [`cosmic::policy::add`].
+    /// As [`Registry::with_policy`].
     #[must_use]
     pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
-        policy::add(name, policy);
-        self
+        Self(self.0.with_policy(name, policy))
     }
 
     /// Adds a lattice: scenes choose it by `lattice.file = "its_name"`. Run folders hold a copy, which
     /// every program reads.
     ///
     /// # Panics
-    /// As [`cosmic::lattice::add`].
+    /// As [`Registry::with_lattice`].
     #[must_use]
     pub fn lattice(self, name: &'static str, truss: Truss) -> Self {
-        lattice::add(name, truss);
-        self
+        Self(self.0.with_lattice(name, truss))
     }
 
     /// Adds a scene with a name, from its TOML. The last one added is what an omitted scene means.
     ///
     /// # Panics
-    /// As [`cosmic::scene::add`].
+    /// As [`Registry::with_scene`].
     #[must_use]
     pub fn scene(self, name: &'static str, text: &'static str) -> Self {
-        cosmic::scene::add(name, text);
-        self
+        Self(self.0.with_scene(name, text))
     }
 
     /// Runs the command that the process was started with. The exit code is 0, or the error's own
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
-        match Cli::try_parse() {
-            Ok(cli) => exit_code(cli.command.run()),
+        self.run_with(std::env::args_os())
+    }
+
+    /// Runs the command in these arguments, the first of which is the name of the program. A process may run several
+    /// programs, each with its own laws.
+    pub fn run_with(
+        self,
+        arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    ) -> ExitCode {
+        let Self(registry) = self;
+        let mut command = command(&registry);
+        let matches = command.try_get_matches_from_mut(arguments);
+        let cli = matches.and_then(|matches| {
+            let cli = Cli::from_arg_matches(&matches);
+            cli.map_err(|request| request.format(&mut command))
+        });
+        match cli {
+            Ok(cli) => exit_code(cli.command.run(&registry)),
             Err(request) => refuse(&request),
         }
     }

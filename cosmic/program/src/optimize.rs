@@ -5,11 +5,12 @@ use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene};
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
-use cosmic::scene::{self, Scene, Setting, UnstableStep, fault};
+use cosmic::scene::{Scene, Setting, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -83,8 +84,8 @@ struct Origin {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let mut origin = self.origin()?;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let mut origin = self.origin(registry)?;
         if self.allow_unstable {
             origin.scene.physics.unstable_step = UnstableStep::Warn;
         }
@@ -118,25 +119,26 @@ impl Arguments {
                 }
             },
         )
-        .map_err(|error| self.with_place(error, &origin.source))
+        .map_err(|error| self.with_place(error, &origin.source, registry))
     }
 
     /// The scene that is named, else the one beside the design of `--from`, else the default.
-    fn origin(&self) -> Result<Origin> {
+    fn origin(&self, registry: &Registry) -> Result<Origin> {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
             let folder = file.parent().unwrap_or(Path::new(""));
             let summary = Summary::read(folder);
             return Ok(Origin {
-                scene: self.settings.apply(read_scene(folder)?)?,
+                scene: self.settings.apply(read_scene(folder, registry)?)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
                 source: file.display().to_string(),
             });
         }
-        let source = self.scene.as_deref().unwrap_or(scene::all()[0].name);
+        let default = registry.default_scene().name;
+        let source = self.scene.as_deref().unwrap_or(default);
         Ok(Origin {
-            scene: self.settings.load(source)?,
+            scene: self.settings.load(source, registry)?,
             name: name_of(Path::new(source)),
             source: source.to_owned(),
         })
@@ -162,7 +164,7 @@ impl Arguments {
     }
 
     /// An error about an unstable time step, with the place in the scene that sets the step.
-    fn with_place(&self, mut error: Error, source: &str) -> Error {
+    fn with_place(&self, mut error: Error, source: &str, registry: &Registry) -> Error {
         if let Error::UnstableStep { remedy, .. } = &mut error {
             remedy.push_str(" or say --allow-unstable");
         }
@@ -170,6 +172,8 @@ impl Arguments {
             return error;
         };
         let message = error.without_remedy();
-        fault(source, &self.settings.set, "physics.dt", &message, &remedy).unwrap_or(error)
+        let set = &self.settings.set;
+        let fault = registry.fault(source, set, "physics.dt", &message, &remedy);
+        fault.unwrap_or(error)
     }
 }

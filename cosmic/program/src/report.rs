@@ -3,6 +3,7 @@
 use crate::arguments::Output;
 use crate::output::answer_written;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic_lab::report::{self, Animations};
 use std::path::PathBuf;
@@ -30,13 +31,13 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let animations = Animations {
             gif: self.gif,
             mp4: self.mp4,
             evolution: self.evolution,
         };
-        let written = report::write(&self.run, &animations)?;
+        let written = report::write(&self.run, &animations, registry)?;
         answer_written(&self.output, &written)
     }
 }

@@ -3,6 +3,7 @@
 use crate::arguments::Work;
 use crate::runs;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{allow_unstable, resume};
@@ -22,13 +23,13 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         if self.allow_unstable {
-            allow_unstable(&self.run)?;
+            allow_unstable(&self.run, registry)?;
         }
         let is_finished = self.run.join(SUMMARY).exists();
         let done = runs::carry_out(&self.run, &self.work, Vec::new(), |observer| {
-            resume(&self.run, observer)
+            resume(&self.run, registry, observer)
         });
         match done {
             // The user was told when the run ended. There is nothing to do, and that is no error.

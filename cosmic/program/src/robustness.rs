@@ -3,6 +3,7 @@
 use crate::arguments::{Settings, number, seed, whole};
 use crate::output::print_as;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::scene::RobustSettings;
 use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
@@ -59,7 +60,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let scatter = RobustSettings {
             samples: self.samples.into(),
             start: self.start,
@@ -72,9 +73,10 @@ impl Arguments {
             scatter,
             seed: self.seed,
             scene: match &self.scene {
-                Some(name) => Some(self.settings.load(name)?),
+                Some(name) => Some(self.settings.load(name, registry)?),
                 None => self.settings.refuse(reason).map(|()| None)?,
             },
+            registry: registry.clone(),
         };
         let found = measure(&self.runs, &domains)?;
         if let Some(path) = &self.out {

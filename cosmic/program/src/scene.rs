@@ -3,9 +3,10 @@
 use crate::arguments::{Output, Settings};
 use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
+use cosmic::Registry;
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{self, Builtin, Finding, Scene, fault};
+use cosmic::scene::{Builtin, Finding, Scene};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -60,26 +61,26 @@ enum Action {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         match &self.action {
-            Action::List { json } => list(*json),
+            Action::List { json } => list(registry, *json),
             Action::Show {
                 scene,
                 settings,
                 json,
-            } => show(&settings.load(scene)?, *json),
+            } => show(&settings.load(scene, registry)?, *json),
             Action::Check {
                 file,
                 settings,
                 output,
-            } => check(file, settings, output),
+            } => check(file, settings, output, registry),
             Action::Default { json } => show(&Scene::default(), *json),
         }
     }
 }
 
-fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
-    let scene = settings.apply(Scene::read(file)?)?;
+fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry) -> Result<()> {
+    let scene = settings.apply(registry.read(file)?)?;
     let review = Review::new(&scene, SEED)?;
     if output.json {
         print_json(&json!({
@@ -95,7 +96,7 @@ fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
         }
     }
     if let Some(refusal) = review.refusals.first() {
-        return Err(refused(file, settings, refusal));
+        return Err(refused(file, settings, refusal, registry));
     }
     if output.json || output.quiet {
         return Ok(());
@@ -108,24 +109,23 @@ fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
 }
 
 /// The error for a refusal, shown where the file or `--set` sets one of its keys.
-fn refused(file: &Path, settings: &Settings, refusal: &Finding) -> Error {
+fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);
-    let shown = |key| fault(&name, &settings.set, key, &refusal.says, &refusal.remedy);
+    let shown = |key| registry.fault(&name, &settings.set, key, &refusal.says, &refusal.remedy);
     let unset = || Error::Usage(format!("{name}: {refusal}"));
     keys.find_map(shown).unwrap_or_else(unset)
 }
 
-fn list(as_json: bool) -> Result<()> {
+fn list(registry: &Registry, as_json: bool) -> Result<()> {
     if as_json {
         let entry = |scene: Builtin| json!({ "name": scene.name, "about": scene.about() });
-        return print_json(&scene::all().into_iter().map(entry).collect::<Vec<_>>());
+        return print_json(&registry.scenes().map(entry).collect::<Vec<_>>());
     }
-    let scenes = scene::all();
-    let widths = scenes.iter().map(|scene| scene.name.len());
+    let widths = registry.scenes().map(|scene| scene.name.len());
     let width = widths.max().unwrap_or(0);
     let line = |scene: Builtin| format!("{:width$}  {}\n", scene.name, scene.about());
-    print(&scenes.into_iter().map(line).collect::<String>())
+    print(&registry.scenes().map(line).collect::<String>())
 }
 
 fn show(scene: &Scene, json: bool) -> Result<()> {

@@ -2,6 +2,7 @@
 
 use crate::arguments::Settings;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::{Error, Result, in_shell};
@@ -10,7 +11,7 @@ use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
-use cosmic::scene::{self, Scene};
+use cosmic::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
 
 /// The seed of the controller that a scene is tried out with.
@@ -20,15 +21,15 @@ const SEED: u64 = 0;
 #[derive(Debug, Clone, Args)]
 pub(super) struct SourceArguments {
     /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
+    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
     pub(super) source: String,
     #[command(flatten)]
     pub(super) settings: Settings,
 }
 
 impl SourceArguments {
-    pub(super) fn read(&self) -> Result<Source> {
-        Source::read(&self.source, &self.settings)
+    pub(super) fn read(&self, registry: &Registry) -> Result<Source> {
+        Source::read(&self.source, &self.settings, registry)
     }
 }
 
@@ -42,33 +43,38 @@ pub(super) struct Source {
 impl Source {
     /// Reads the robot that a name stands for: a built-in scene by its name, a run's folder by the
     /// design in it, a file by its content. Every file is read once: a pipe has no second time.
-    pub(super) fn read(name: &str, settings: &Settings) -> Result<Self> {
+    pub(super) fn read(name: &str, settings: &Settings, registry: &Registry) -> Result<Self> {
         let path = Path::new(name);
-        let is_builtin = scene::named(name).is_some();
+        let is_builtin = registry.scene(name).is_some();
         // A name that is no file may be a misspelt scene: that reader has a hint.
         if is_builtin || !is_json(path) && !path.exists() {
-            return Self::of_scene(settings.load(name)?);
+            return Self::of_scene(settings.load(name, registry)?);
         }
         if path.is_dir() {
             let (design, bytes) = read_design(path)?;
-            return Self::of_design(&design, &bytes, settings);
+            return Self::of_design(&design, &bytes, settings, registry);
         }
-        Self::of_bytes(path, &read_whole(path)?, settings)
+        Self::of_bytes(path, &read_whole(path)?, settings, registry)
     }
 
-    fn of_bytes(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
+    fn of_bytes(
+        path: &Path,
+        bytes: &[u8],
+        settings: &Settings,
+        registry: &Registry,
+    ) -> Result<Self> {
         let text = String::from_utf8_lossy(bytes);
         let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
         if !is_json(path) && !begins_as_json() {
             if let Some(kind) = kind_of_result(path) {
                 return Err(no_robot(path, kind));
             }
-            return Self::of_scene(settings.apply(Scene::of_bytes(path, bytes)?)?);
+            return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
         let format = format_of(&text).unwrap_or_default();
         if format == design_file::FORMAT.name {
-            return Self::of_design(path, bytes, settings);
+            return Self::of_design(path, bytes, settings, registry);
         }
         let other = OTHERS.iter().find(|(name, _)| *name == format);
         if let Some((_, kind)) = other {
@@ -77,7 +83,7 @@ impl Source {
         let name = path.display().to_string();
         settings.refuse(&format!("{name} is a reference case, which has no scene"))?;
         Ok(Self {
-            case: Case::parse(&name, &text)?,
+            case: Case::parse_with(registry, &name, &text)?,
             scene: None,
         })
     }
@@ -90,9 +96,15 @@ impl Source {
     }
 
     /// The robot of a design file, in the scene beside the file.
-    fn of_design(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
+    fn of_design(
+        path: &Path,
+        bytes: &[u8],
+        settings: &Settings,
+        registry: &Registry,
+    ) -> Result<Self> {
         let design = DesignFile::parse(path, bytes)?;
-        let scene = settings.apply(read_scene(path.parent().unwrap_or(Path::new("")))?)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let scene = settings.apply(read_scene(folder, registry)?)?;
         Ok(Self {
             case: fitted((path, bytes), |file| design.case(&scene, file))?,
             scene: Some(scene),

@@ -5,6 +5,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{answer_planned, answer_written};
 use crate::progress::Many;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::scene::Scene;
 use cosmic_lab::study::{Base, Study, StudyFile};
@@ -46,7 +47,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let (file, output) = (StudyFile::load(&self.file)?, &self.work.output);
         let base = |path: &PathBuf| -> Result<Base> {
             let (file, text) = (path.display().to_string(), Scene::text(path)?);
@@ -71,6 +72,7 @@ impl Arguments {
             out: self.out.clone().unwrap_or_else(|| runs.clone()),
             runs,
             python: self.python.clone(),
+            registry: registry.clone(),
             file,
         };
         if self.plan.is_some() {

@@ -3,6 +3,7 @@
 use crate::output::{note, print_as};
 use crate::source::SourceArguments;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
@@ -38,8 +39,8 @@ pub(super) struct Arguments {
 type Part = fn(&Case) -> Section;
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
-        let case = self.robot.read()?.case;
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let case = self.robot.read(registry)?.case;
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }

@@ -2,9 +2,10 @@
 
 use crate::common::{Bench, scene};
 use crate::program::Told;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::codesign::Record;
-use cosmic::lattice::{Truss, add};
+use cosmic::lattice::Truss;
 use cosmic::record::{Observer, Run, RunPlan, optimise};
 use cosmic::scene::Scene;
 use serde_json::Value;
@@ -218,7 +219,7 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
         GATE.replace("[0.2, 0.0]", "[0.2, -0.01]"),
     );
     let kind = bench.optimize("b", "--set lattice.kind=triangular");
-    kind.fails(2, &["have no kind", "lattice.kind and lattice.file"]);
+    kind.fails(2, &["a truss has no kind", "lattice.kind and lattice.file"]);
     let doubted = bench.cosmic("scene check tiny.toml");
     let text = [&*doubted.out, &*doubted.error].concat();
     assert!(
@@ -267,9 +268,9 @@ fn a_design_against_the_rules_is_no_start() {
 /// A lattice that only one program knows by its name: every program goes on with the run.
 #[test]
 fn a_lattice_of_a_program_is_copied_as_a_file_is() {
-    add("gate", Truss::parse("gate", GATE).unwrap());
+    let registry = Registry::default().with_lattice("gate", Truss::parse("gate", GATE).unwrap());
     let bench = Bench::with(&of_gate(24).replace("shapes/gate.json", "gate"));
-    let scene = Scene::read(&bench.path("tiny.toml")).unwrap();
+    let scene = registry.read(&bench.path("tiny.toml")).unwrap();
     assert_eq!(scene.lattice.name(), "gate");
     let plan = RunPlan::new("tiny", scene, 0);
     let stopped = optimise(&bench.path("a"), &plan, &mut StopsAfter(11));

@@ -26,7 +26,7 @@ fn a_decimal_comma_has_its_own_error() {
         .cosmic("scene check comma.toml")
         .fails(2, &[&says[..], &place].concat());
     bench.write("text.toml", "[physics]\ngravity = \"9,81\"\n");
-    let says = ["is a text: \"9,81\"", "use a decimal point: 9.81"];
+    let says = ["is a string: \"9,81\"", "use a decimal point: 9.81"];
     bench.cosmic("scene check text.toml").fails(2, &says);
     bench.write("list.toml", "[volume]\nsolid = [0,5, 0,6]\n");
     let told = bench.cosmic("scene check list.toml");

@@ -129,7 +129,7 @@ fn a_search_needs_several_starts_and_rungs_that_ascend() {
         bench.optimize("a", SEARCH).fails(2, says);
         assert!(!bench.path("a").exists());
     };
-    let says = "[30, 20, 40] do not ascend: none may be below the one before it";
+    let says = "`search.rungs` is [30, 20, 40]; the numbers must ascend";
     refused("[30, 20, 40]", &[says]);
     let says = [
         "`search.rungs` is out of range: 0",

@@ -31,5 +31,6 @@ mod cli_search;
 mod cli_set;
 mod cli_study;
 mod cli_sweep;
+mod cli_two;
 mod cli_verify;
 mod cli_workshop;

@@ -1,4 +1,4 @@
-//! Running a case.
+//! Runs a case.
 
 use autodiff::Real;
 
@@ -8,9 +8,8 @@ use crate::error::Result;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
-use crate::policy::{Network, Weights, observation};
+use crate::policy::Weights;
 use crate::projection::{self, Holds, Projection};
-use crate::scene::PolicyName;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -27,7 +26,7 @@ impl Case {
         .with_one_piece(self.rules.one_piece)
     }
 
-    /// Everything that the case's rollout depends on.
+    /// The inputs of the rollout.
     pub fn inputs(&self) -> Inputs<f64> {
         Inputs {
             z: self.design.vectors().into_owned(),
@@ -36,8 +35,8 @@ impl Case {
         }
     }
 
-    /// The design with the mixtures that a projection makes of other design vectors; the case's layout,
-    /// if it has one.
+    /// The design with the mixtures that a projection makes from other design vectors; the layout of the case, if it has
+    /// one.
     pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
@@ -48,12 +47,12 @@ impl Case {
         }
     }
 
-    /// The design that is rolled out, with the mixtures of the case's own projection.
+    /// The design of the rollout, with the mixtures of the projection of the case.
     pub fn own_design(&self) -> Design<Mixture<f64>> {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that is rolled out.
+    /// The body of the rollout.
     pub fn body(&self) -> Body<f64> {
         let design = self.own_design();
         Body::new(&design, &self.lattice, &self.materials, &self.physics).with_one_piece(
@@ -75,7 +74,7 @@ impl Case {
         simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
-    /// The time step against the vibrations of the robot at rest in its first positions.
+    /// Checks the time step against the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
         self.task()
             .step_check(&self.own_design(), &self.start.x, 1.0)
@@ -88,11 +87,11 @@ impl Case {
         task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
-    /// Runs the case: its results, with the states of the given steps, and with the exact
-    /// gradients where they are asked for.
+    /// Runs the case. Returns the results with the states of the given steps, and with the exact gradients if they are
+    /// asked for.
     ///
     /// # Errors
-    /// Where a step is to be recorded that the rollout does not reach.
+    /// If a step to record is beyond the end of the rollout.
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
@@ -141,7 +140,7 @@ impl Case {
         })
     }
 
-    /// The rollout of a design with the states of the given steps and of the last.
+    /// The rollout of a design, with the states of the given steps and of the last step.
     fn rollout(&self, task: &Task, design: &Design<Mixture<f64>>, recorded: &[usize]) -> Guarded {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
@@ -150,22 +149,11 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    /// The activations at the start. Those of the paper's network are its definition, which costs less than a
-    /// step of a rollout.
+    /// The activations at the start.
     fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
-        let settings = &self.observation;
-        let network = Network::of(&self.controller);
-        match network.filter(|_| settings.policy == PolicyName::default()) {
-            Some(network) => {
-                let (start, presence) = (&self.start, &body.presence);
-                network.activation(&observation(settings, 0.0, start, presence, &task.ground()))
-            }
-            None => {
-                let moments = &[(&self.start, 0.0)];
-                let activations = task.simulator.activations(body, &self.controller, moments);
-                activations.concat()
-            }
-        }
+        let moments = &[(&self.start, 0.0)];
+        let activations = task.simulator.activations(body, &self.controller, moments);
+        activations.concat()
     }
 
     fn gradient(&self, task: &Task) -> Gradient {
@@ -181,8 +169,7 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if asked
-    /// for.
+    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if it is asked for.
     fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
         if gradient {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);

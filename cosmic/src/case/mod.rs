@@ -1,7 +1,7 @@
-//! Reference cases: one rollout with all its numbers in a file, and the results it should have.
+//! Reference cases: one rollout with all its numbers in a file, and the expected results.
 //!
-//! Everything is taken from the file: lattice, positions, rest lengths, velocities, design and
-//! weights. Nothing is generated and nothing assumed.
+//! Lattice, positions, rest lengths, velocities, design and weights all come from the file. Nothing is generated or
+//! assumed.
 
 mod raw;
 mod results;

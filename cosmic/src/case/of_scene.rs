@@ -1,4 +1,4 @@
-//! A robot of a scene as a case.
+//! Makes a case from a robot in a scene.
 
 use super::Case;
 use crate::design::{Design, start};
@@ -10,11 +10,11 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 
 impl Case {
-    /// The robot that a scene starts from: the start's design, in the performance projection, and a
-    /// controller drawn from a seed.
+    /// The robot at the start of an optimisation: the design of the start, in the performance projection, and a random
+    /// controller.
     ///
     /// # Errors
-    /// Where the scene's layout is drawn for another lattice.
+    /// If the layout of the scene belongs to another lattice.
     pub fn of_scene(scene: &Scene, seed: u64) -> Result<Self> {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let design = start(&scene.start, &lattice, scene.projection.beta, seed)?;
@@ -22,8 +22,8 @@ impl Case {
         Ok(Self::of_robot(scene, design, controller))
     }
 
-    /// A design and a controller in a scene, at rest. Thresholds are those that the scene comes down to,
-    /// multipliers are zero.
+    /// A design and a controller in a scene, at rest. The thresholds are the final ones of the scene. Multipliers are
+    /// zero.
     pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {

@@ -1,5 +1,5 @@
-//! The keys of a case file before any shape is checked. Arrays are lists of any length here, so that
-//! the error for a wrong length can state the expected one.
+//! The keys of a case file before shapes are checked. Arrays are lists of any length, so that the error for a wrong
+//! length can state the expected length.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::design::Material;
-use crate::error::{self, fits};
+use crate::error::{self, Error, fits};
 use crate::geometry::Profile;
 use crate::lattice::{EdgeRules, Lattice, Payload};
-use crate::laws::{ContactLaw, ForceLaws};
+use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    GroundSettings, Integrator, LatticeKind, LatticeSettings, PolicyName, Scene, VoidEdges,
+    Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges,
 };
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
@@ -34,7 +34,7 @@ pub(super) struct RawCase {
     pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
-    /// Of a truss of one's own alone.
+    /// Only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
@@ -47,7 +47,7 @@ pub(super) struct RawCase {
     pub(super) projection: Projection,
     pub(super) al: RawLagrangian,
     pub(super) results: Option<RawResults>,
-    // The fields below say how a case was made and how well it must be met. Nothing is computed from them.
+    // The keys below describe the origin and the tolerances of a case. Nothing is computed from them.
     tolerance: Option<IgnoredAny>,
     sensitivity: Option<IgnoredAny>,
     coverage: Option<IgnoredAny>,
@@ -55,9 +55,8 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares the keys of an object of a case: the form that each has in the file, and the setting of a
-/// scene that it stands for. From this follow the object, and the ways from and to a scene. Behind the
-/// semicolon is an object within it.
+/// Declares the keys of an object of a case: the form of each in the file, and its setting in a scene. The macro makes
+/// the object and its conversions from and to a scene. After the semicolon follows an object within the object.
 macro_rules! keys {
     (
         $Keys:ident, $path:literal,
@@ -79,11 +78,11 @@ macro_rules! keys {
                 }
             }
 
-            /// Takes the settings over into a scene; `file` is named where a length does not fit.
+            /// Copies the settings to a scene. Errors name `file`.
             pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
                 $(
                     let key = concat!($path, ".", stringify!($key));
-                    scene.$section.$setting = self.$key.value(file, key)?;
+                    self.$key.set(&mut scene.$section.$setting, file, key)?;
                 )+
                 $(self.$part.set(scene, file)?;)?
                 Ok(())
@@ -92,7 +91,7 @@ macro_rules! keys {
     };
 }
 
-/// The rest of a truss, beside its nodes and edges.
+/// The parts of a truss beside its nodes and edges.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {
@@ -103,7 +102,7 @@ pub(super) struct RawMarks {
 }
 
 impl RawMarks {
-    /// Those of a lattice; `None` if columns and rows say all about it.
+    /// The parts of the truss of a lattice; `None` for a generated lattice.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
         let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
@@ -142,26 +141,26 @@ keys! {
     m_eps: f64 = physics.node_mass,
     payload_mass: f64 = physics.payload_mass,
     dt: f64 = physics.dt,
-    // Written only where it is not the paper's: such a case is read by any program of the format.
+    // Written only if it is not the paper's value, so that older programs can read all other cases.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     substeps: usize = physics.substeps,
-    contact: ContactLaw = physics.contact,
+    contact: LawFile = physics.contact,
     mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]
     stiffening: f64 = physics.stiffening,
     #[serde(default, skip_serializing_if = "is_default")]
     bending_radius: f64 = physics.bending_radius,
-    #[serde(default, skip_serializing_if = "is_default")]
-    forces: ForceLaws = physics.forces,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    forces: Vec<LawFile> = physics.forces,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     void_edges: VoidEdges = physics.void_edges,
     // A case without this key has no bound on speeds; the scene's default does not apply.
     #[serde(default, skip_serializing_if = "is_default")]
     speed_bound: Option<f64> = physics.speed_bound,
-    #[serde(default, skip_serializing_if = "is_default")]
-    policy: PolicyName = controller.policy,
+    #[serde(default = "mlp", skip_serializing_if = "is_mlp")]
+    policy: String = controller.policy,
     omega: f64 = controller.omega,
     n_cpg: usize = controller.clocks,
     goal: Vec<f64> = controller.goal,
@@ -193,25 +192,52 @@ keys! {
 
 /// The form of a setting in a case file.
 trait Form<T> {
-    fn value(&self, file: &str, key: &str) -> error::Result<T>;
+    /// Gives the setting the value of the file. Errors name the file and the key.
+    fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 
 impl<T: Clone> Form<T> for T {
-    fn value(&self, _: &str, _: &str) -> error::Result<T> {
-        Ok(self.clone())
+    fn set(&self, setting: &mut T, _: &str, _: &str) -> error::Result<()> {
+        setting.clone_from(self);
+        Ok(())
     }
 }
 
 impl Form<GroundSettings> for Profile {
-    fn value(&self, _: &str, _: &str) -> error::Result<GroundSettings> {
-        Ok(self.clone().into())
+    fn set(&self, setting: &mut GroundSettings, _: &str, _: &str) -> error::Result<()> {
+        *setting = self.clone().into();
+        Ok(())
     }
 }
 
 impl<const N: usize> Form<[f64; N]> for Vec<f64> {
-    fn value(&self, file: &str, key: &str) -> error::Result<[f64; N]> {
-        array(file, key, self)
+    fn set(&self, setting: &mut [f64; N], file: &str, key: &str) -> error::Result<()> {
+        *setting = array(file, key, self)?;
+        Ok(())
     }
+}
+
+impl Form<ContactLaw> for LawFile {
+    fn set(&self, setting: &mut ContactLaw, file: &str, key: &str) -> error::Result<()> {
+        setting.read_file(self).map_err(refused(file, key))
+    }
+}
+
+impl Form<ForceLaws> for Vec<LawFile> {
+    fn set(&self, setting: &mut ForceLaws, file: &str, key: &str) -> error::Result<()> {
+        setting.read_files(self).map_err(refused(file, key))
+    }
+}
+
+impl Form<Chosen> for String {
+    fn set(&self, setting: &mut Chosen, file: &str, key: &str) -> error::Result<()> {
+        setting.choose(self).map_err(refused(file, key))
+    }
+}
+
+/// The error for the value of a key.
+fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
+    move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
 /// `N` numbers.
@@ -224,8 +250,8 @@ pub(super) fn array<T: Copy, const N: usize>(
     Ok(std::array::from_fn(|k| numbers[k]))
 }
 
-/// One of a few words. It is read as a text first: for a value of any other type the JSON parser
-/// itself would only say that it expected a value.
+/// One of a few words. It is read as a string first, because the error of the JSON parser for any other type would only
+/// be that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
@@ -234,11 +260,19 @@ fn one<T: From<u8>>() -> T {
     T::from(1)
 }
 
+fn mlp() -> String {
+    Chosen::POLICIES[0].to_owned()
+}
+
+fn is_mlp(policy: &str) -> bool {
+    policy == mlp()
+}
+
 fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
-/// Options beyond the format's first version are written where they are used.
+/// Options that the first version of the format lacks are written only if they are used.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

@@ -1,4 +1,4 @@
-//! Reading a case, and checking its shapes.
+//! Reads a case and checks its shapes.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -14,45 +14,46 @@ use crate::objective::AugmentedLagrangian;
 use crate::policy::{Controller, blocks_of};
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
+use crate::registry::Registry;
 use crate::scene::{
     ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, PhysicsSettings,
-    ProjectionSettings, Scene, TrussFile, UnstableStep, allowed_instead,
+    ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
 /// without a limit, a typing error could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
 
-/// A case, its shapes checked against one another.
+/// A case with consistent shapes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// How the lattice was laid out; the numbers that count are those of `lattice`.
+    /// The settings of the lattice. Its numbers are in `lattice`.
     pub layout: LatticeSettings,
     /// Initial positions, edges and rest lengths of the file.
     pub lattice: Lattice,
     /// Time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
-    /// Library of materials.
+    /// The library of materials.
     pub materials: MaterialSettings,
-    /// Sharpness of the projections, and `delta`.
+    /// The sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// The requirements on layouts; of them a rollout reads `one_piece`.
+    /// The requirements on layouts. A rollout reads only `one_piece`.
     pub rules: DesignSettings,
-    /// The terms that the controller observes.
+    /// The settings of the controller.
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
-    /// What the edges are made of. In a file with `materials`, `z` is not read: the layout decides (D7).
+    /// The materials of the edges. If the file has `materials`, this layout counts and `z` is not used (D7).
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The projection that gives the rollout its materials, and the measures.
+    /// The projection for the materials of the rollout and for the measures.
     pub projection: Projection,
     /// Multipliers and penalties of the augmented objective.
     pub lagrangian: AugmentedLagrangian,
-    /// Thresholds of the four measures.
+    /// The thresholds of the four measures.
     pub thresholds: [f64; 4],
-    /// Steps that the file's own results hold, ascending; empty where it has none.
+    /// The steps in the results of the file, ascending; empty without results.
     pub listed_steps: Vec<usize>,
 }
 
@@ -60,10 +61,10 @@ impl Case {
     /// Reads a case from a file.
     ///
     /// # Errors
-    /// Where the file cannot be read, or as [`parse`](Case::parse).
+    /// If the file cannot be read, and the errors of [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
-        // Bytes that are no text are no JSON either, and the parser says where.
+        // The parser reports the place of bytes that are not text.
         let text = String::from_utf8_lossy(&bytes);
         Self::parse(&path.display().to_string(), &text)
     }
@@ -71,20 +72,27 @@ impl Case {
     /// Reads a case from text; `file` names it in messages.
     ///
     /// # Errors
-    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or
-    /// of the wrong type, sizes that do not fit one another, or numbers without a meaning, such as
-    /// a negative mass.
+    /// [`Error::Malformed`], with the place, if a key is unknown, missing or of the wrong type, if sizes do not fit one
+    /// another, or if a number has no meaning, such as a negative mass.
     pub fn parse(file: &str, text: &str) -> Result<Self> {
+        Self::parse_with(&Registry::default(), file, text)
+    }
+
+    /// As [`parse`](Case::parse), for a case that may name laws and policies of a registry.
+    ///
+    /// # Errors
+    /// The errors of [`parse`](Case::parse).
+    pub fn parse_with(registry: &Registry, file: &str, text: &str) -> Result<Self> {
         let raw: RawCase = from_json(file, 0, text.as_bytes())?;
-        let case = Shapes { file }.case(&raw);
+        let case = Shapes { file }.case(&raw, registry);
         case.map_err(|error| placed(file, text, error))
     }
 
-    /// The steps whose states are recorded: those asked for, else those that the file lists, else
-    /// 0, 1, 2, 3 and the last; ascending, each once.
+    /// The steps whose states are recorded, ascending and each once: the steps in `asked`, or else the steps in the file,
+    /// or else 0, 1, 2, 3 and the last.
     ///
     /// # Errors
-    /// [`Error::Usage`] where a step is asked for that the rollout does not reach.
+    /// [`Error::Usage`] if a step is beyond the end of the rollout.
     pub fn recorded_steps(&self, asked: &[usize]) -> Result<Vec<usize>> {
         let last = self.physics.steps;
         let mut steps = match (asked, &self.listed_steps[..]) {
@@ -103,13 +111,13 @@ impl Case {
     }
 }
 
-/// Checks shapes, and says which file they are of.
+/// Checks the shapes of a case in a file.
 struct Shapes<'a> {
     file: &'a str,
 }
 
 impl Shapes<'_> {
-    fn case(&self, raw: &RawCase) -> Result<Case> {
+    fn case(&self, raw: &RawCase, registry: &Registry) -> Result<Case> {
         self.format(raw)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
@@ -121,7 +129,7 @@ impl Shapes<'_> {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
         let z = self.rows("z", &raw.z)?;
-        let mut scene = Scene::paper();
+        let mut scene = registry.blank();
         raw.scene.set(&mut scene, self.file)?;
         raw.controller
             .set_hidden(&mut scene.controller, self.file)?;
@@ -159,7 +167,7 @@ impl Shapes<'_> {
         })
     }
 
-    /// A case need not say what it is; one that does must be of this format.
+    /// A case may omit its format. A stated format must be the known one.
     fn format(&self, raw: &RawCase) -> Result<()> {
         let format = raw.format.as_deref().unwrap_or(FORMAT);
         let version = raw.version.unwrap_or(VERSION);
@@ -171,8 +179,7 @@ impl Shapes<'_> {
         ))
     }
 
-    /// Refuses numbers without a physical meaning: those that no scene may have. All other numbers
-    /// are the case's affair.
+    /// Refuses numbers without a physical meaning, by the ranges of scenes. All other numbers are free.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),
@@ -193,12 +200,12 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The error for what a case says.
+    /// The error for the content of a case.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }
 
-    /// The steps whose states the case's own results have.
+    /// The steps whose states are in the results of the case.
     fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         let last = raw.steps;
@@ -272,8 +279,8 @@ impl Shapes<'_> {
         })
     }
 
-    /// At least one edge; each joins two nodes that exist, in either direction, and no two join
-    /// the same ones.
+    /// Checks that there is an edge, that each edge joins two different existing nodes, in either direction, and that no
+    /// two edges join the same nodes.
     fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
         some(self.file, "`edges`", edges.len())?;
         let mut seen = HashSet::new();
@@ -281,7 +288,7 @@ impl Shapes<'_> {
             let expected = if i == j || i.max(j) >= nodes {
                 format!("two different nodes below {nodes}")
             } else if !seen.insert([i.min(j), i.max(j)]) {
-                "an edge that no earlier one is".to_owned()
+                "an edge that is not listed before".to_owned()
             } else {
                 continue;
             };

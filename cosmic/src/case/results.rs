@@ -50,12 +50,12 @@ pub struct CaseResults {
     /// Its derivative by `z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented_performance_constraints: Option<DesignGradient>,
-    /// Where the rollout diverges, whatever states are recorded; no part of the file.
+    /// Where the rollout diverges, if it does. It is not in the file.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
 }
 
-/// A derivative by everything that a rollout depends on.
+/// A derivative by all inputs of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gradient {
     /// By the design vectors.
@@ -63,7 +63,7 @@ pub struct Gradient {
     /// By the controller's weights.
     #[serde(flatten)]
     pub weights: Weights,
-    /// By the initial positions, rest lengths and masses held.
+    /// By the initial positions, with constant rest lengths and masses.
     pub x0: Vec<Vector<f64>>,
     /// By the initial velocities.
     pub v0: Vec<Vector<f64>>,
@@ -95,7 +95,7 @@ impl CaseResults {
     }
 }
 
-/// Appends the key of every null; elements of a list go by the list's key.
+/// Appends the key of every null. Elements of a list have the key of the list.
 fn collect_nulls(value: &Value, key: &str, names: &mut Vec<String>) {
     match value {
         Value::Null => names.push(key.to_owned()),
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_null_and_named_once() {
+    fn numbers_that_are_not_finite_are_null_and_named_once() {
         let mut results = results();
         let state = results.trajectory.get_mut(&2).unwrap();
         state.x[0] = Vector::new([f64::NAN, f64::INFINITY]);

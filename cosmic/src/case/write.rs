@@ -1,4 +1,4 @@
-//! A case as a file.
+//! Writes a case as a file.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -51,8 +51,8 @@ impl Case {
         json(&self.file())
     }
 
-    /// This case cut off where it diverges, as a file that shows the same divergence again: all
-    /// inputs, the last states as results, and numbers that are not finite as `null`.
+    /// This case up to the step that diverges, as a file that reproduces the divergence: all inputs, the last states as
+    /// results, and `null` for numbers that are not finite.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
         let (step, node) = (divergence.step, divergence.node);
         let note = format!(

@@ -1,6 +1,6 @@
-//! What a rollout does not change.
+//! The constant part of a robot.
 
-/// The robot as the simulator sees it; a rollout does not change it.
+/// The numbers of a robot that a rollout does not change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
     /// Stiffness per edge, N/m.
@@ -9,13 +9,13 @@ pub struct Body<R> {
     pub strain: Vec<R>,
     /// Mass per node, kg.
     pub mass: Vec<R>,
-    /// How much each node belongs to the robot, from 0 to 1: that much it counts in the mean position, and
-    /// is observed. Empty if all nodes do.
+    /// How much each node belongs to the robot, from 0 to 1: its weight in the mean position and in the observation.
+    /// Empty if all nodes belong to the robot.
     pub presence: Vec<R>,
 }
 
 impl<R: Copy> Body<R> {
-    /// The same body with every number replaced by a function of it.
+    /// The body with every number replaced by a function of it.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
         let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
         Body {

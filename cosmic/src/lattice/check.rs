@@ -1,15 +1,15 @@
-//! What makes no truss.
+//! Validation of trusses.
 
 use std::collections::HashSet;
 
 use super::own::{Payload, Truss};
 use crate::geometry::Bounds;
 
-/// How far from the ground's origin a node may be, m: as far as a generated lattice.
+/// The largest distance of a node from the origin of the ground, m, as for a generated lattice.
 const FARTHEST: f64 = 1e3;
-/// The shortest edge, m: as short as a generated one.
+/// The shortest edge, m, as for a generated lattice.
 const SHORTEST: f64 = 1e-3;
-/// The largest mass of a payload, kg: that of a scene.
+/// The largest mass of a payload, kg, as in a scene.
 const HEAVIEST: f64 = 1e3;
 
 impl Truss {
@@ -31,10 +31,9 @@ impl Truss {
         Ok(self)
     }
 
-    /// Numbers the nodes anew: the first payload is node 0, with which it changes numbers. The simulator
-    /// keeps a place for every node and every difference of node numbers along an edge. Where there are
-    /// fewer differences if the nodes are in order along the longer side, they are put in that order.
-    /// Numbered so, a truss keeps its numbers.
+    /// Renumbers the nodes: the first payload becomes node 0, and the former node 0 gets its number. The simulator keeps a
+    /// place for every node and every difference of node numbers along an edge. If numbering the nodes along the longer
+    /// side gives fewer differences, they are numbered in that order. Renumbering a truss twice changes nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;
@@ -119,7 +118,7 @@ impl Truss {
         }
     }
 
-    /// Checks payload and rules alone.
+    /// Checks the payload and the rules only.
     ///
     /// # Errors
     /// As [`checked`](Self::checked).
@@ -217,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_truss_is_named_and_pointed_at() {
+    fn invalid_trusses_are_refused_with_their_place() {
         for (from, to, says) in [
             (
                 "[1, 2], ",
@@ -345,7 +344,7 @@ mod tests {
 
     /// Crossing, overlapping and dangling edges, and pieces apart.
     #[test]
-    fn what_is_fine_is_read() {
+    fn unusual_trusses_are_read() {
         let fine = r#"{"format": "cosmic-truss", "version": 1,
             "nodes": [[0, 0], [1, 1], [0, 1], [1, 0], [2, 0], [5, 5], [5, 6]],
             "edges": [[0, 1], [2, 3], [0, 3], [0, 4], [5, 6]], "payload": 3}"#;
@@ -359,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn the_payload_stands_first_and_a_copy_is_the_same_truss() {
+    fn the_payload_is_node_0_and_copies_are_equal() {
         let kite = Truss::parse("kite", KITE).unwrap();
         assert_eq!(
             kite.payload.iter().map(|p| p.node).collect::<Vec<_>>(),
@@ -448,14 +447,12 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "the lattice \"bad\": `edges[0]`")]
-    fn a_program_cannot_add_what_is_no_truss() {
+    fn an_invalid_truss_cannot_be_added() {
         let edges = vec![[0, 0]];
-        crate::lattice::add(
-            "bad",
-            Truss {
-                edges,
-                ..Truss::default()
-            },
-        );
+        let bad = Truss {
+            edges,
+            ..Truss::default()
+        };
+        let _ = crate::Registry::default().with_lattice("bad", bad);
     }
 }

@@ -1,4 +1,4 @@
-//! Nodes and edges, the body that a design gives them, and the state that evolves.
+//! Nodes and edges, the body that a design gives them, and the state, which changes in a rollout.
 
 mod state;
 mod own;
@@ -7,7 +7,6 @@ mod truss;
 mod body;
 
 pub use body::Body;
-pub(crate) use own::named;
-pub use own::{EdgeRules, Payload, Truss, add};
+pub use own::{EdgeRules, Payload, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice, SOFTENING};

@@ -1,4 +1,4 @@
-//! Lattices of one's own: any nodes and edges, from a file or from a program.
+//! Trusses: any nodes and edges, from a file or from a program.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,9 +8,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::error::{Error, Result};
 use crate::geometry::Vector;
 use crate::reading::{from_json, placed, read_at_most};
-use crate::registry::{OFF, Registry};
+use crate::registry::Registry;
 
-/// The format at the head of a truss file.
+/// The format of a truss file.
 const FORMAT: &str = "cosmic-truss";
 /// The version of the format.
 const VERSION: u32 = 1;
@@ -18,26 +18,24 @@ const VERSION: u32 = 1;
 /// The largest file read; a truss of ten thousand edges has half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of
-/// several pieces; [`checked`](Truss::checked) says what is refused.
+/// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
+/// [`checked`](Truss::checked) lists what is refused.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// Where the nodes are: along and above the ground, from its origin, m (D1).
+    /// The positions of the nodes along and above the ground, from its origin, m (D1).
     pub nodes: Vec<Vector<f64>>,
     /// Nodes `[i, j]` that an edge joins.
     pub edges: Vec<[usize; 2]>,
-    /// Nodes with extra mass, at least one. The displacement that is reported is that of the first,
-    /// and every loss that looks at the payload looks at that one.
+    /// Nodes with extra mass, at least one. The first one is the payload in reports and losses.
     pub payload: Vec<Payload>,
-    /// What the edges may be made of.
+    /// The materials that the edges may have.
     pub rules: EdgeRules,
-    /// The number of each node in the file or program that the truss is from. Empty if no node was
-    /// renumbered.
+    /// The number of each node in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
 }
 
-/// The earlier numbers of the nodes do not count.
+/// The original numbers of the nodes are not compared.
 impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
@@ -51,13 +49,13 @@ impl PartialEq for Truss {
 pub struct Payload {
     /// The node.
     pub node: usize,
-    /// Its extra mass, kg; `None` for the scene's `physics.payload_mass`.
+    /// Its extra mass, kg; `None` for `physics.payload_mass` of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
 }
 
 impl Payload {
-    /// Node 0, with the scene's mass: that of every lattice that does not say otherwise.
+    /// Node 0 with the mass of the scene: the default payload.
     pub fn first_node() -> Vec<Self> {
         vec![Self {
             node: 0,
@@ -66,7 +64,7 @@ impl Payload {
     }
 }
 
-/// What an optimisation may make of edges. Edges are numbers into the list of edges, from 0.
+/// Restrictions on the materials of edges. Edges are indices into the list of edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRules {
     /// Always solid, of either material.
@@ -84,8 +82,8 @@ impl EdgeRules {
         !against.contains(&edge)
     }
 
-    /// All edges in groups of one design vector, in the order of their first edges; an edge that is
-    /// not tied is a group of its own.
+    /// All edges in groups that share a design vector, in the order of their first edges. An edge that is not tied forms
+    /// a group alone.
     pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
         let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
         let group = |edge: usize| match tie(edge) {
@@ -175,7 +173,7 @@ impl TryFrom<RawTruss> for Truss {
     }
 }
 
-/// Without nodes and edges; the payload is node 0.
+/// A truss without nodes and edges, whose payload is node 0.
 impl Default for Truss {
     fn default() -> Self {
         Self {
@@ -192,8 +190,8 @@ impl Truss {
     /// Reads a truss file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a file that is missing or no file, [`Error::Usage`] for one that is far
-    /// too long, [`Error::Malformed`] with the place for one that is no truss.
+    /// [`Error::Read`] for a missing file or a folder, [`Error::Usage`] for a file that is too long,
+    /// [`Error::Malformed`] with the place for a malformed truss.
     pub fn read(path: &Path) -> Result<Self> {
         let about = path.metadata().map_err(Error::reading(path))?;
         if !about.is_file() {
@@ -216,12 +214,12 @@ impl Truss {
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
     }
 
-    /// The number that a node had in the file or program that the truss is from.
+    /// The number of a node in the original file or program.
     pub fn given_number(&self, node: usize) -> usize {
         self.given_numbers.get(node).copied().unwrap_or(node)
     }
 
-    /// Height of the lowest node above the ground line, m.
+    /// The height of the lowest node above the ground line, m.
     pub fn lowest(&self) -> f64 {
         let heights = self.nodes.iter().map(|x| x.up());
         heights.fold(f64::INFINITY, f64::min)
@@ -234,22 +232,24 @@ impl Truss {
     }
 }
 
-/// The trusses that scenes may name in place of a file.
-static KNOWN: Registry<Arc<Truss>> = Registry::new();
+/// The noun for a lattice in registries.
+const LATTICE: &str = "lattice";
 
-/// Makes a truss known to all scenes that this process reads from now on, which choose it by
-/// `lattice.file = "its_name"`.
-///
-/// # Panics
-/// If the name is taken, or with what [`Truss::checked`] says of the truss.
-pub fn add(name: &'static str, truss: Truss) {
-    let truss = truss.checked();
-    let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
-    assert!(name != OFF, "a lattice cannot be called {name:?}");
-    KNOWN.add("lattice", name, Arc::new(truss));
-}
+impl Registry {
+    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy, which every program
+    /// reads.
+    ///
+    /// # Panics
+    /// If the name is taken, or with the error of [`Truss::checked`].
+    #[must_use]
+    pub fn with_lattice(self, name: &'static str, truss: Truss) -> Self {
+        let truss = truss.checked();
+        let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
+        self.with(LATTICE, &[], name, Arc::new(truss))
+    }
 
-/// The truss that was added under a name.
-pub(crate) fn named(name: &str) -> Option<Arc<Truss>> {
-    KNOWN.get(name)
+    /// The lattice of a name.
+    pub(crate) fn lattice(&self, name: &str) -> Option<Arc<Truss>> {
+        self.get::<Arc<Truss>>(LATTICE, name).cloned()
+    }
 }

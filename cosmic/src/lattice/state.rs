@@ -1,11 +1,11 @@
-//! The state that evolves in a rollout.
+//! The state, which changes in a rollout.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Ground, Vector, columns, from_columns};
 
-/// Positions (m) and velocities (m/s) of the nodes, and nothing else.
+/// Positions (m) and velocities (m/s) of the nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "Vector<R, D>: Serialize",
@@ -19,7 +19,7 @@ pub struct State<R, const D: usize = 2> {
 }
 
 impl<R: Real, const D: usize> State<R, D> {
-    /// A state of the world's frame in the ground's.
+    /// This state of the world's frame in the ground's frame.
     #[must_use]
     pub fn to_ground(&self, ground: &Ground) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl<R: Real, const D: usize> State<R, D> {
         }
     }
 
-    /// A state of the ground's frame in the world's.
+    /// This state of the ground's frame in the world's frame.
     #[must_use]
     pub fn to_world(&self, ground: &Ground) -> Self {
         Self {
@@ -52,13 +52,13 @@ impl<R, const D: usize> State<R, D> {
 }
 
 impl<R: Copy, const D: usize> State<R, D> {
-    /// The state as flat numbers, as a rollout has it: the components of the positions as columns (see
-    /// [`columns`]), then those of the velocities.
+    /// The state as flat numbers in the order of a rollout: the components of the positions as columns (see
+    /// [`columns`]), then the components of the velocities.
     pub fn to_columns(&self) -> Vec<R> {
         [columns(&self.x), columns(&self.v)].concat()
     }
 
-    /// The state of [`to_columns`](Self::to_columns), of all nodes or of the first ones.
+    /// The state from the numbers of [`to_columns`](Self::to_columns), for all nodes or the first ones.
     pub fn from_columns(numbers: &[R]) -> Self {
         let (x, v) = numbers.split_at(numbers.len() / 2);
         Self {

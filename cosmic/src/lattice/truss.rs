@@ -1,4 +1,4 @@
-//! Nodes, and the edges between them.
+//! The lattice: nodes, and the edges between them.
 
 use autodiff::Real;
 
@@ -8,8 +8,8 @@ use crate::geometry::{Bounds, Segment, Vector};
 
 /// Nodes and edges of a robot. Node 0 is the first to carry payload.
 ///
-/// All of it is constant: no derivative flows through the rest lengths or the masses that come
-/// from them, not even where the initial positions are variables.
+/// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
+/// initial positions are variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice<const D: usize = 2> {
     /// Initial positions in the world's frame, one per node, in metres.
@@ -18,19 +18,19 @@ pub struct Lattice<const D: usize = 2> {
     pub edges: Vec<[usize; 2]>,
     /// Rest length per edge, in metres.
     pub rest_length: Vec<f64>,
-    /// The nodes as they are laid out: along and above the ground from the lower left corner, in
-    /// units of `spacing`. On a rectangular lattice these are whole numbers, column and row.
+    /// The places of the nodes along and above the ground, from the lower left corner, in units of `spacing`. On a
+    /// rectangular lattice they are whole numbers: column and row.
     pub places: Vec<Vector<f64, D>>,
-    /// The distance of neighbouring nodes, in metres; the median edge's length where edges differ.
+    /// The distance of neighbouring nodes, in metres; for a truss the length of the median edge.
     pub spacing: f64,
     /// Nodes with extra mass, node 0 first.
     pub payload: Vec<Payload>,
-    /// What the edges may be made of.
+    /// The materials that the edges may have.
     pub rules: EdgeRules,
 }
 
 impl Lattice {
-    /// Nodes at these positions (m) over level ground, and springs between them that are at rest.
+    /// A lattice of nodes at these positions (m) over level ground, whose edges are at rest.
     ///
     /// # Panics
     /// If an edge has a node that does not exist.
@@ -43,7 +43,7 @@ impl Lattice {
         Self::of_truss(&truss, positions)
     }
 
-    /// A truss whose nodes have these positions in the world's frame.
+    /// The lattice of a truss whose nodes have these positions in the world's frame.
     pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
         let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
         let rest_length: Vec<f64> = truss.edges.iter().map(distance).collect();
@@ -67,7 +67,7 @@ impl Lattice {
         }
     }
 
-    /// The nodes and edges, with the places of the nodes for their positions.
+    /// The truss of these nodes and edges. The places of the nodes are its positions.
     pub(crate) fn truss(&self) -> Truss {
         Truss {
             nodes: self.places.clone(),
@@ -80,12 +80,12 @@ impl Lattice {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// How many nodes.
+    /// The number of nodes.
     pub fn nodes(&self) -> usize {
         self.positions.len()
     }
 
-    /// The state in which the robot starts: its initial positions, everything at rest.
+    /// The state at the start: all nodes at rest in their initial positions.
     pub fn state_at_rest(&self) -> State<f64, D> {
         State {
             x: self.positions.clone(),
@@ -126,14 +126,13 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// Added to the square of an edge's length, m^2, so that the length is smooth where its nodes
-/// coincide (D4).
+/// Added to the square of the length of an edge, m^2, so that the length is smooth where its nodes coincide (D4).
 pub const SOFTENING: f64 = 1e-12;
 
-/// An edge in motion: from one of its nodes to the other.
+/// An edge in motion.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeVector<R, const D: usize = 2> {
-    /// The vector between the nodes, m.
+    /// The vector from its first node to its second, m.
     pub d: Vector<R, D>,
     /// The difference of their velocities, m/s.
     pub dv: Vector<R, D>,
@@ -148,13 +147,13 @@ impl<R: Real, const D: usize> EdgeVector<R, D> {
         }
     }
 
-    /// The length, m, as forces have it (D4).
+    /// The softened length, m, that forces use (D4).
     #[inline(always)]
     pub fn length(&self) -> R {
         self.d.softened_norm(SOFTENING)
     }
 
-    /// How fast an edge of this length grows, m/s.
+    /// The rate at which the length of the edge grows, m/s.
     #[inline(always)]
     pub fn rate(&self, length: R) -> R {
         self.d.dot(self.dv) / length

@@ -1,5 +1,6 @@
 //! Forces along bars.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
@@ -95,9 +96,8 @@ impl<R: Real> Bar<R> {
 ///     }
 /// }
 ///
-/// cosmic::laws::add(on_bars::<Prestress>());
-/// let scene = "physics.forces = ['prestress']\nprestress.share = 0.02";
-/// let scene = cosmic::scene::Scene::parse("own", scene)?;
+/// let registry = cosmic::Registry::default().with_law(on_bars::<Prestress>());
+/// let scene = registry.parse("own", "physics.forces = ['prestress']\nprestress.share = 0.02")?;
 /// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
@@ -259,6 +259,9 @@ impl<L: BarForce> AnyForce for OnBars<L> {
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
     }
     fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
         Some(Arc::new(self.clone()))

@@ -8,6 +8,7 @@
 //! radius of gyration `r` (m) resists bending by `EI / l = k r^2`. Half of each edge acts at the node, in series, which
 //! gives the pair `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge bends freely.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::{AnyProgram, Array, Kernel, Pullback, Real};
@@ -47,6 +48,9 @@ impl AnyForce for Bending {
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
     }
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
         let bars = BentBars::new(lattice, self.radius)?;

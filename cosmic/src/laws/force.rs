@@ -1,5 +1,6 @@
 //! Forces: the terms of a step that push the nodes.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -152,6 +153,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn settings(&mut self) -> &mut dyn Settings;
     fn boxed(&self) -> Box<dyn AnyForce>;
+    fn any(&self) -> &dyn Any;
     /// The force on a lattice; `None` if it has nothing to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }

@@ -1,17 +1,29 @@
 //! The JSON form of laws in case files.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 use serde::de::{self, Error as _, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::settings::{Settings, Values, json, read_json};
+use crate::settings::{Settings, read_json};
 
 /// A law in JSON: its name, or an object that maps its name to its settings.
-pub(super) struct LawFile {
+pub(crate) struct LawFile {
     pub(super) name: String,
     settings: Entries<serde_json::Value>,
+}
+
+impl Serialize for LawFile {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Entries(settings) = &self.settings;
+        if settings.is_empty() {
+            return self.name.serialize(serializer);
+        }
+        let settings: BTreeMap<_, _> = settings.iter().map(|(key, value)| (key, value)).collect();
+        serializer.collect_map([(&self.name, settings)])
+    }
 }
 
 /// The entries of an object, in the order of the file.
@@ -87,25 +99,28 @@ impl<'de> Deserialize<'de> for LawFile {
 }
 
 impl LawFile {
+    /// A law with a name and settings.
+    pub(super) fn new(name: &str, settings: &mut dyn Settings) -> Self {
+        let fields = settings.fields().into_iter();
+        let settings = fields.map(|field| (field.key.to_owned(), field.value.json()));
+        Self {
+            name: name.to_owned(),
+            settings: Entries(settings.collect()),
+        }
+    }
+
     /// Sets the settings of the law to the values read.
-    pub(super) fn fill<E: de::Error>(self, law: &mut dyn Settings) -> Result<(), E> {
-        for (key, value) in self.settings.0 {
+    ///
+    /// # Errors
+    /// A sentence about an unknown setting or a wrong value.
+    pub(super) fn fill(&self, law: &mut dyn Settings) -> Result<(), String> {
+        for (key, value) in &self.settings.0 {
             let field = law.fields().into_iter().find(|field| field.key == key);
-            let field = field.ok_or_else(|| {
-                E::custom(format!("the law `{}` has no setting `{key}`", self.name))
-            })?;
-            read_json(field, &value).map_err(E::custom)?;
+            let no_field = || format!("the law `{}` has no setting `{key}`", self.name);
+            read_json(field.ok_or_else(no_field)?, value)?;
         }
         Ok(())
     }
-}
-
-/// Writes a law as [`LawFile`] reads it.
-pub(super) fn law_json(name: &'static str, settings: &mut dyn Settings) -> serde_json::Value {
-    if settings.fields().is_empty() {
-        return name.into();
-    }
-    serde_json::Map::from_iter([(name.to_owned(), json(&Values::of(settings)))]).into()
 }
 
 #[cfg(test)]
@@ -114,9 +129,10 @@ mod tests {
     use autodiff::Real;
     use serde_json::{Value, json};
 
-    use super::{LawFile, law_json};
-    use crate::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, add, on_bars};
-    use crate::settings::{Field, Settings, within};
+    use super::LawFile;
+    use crate::Registry;
+    use crate::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, on_bars};
+    use crate::settings::{Field, SettingValue, Settings, within};
 
     crate::settings! {
         /// Which way a bar is pulled.
@@ -172,6 +188,10 @@ mod tests {
         values.into_iter().chain(names).collect()
     }
 
+    fn law_json(name: &str, law: &mut dyn Settings) -> Value {
+        serde_json::to_value(LawFile::new(name, law)).unwrap()
+    }
+
     /// Writes and reads a law after changing each of its settings.
     fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
         let (keys, mut tried) = (law.fields().len(), 0);
@@ -192,37 +212,46 @@ mod tests {
         assert_eq!(tried, keys, "{name}: a setting did not change");
     }
 
+    /// The force laws of a JSON text in a program with the law above.
+    fn forces(text: &str) -> Result<ForceLaws, String> {
+        let mut laws = ForceLaws::default();
+        laws.know(&Registry::default().with_law(on_bars::<Everything>()));
+        let files: Vec<LawFile> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        laws.read_files(&files).map(|()| laws)
+    }
+
     #[test]
     fn laws_are_read_as_they_are_written() {
-        add(on_bars::<Everything>());
-        let names = crate::laws::force_names().chain([Everything::NAME]);
-        for name in names {
-            let mut laws = ForceLaws::named(&[name]).unwrap();
+        for name in ["damper", "stops", Everything::NAME] {
+            let mut laws = forces(&json!([name]).to_string()).unwrap();
             let read = |written: &Value| {
-                let laws: ForceLaws = serde_json::from_value(json!([written])).unwrap();
+                let laws = forces(&json!([written]).to_string()).unwrap();
                 serde_json::to_value(laws).unwrap()[0].clone()
             };
             let (name, law) = laws.settings().next().unwrap();
             round_trip(name, law, &read);
         }
-        for name in ["none", "infinite", "coulomb"] {
-            let mut contact = ContactLaw::named(name).unwrap();
+        for mut contact in [
+            ContactLaw::none(),
+            ContactLaw::infinite(),
+            ContactLaw::coulomb(),
+        ] {
             let read = |written: &Value| {
-                let contact: ContactLaw = serde_json::from_value(written.clone()).unwrap();
+                let mut contact = ContactLaw::infinite();
+                let file = serde_json::from_value(written.clone()).unwrap();
+                contact.read_file(&file).unwrap();
                 serde_json::to_value(contact).unwrap()
             };
-            round_trip(name, contact.settings(), &read);
+            round_trip(contact.name(), contact.settings(), &read);
         }
         // A law with a setting that is off is also found by its type.
-        let all = ForceLaws::named(&[Everything::NAME]).unwrap();
+        let all = forces(&json!([Everything::NAME]).to_string()).unwrap();
         assert_eq!(all.along_bars::<Everything>(), Some(Everything::default()));
     }
 
     #[track_caller]
     fn refused(text: &str, says: &str) {
-        let error = serde_json::from_str::<ForceLaws>(text)
-            .unwrap_err()
-            .to_string();
+        let error = forces(text).unwrap_err();
         assert!(error.contains(says), "{text}: {error}");
     }
 
@@ -262,7 +291,7 @@ mod tests {
         refused(r#"["wool"]"#, "unknown force `wool`");
         // Two laws in two objects keep their order.
         let both = r#"[{"stops": {"at": 0.2}}, "damper"]"#;
-        let both: ForceLaws = serde_json::from_str(both).unwrap();
+        let both = forces(both).unwrap();
         let names: Vec<_> = both.laws().map(|law| law.name()).collect();
         assert_eq!(names, ["stops", "damper"]);
         let contact = serde_json::from_str::<LawFile>(r#"{"coulomb": {}, "none": {}}"#);

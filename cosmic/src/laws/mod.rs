@@ -3,7 +3,7 @@
 //! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
 //! that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a
 //! node. Any other force implements [`Force`]. Derivatives, SIMD lanes and the stable time step follow from the method;
-//! so do derivatives by the settings. [`add`] makes a law known to scenes.
+//! so do derivatives by the settings. Scenes can name a law that is in the [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;
@@ -33,10 +33,8 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
-pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
-#[cfg(test)]
-pub(crate) use choice::{SECTIONS, force_names};
-pub(crate) use choice::{TOP_KEYS, choosing};
+pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_nodes};
+pub(crate) use choice::{LAW, names};
 pub(crate) use contact::{AnyContact, Pushed};
 pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
@@ -45,6 +43,7 @@ pub(crate) use force::AnyForce;
 pub use force::{Force, Given, Pose, Pull, Step};
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
+pub(crate) use law_file::LawFile;
 pub use motion::{Drift, Flight, Particle};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};

@@ -1,5 +1,6 @@
 //! Forces on single nodes: fields, drag, pulls.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
@@ -158,6 +159,9 @@ impl<L: NodeForce> AnyForce for OnNodes<L> {
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())
+    }
+    fn any(&self) -> &dyn Any {
+        self
     }
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
         let nodes = 0..lattice.nodes();

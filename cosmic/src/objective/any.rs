@@ -1,8 +1,8 @@
-//! A loss behind a pointer, and those that scenes choose by name.
+//! A loss behind a pointer, and the losses that scenes choose by name.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. Through a pointer,
-//! a user's loss is compiled for these in the user's crate, and the simulator only in this one: it is not
-//! compiled again for every loss, nor without optimisation where the user's crate is.
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, a user's loss
+//! is compiled for them in the user's crate, and the simulator only in this crate. The simulator is not compiled again
+//! for every loss, and stays optimised when the user's crate is not.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use autodiff::{Dual, Real, Var};
 
 use super::{Loss, Objective};
 use crate::registry::Registry;
-use crate::scene::{OwnLoss, Scene};
+use crate::scene::{Chosen, Scene};
 use crate::simulator::Trajectory;
 
 /// The loss of trajectories of one number type.
@@ -33,23 +33,22 @@ pub trait AnyLoss:
 
 impl<L: Loss> AnyLoss for L {}
 
-/// The losses that scenes may choose, by their names.
-static LOSSES: Registry<Arc<dyn AnyLoss>> = Registry::new();
-
-/// Makes a loss known to all scenes that this process reads from now on, which choose it by
-/// `objective.own_loss = "its_name"`.
-///
-/// # Panics
-/// If the name is taken.
-pub fn add(name: &'static str, loss: impl Loss + 'static) {
-    OwnLoss::add(name);
-    LOSSES.add("loss", name, Arc::new(loss));
+impl Registry {
+    /// Adds a loss, which scenes choose by `objective.own_loss = "its_name"`.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
+        let loss: Arc<dyn AnyLoss> = Arc::new(loss);
+        self.with(Chosen::LOSS, &[], name, loss)
+    }
 }
 
-/// The loss of a scene: that of its task, or the one it names.
+/// The loss of a scene: the loss that it names, or else the loss of its task.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
-    let own = scene.objective.own_loss.name();
-    own.and_then(|name| LOSSES.get(name)).unwrap_or_else(|| {
+    let own = scene.objective.own_loss.item::<Arc<dyn AnyLoss>>();
+    own.cloned().unwrap_or_else(|| {
         Arc::new(Objective::new(
             &scene.objective,
             &scene.loss,

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::Measures;
 
-/// By how much each measure exceeds its threshold; zero, with derivative zero, where it does not.
+/// The amount by which each measure exceeds its threshold; zero, with derivative zero, if it does not.
 pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
     [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
 }
 
-/// The largest penalty: terms of larger ones would overflow.
+/// The largest penalty. With a larger one, terms would overflow.
 const LARGEST: f64 = 1e100;
-/// The least: one that is divided down to zero would never grow again.
+/// The smallest penalty. A penalty of zero could never grow again.
 const LEAST: f64 = 1e-100;
 
 /// Multipliers and penalties of the four measures, in the order of
@@ -27,7 +27,7 @@ pub struct AugmentedLagrangian {
 }
 
 impl AugmentedLagrangian {
-    /// Multipliers zero, every penalty the same.
+    /// All multipliers zero and all penalties equal.
     pub fn new(penalty: f64) -> Self {
         Self {
             multiplier: [0.0; 4],
@@ -49,9 +49,8 @@ impl AugmentedLagrangian {
         self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }
 
-    /// Moves the multipliers by the violations of this iteration, with the penalties as they are;
-    /// then multiplies by `growth` the penalties whose violation grew since the previous
-    /// iteration, and divides those whose violation fell.
+    /// Moves the multipliers by the violations of this iteration times the current penalties. Then each penalty is
+    /// multiplied by `growth` if its violation grew since the previous iteration, and divided by `growth` if it fell.
     pub fn update(&mut self, violations: &[f64; 4], previous: &[f64; 4], growth: f64) {
         for k in 0..4 {
             self.multiplier[k] -= self.penalty[k] * violations[k];
@@ -87,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_penalty_that_fell_for_long_grows_again() {
+    fn a_small_penalty_can_grow_again() {
         let mut lagrangian = AugmentedLagrangian::new(1.0);
         for _ in 0..400 {
             lagrangian.update(&[0.0; 4], &[1.0; 4], 10.0);

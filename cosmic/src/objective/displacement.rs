@@ -1,4 +1,4 @@
-//! How far the payload gets along the ground.
+//! The displacement of the payload along the ground.
 
 use autodiff::Real;
 
@@ -7,13 +7,13 @@ use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
-/// Minus the payload's position along the ground, `-(s . x_0)`: at the end, as the paper has it,
-/// or averaged over the last part of the rollout.
+/// Minus the position of the payload along the ground, `-(s . x_0)`: at the end, as in the paper, or averaged over the
+/// last part of the rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// The ground along which is measured.
+    /// The ground.
     pub ground: Ground,
-    /// Which states are looked at.
+    /// The states that the loss reads.
     pub settings: LossSettings,
 }
 

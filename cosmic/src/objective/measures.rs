@@ -1,4 +1,4 @@
-//! How much material a mixture has, and how far from one material per edge it is.
+//! The measures of mixtures: how much material they have, and how far they are from one material per edge.
 
 use autodiff::Real;
 
@@ -11,21 +11,21 @@ pub struct Measures<R> {
     pub volume: R,
     /// Share of actuators, `V_act`.
     pub actuator_volume: R,
-    /// `g_bin`: how far the mixtures' norms fall short of one.
+    /// `g_bin`: one minus the norm of the mixtures.
     pub binarisation: R,
     /// `g_kl`: the overlap of materials (0,1), (0,2) and (1,2), each pair once (D6).
     pub overlap: [R; 3],
 }
 
 impl<R: Real> Measures<R> {
-    /// The four that the augmented objective bounds: `g_bin`, then the three overlaps.
+    /// The four measures that the augmented objective bounds: `g_bin`, then the three overlaps.
     pub fn constrained(&self) -> [R; 4] {
         let [a, b, c] = self.overlap;
         [self.binarisation, a, b, c]
     }
 }
 
-/// The measures of mixtures. `delta` keeps the overlap of two vanishing shares finite.
+/// Computes the measures of mixtures. `delta` keeps the overlap of two vanishing shares finite.
 pub fn measures<R: Real>(mixtures: &[Mixture<R>], delta: f64) -> Measures<R> {
     let mean = |measure: &dyn Fn(&Mixture<R>) -> R| {
         let terms: Vec<R> = mixtures.iter().map(measure).collect();
@@ -39,13 +39,12 @@ pub fn measures<R: Real>(mixtures: &[Mixture<R>], delta: f64) -> Measures<R> {
     }
 }
 
-/// `1 - |m|`, as the paper writes it: for a nearly one-hot mixture the difference is rounded at
-/// 1e-16 and no finer.
+/// `1 - |m|`, as in the paper. For a nearly one-hot mixture the difference is only accurate to 1e-16.
 fn shortfall<R: Real>(m: &Mixture<R>) -> R {
     R::one() - R::dot(&m.0, &m.0).sqrt()
 }
 
-/// The product of two shares over their mean.
+/// The product of two shares divided by their mean.
 fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
     a * b / (R::lit(0.5) * (a + b) + R::lit(delta))
 }
@@ -57,7 +56,7 @@ mod tests {
     use crate::design::Material::{Actuator, Skeleton, Void};
 
     #[test]
-    fn a_layout_has_volumes_and_nothing_else() {
+    fn the_measures_of_a_layout_are_its_volumes() {
         let layout = Design::Layout(vec![Void, Skeleton, Actuator, Skeleton]);
         let m = measures::<f64>(&layout.mixtures(), 1e-6);
         assert_eq!((m.volume, m.actuator_volume), (0.75, 0.25));

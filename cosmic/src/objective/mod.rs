@@ -1,4 +1,4 @@
-//! From a trajectory to a loss, from a mixture to its measures, and from both to the objective.
+//! The loss of a trajectory, the measures of mixtures, and the objective made of both.
 
 mod loss;
 mod displacement;
@@ -7,7 +7,7 @@ mod augmented;
 mod tasks;
 mod any;
 
-pub use any::{AnyLoss, LossOf, add, of_scene};
+pub use any::{AnyLoss, LossOf, of_scene};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use loss::Loss;

@@ -1,7 +1,7 @@
-//! The tasks of a scene: each a few lines over the states of a rollout.
+//! The tasks of a scene. Each is a few lines over the states of a rollout.
 //!
-//! They are examples of losses that a user would write. A loss sees nothing but states, so effort
-//! is derived from them: the energy that a robot spends is the energy that its damping takes.
+//! They are examples of losses that a user may write. A loss reads only states, so the effort is derived from them: the
+//! energy that a robot spends is the energy that its damping removes.
 
 use autodiff::Real;
 
@@ -11,12 +11,12 @@ use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
-/// What a robot is designed for: the loss of a scene's task.
+/// The loss of the task of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Objective {
-    /// The task, and its numbers.
+    /// The task and its numbers.
     pub settings: ObjectiveSettings,
-    /// The ground, and which states are looked at.
+    /// The ground, and the states that the loss reads.
     pub far: Displacement,
     /// Damping rate, 1/s.
     pub damping: f64,
@@ -42,9 +42,8 @@ impl Objective {
         }
     }
 
-    /// The squared distance along the ground from the payload to the target, plus the square of the
-    /// way that it would still cover in the time `settle`, m^2: near and slow is good, near and fast
-    /// is not.
+    /// The squared distance along the ground from the payload to the target, plus the square of the way that the payload
+    /// would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, state: &State<R>) -> R {
         let along = self.far.ground.point_to_ground(state.x[0]).forward();
         let way = state.v[0] * R::lit(self.settings.settle);
@@ -52,11 +51,10 @@ impl Objective {
         off * off + way.dot(way)
     }
 
-    /// The energy that damping takes over the states observed, J/kg.
+    /// The energy that damping removes over the observed states, J/kg.
     ///
-    /// Nothing but the actuators puts energy into a robot on level ground for long, and next to the
-    /// contacts it is the damping that takes it out: `damping |v|^2` per mass and time. The mean
-    /// over the nodes stands for the mean over the mass, which states do not hold.
+    /// On level ground only the actuators add energy to a robot for long. The contacts and the damping remove it, the
+    /// damping at a rate of `damping |v|^2` per mass. States have no masses, so the mean is over the nodes.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &Vector<R>| R::dot(v.as_slice(), v.as_slice());
         let at = |step: usize| {
@@ -64,15 +62,14 @@ impl Objective {
             R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
         };
         let observed = self.observed(trajectory.last_step());
-        // Each state stands for the steps since the one before, the first for those since the
-        // start.
+        // Each state counts for the steps since the state before it, the first one for the steps since the start.
         let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
         let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
         let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
         R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
-    /// The mean of a function over the states observed.
+    /// The mean of a function over the observed states.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
@@ -159,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn each_task_sees_its_own() {
+    fn each_task_has_its_loss() {
         let loss = |task| objective(task).loss(&walk());
         assert_eq!(loss(TaskKind::Far), -3.0);
         assert_eq!(loss(TaskKind::Back), 3.0);
@@ -171,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn no_task_looks_at_more_nodes_than_it_says() {
+    fn tasks_read_only_the_nodes_that_they_name() {
         for &(name, task) in TaskKind::ALL {
             let objective = objective(task);
             let mut seen = walk();
@@ -184,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn energy_is_summed_up_from_start_to_end() {
+    fn energy_is_summed_from_start_to_end() {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);

@@ -7,11 +7,11 @@ use std::sync::Arc;
 /// The shape of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// So many numbers.
+    /// A list of numbers of this length.
     Vector(usize),
     /// Rows one after the other.
     Matrix {
-        /// How many rows.
+        /// The number of rows.
         rows: usize,
         /// The length of a row.
         columns: usize,
@@ -19,8 +19,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// How many numbers a block of this shape has. Absurd sizes, as a file may have them, give an absurd
-    /// number, which nothing fits.
+    /// The number of entries. It saturates, because a file may have absurd sizes.
     pub fn len(self) -> usize {
         match self {
             Self::Vector(len) => len,
@@ -33,7 +32,7 @@ impl Shape {
         self.len() == 0
     }
 
-    /// The lengths of its axes, as an array of NumPy has them.
+    /// The lengths of the axes, as in NumPy.
     pub fn axes(self) -> Vec<usize> {
         match self {
             Self::Vector(len) => vec![len],
@@ -42,11 +41,11 @@ impl Shape {
     }
 }
 
-/// What the numbers of a block do, which decides how they start.
+/// The role of a block, which decides its initial numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
-    /// Weights, of a layer one row per unit. They start with random numbers up to
-    /// `gain sqrt(6 / (rows + columns))` in magnitude.
+    /// Weights, for a layer one row per unit. They start with random numbers of a magnitude up to
+    /// `gain sqrt(6 / (rows + columns))`.
     Weights {
         /// The factor on the range.
         gain: f64,
@@ -62,7 +61,7 @@ pub struct Block {
     pub name: &'static str,
     /// Its shape.
     pub shape: Shape,
-    /// What its numbers do.
+    /// Its role.
     pub role: Role,
 }
 
@@ -76,7 +75,7 @@ impl Block {
         }
     }
 
-    /// A vector that starts with random numbers up to `gain sqrt(6 / len)` in magnitude.
+    /// A vector that starts with random numbers of a magnitude up to `gain sqrt(6 / len)`.
     pub fn drawn(name: &'static str, len: usize, gain: f64) -> Self {
         Self {
             name,
@@ -95,7 +94,7 @@ impl Block {
     }
 }
 
-/// The name and shape of a block, wherever they were read.
+/// The name and the shape of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     pub(super) name: Cow<'static, str>,
@@ -113,7 +112,7 @@ impl<R> Controller<R> {
     /// The controller with these numbers in these blocks.
     ///
     /// # Panics
-    /// Unless the blocks together have as many numbers.
+    /// If the number of entries of all blocks is not the length of `numbers`.
     pub fn new(blocks: &[Block], numbers: Vec<R>) -> Self {
         let part = |block: &Block| Part {
             name: Cow::Borrowed(block.name),
@@ -128,7 +127,7 @@ impl<R> Controller<R> {
         Self { layout, numbers }
     }
 
-    /// How many numbers it has.
+    /// The number of parameters.
     pub fn weights(&self) -> usize {
         self.numbers.len()
     }
@@ -138,12 +137,12 @@ impl<R> Controller<R> {
         &self.numbers
     }
 
-    /// As [`numbers`](Self::numbers), to be changed.
+    /// As [`numbers`](Self::numbers), mutable.
     pub fn numbers_mut(&mut self) -> &mut [R] {
         &mut self.numbers
     }
 
-    /// The name, the shape and the place of every block among the numbers.
+    /// The name, the shape and the range of every block.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Shape, Range<usize>)> {
         let mut end = 0;
         self.layout.iter().map(move |part| {
@@ -166,7 +165,7 @@ impl<R> Controller<R> {
         &self.numbers[self.range(name)]
     }
 
-    /// As [`block`](Self::block), to be changed.
+    /// As [`block`](Self::block), mutable.
     pub fn block_mut(&mut self, name: &str) -> &mut [R] {
         let range = self.range(name);
         &mut self.numbers[range]

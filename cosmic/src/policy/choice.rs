@@ -9,31 +9,30 @@ use super::policy::{Policy, Sizes};
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
 use crate::registry::Registry;
-use crate::scene::{ControllerSettings, PolicyName};
+use crate::scene::{Chosen, ControllerSettings};
 
-/// The policies that were added to those of this crate.
-static ADDED: Registry<Arc<dyn Policy>> = Registry::new();
-
-/// Makes a policy known to all scenes that this process reads from now on, which choose it by
-/// `controller.policy = "its_name"`.
-///
-/// # Panics
-/// If the name is taken.
-pub fn add(name: &'static str, policy: impl Policy + 'static) {
-    PolicyName::add(name);
-    ADDED.add("policy", name, Arc::new(policy));
+impl Registry {
+    /// Adds a policy, which scenes choose by `controller.policy = "its_name"`.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
+        let policy: Arc<dyn Policy> = Arc::new(policy);
+        self.with(Chosen::POLICY, &Chosen::POLICIES, name, policy)
+    }
 }
 
 /// The policy that a scene chooses.
 pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
-    match settings.policy.name() {
-        PolicyName::MLP => Arc::new(Mlp),
-        PolicyName::CLOCK => Arc::new(Clock),
-        name => (ADDED.get(name)).expect("a name is read only once its policy is known"),
+    match settings.policy.item::<Arc<dyn Policy>>() {
+        Some(policy) => Arc::clone(policy),
+        None if settings.policy.name() == "clock" => Arc::new(Clock),
+        None => Arc::new(Mlp),
     }
 }
 
-/// The blocks of the policy that a scene chooses, for a lattice of so many nodes and edges.
+/// The blocks of the policy that a scene chooses, for a lattice with these numbers of nodes and edges.
 pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> Vec<Block> {
     of_settings(settings).parameters(&Sizes {
         nodes,
@@ -43,7 +42,7 @@ pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> V
 }
 
 impl Controller<f64> {
-    /// The parameters with which a policy starts, by the [role](Role) of each block. Weights are drawn from a seed:
+    /// The initial parameters of a policy, by the [role](Role) of each block. Weights are random:
     /// X. Glorot and Y. Bengio, "Understanding the difficulty of training deep feedforward neural networks",
     /// AISTATS 2010, equation 16, which has no gain.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {

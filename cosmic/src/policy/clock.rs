@@ -1,4 +1,4 @@
-//! The open-loop clock: a network that sees clocks and goal, and nothing of the robot.
+//! The open-loop clock: a network that observes the clocks and the goal, but not the robot.
 
 use autodiff::Array;
 
@@ -8,8 +8,7 @@ use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
 
-/// The network of [`Mlp`](super::Mlp) without the robot in its observation: it moves all robots alike,
-/// wherever they are.
+/// The network of [`Mlp`](super::Mlp) without the robot in its observation. Its activations depend only on the time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock;
 

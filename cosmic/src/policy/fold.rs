@@ -1,4 +1,4 @@
-//! A first layer as the rollout runs it: on the raw state, with everything linear folded in.
+//! Folds the observation into the first layer, so that a rollout applies the layer to the raw state.
 
 use autodiff::Real;
 
@@ -6,26 +6,25 @@ use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
 use crate::scene::{ControllerSettings, Senses};
 
-/// How the mean position and the presence of nodes enter a folded layer.
+/// How a folded layer takes the mean position and the presence of nodes.
 #[derive(Clone, Copy, Debug)]
 pub enum Mean<'a, R> {
-    /// Every node counts alike, and offsets from the mean are folded into the weights.
+    /// All nodes are present. Offsets from the mean are folded into the weights.
     OfAll,
-    /// Nodes count as much as they are present; that is folded into the weights too.
+    /// Nodes count by their presence, which is folded into the weights too.
     Folded(&'a [R]),
-    /// The step weights the nodes, and the layer sees what is left of it, and the mean.
+    /// The step weights the nodes. The layer takes the weighted nodes and the mean.
     InStep,
 }
 
-/// Makes the weights of a layer on an [observation](super::observation()) into weights on the raw state in the
+/// Converts the weights of a layer on an [observation](super::observation()) to weights on the raw state in the
 /// ground's frame.
 ///
-/// An observation is a linear function of the state: mean, scales, goal and the rotation of an incline are
-/// fixed, and clocks of one frequency are mixtures of one sine and one cosine. Folding all of it into the
-/// layer, once per rollout, leaves these columns: x of all nodes, y of all nodes, x velocity of all, y velocity
-/// of all, `sin(omega t)`, `cos(omega t)`. A goal that does not move is in the biases. If the step weights the
-/// nodes, positions and velocities are weighted, positions are offsets from the weighted mean, and the mean's
-/// two coordinates follow if the goal is relative to it.
+/// An observation is a linear function of the state: mean, scales, goal and the rotation of an incline are constant,
+/// and clocks of one frequency are sums of one sine and one cosine. The folded layer has these columns: x of all
+/// nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`, `cos(omega t)`. A goal that
+/// does not move is in the biases. If the step weights the nodes, positions are weighted offsets from the weighted
+/// mean, velocities are weighted, and the two coordinates of the mean follow if the goal is relative to it.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
@@ -35,17 +34,17 @@ pub struct Fold<'a, R> {
     /// Whether there are columns for positions and for velocities.
     senses: Senses,
     mean: Mean<'a, R>,
-    /// Every clock's share of `cos(omega t)`.
+    /// The coefficient of `cos(omega t)` in each clock.
     sines: Vec<R>,
-    /// Every clock's share of `sin(omega t)`.
+    /// The coefficient of `sin(omega t)` in each clock.
     cosines: Vec<R>,
 }
 
 impl<'a, R: Real> Fold<'a, R> {
-    /// With columns for everything that `sight` sees of so many nodes.
+    /// A fold with columns for everything that `sight` observes.
     ///
     /// # Panics
-    /// If presence is given for another number of nodes.
+    /// If the presence has another number of nodes.
     pub fn new(
         settings: &'a ControllerSettings,
         ground: &'a Ground,
@@ -75,7 +74,7 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// Without columns that make no difference.
+    /// This fold without columns that have no effect.
     #[must_use]
     pub(crate) fn without_constants(self) -> Self {
         Self {
@@ -87,7 +86,7 @@ impl<'a, R: Real> Fold<'a, R> {
     /// The folded weights, row by row.
     ///
     /// # Panics
-    /// Unless every row has one weight for each number of the observation.
+    /// If the length of `weights` is not a multiple of the length of the observation.
     pub fn weights(&self, weights: &[R]) -> Vec<R> {
         let inputs = self.inputs(weights);
         let mut folded = Vec::new();
@@ -113,7 +112,7 @@ impl<'a, R: Real> Fold<'a, R> {
         let inputs = self.sight.length(self.settings, self.nodes);
         assert!(
             weights.len().is_multiple_of(inputs),
-            "the controller takes another number of inputs than the settings give"
+            "the controller has another number of inputs than the observation"
         );
         inputs
     }
@@ -150,8 +149,8 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
-    /// and across it: the transposed rotation, times a scale.
+    /// Converts weights on world vectors `x0, y0, x1, ...` to weights on their components along the ground and normal to
+    /// it: the transposed rotation, times a scale.
     fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
         let pairs = row.as_chunks::<2>().0.iter();
         if self.ground.is_flat() {
@@ -165,7 +164,7 @@ impl<'a, R: Real> Fold<'a, R> {
         })
     }
 
-    /// Weights on the nodes, each by how much it is observed.
+    /// Weights on the nodes times their presence.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {
@@ -175,8 +174,7 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
-    /// the positions themselves.
+    /// Converts weights on offsets from the mean, and on the mean for a relative goal, to weights on the positions.
     fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
         let mut column = self.present(column);
         let mut on_mean = R::sum_of(&column);
@@ -199,8 +197,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The part of the goal that does not move with the robot. The state is measured from a point
-    /// of the ground and the goal from the world's origin, which is what the shift is for.
+    /// The part of the goal that does not move with the robot. The shift is there because the state is measured from a
+    /// point of the ground and the goal from the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
         if !self.sight.follows_goal(self.settings) {

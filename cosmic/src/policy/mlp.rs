@@ -10,8 +10,8 @@ use super::step::PolicyStep;
 use crate::geometry::Ground;
 use crate::scene::ControllerSettings;
 
-/// The names of the network's blocks, in their order: weights and biases of the hidden layer, weights and
-/// biases of the output layer.
+/// The names of the blocks of the network in their order: weights and biases of the hidden layer, then of the output
+/// layer.
 pub const NETWORK: [&str; 4] = ["w1", "b1", "w2", "b2"];
 const W1: &str = NETWORK[0];
 const B1: &str = NETWORK[1];
@@ -32,7 +32,7 @@ impl Policy for Mlp {
     }
 }
 
-/// The blocks of a network of so many inputs.
+/// The blocks of a network with this number of inputs.
 pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
     vec![
@@ -43,7 +43,7 @@ pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     ]
 }
 
-/// Both layers of a network.
+/// Records both layers of a network.
 pub(super) fn record(step: &mut PolicyStep) -> Array {
     let hidden = step.observed_layer(W1, B1);
     step.output_layer(W2, B2, hidden)
@@ -58,7 +58,7 @@ pub struct Layer<R> {
     pub biases: Vec<R>,
 }
 
-/// A network of one hidden layer, taken apart.
+/// The layers of a network with one hidden layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<R> {
     /// From the inputs to the hidden units.
@@ -68,7 +68,7 @@ pub struct Network<R> {
 }
 
 impl<R: Real> Network<R> {
-    /// The network of a controller; `None` if its policy is another one.
+    /// The network of a controller; `None` for another policy.
     pub fn of(controller: &Controller<R>) -> Option<Self> {
         let is_network = controller.blocks().map(|(name, ..)| name).eq(NETWORK);
         let layer = |[weights, biases]: [&str; 2]| Layer {
@@ -81,11 +81,11 @@ impl<R: Real> Network<R> {
         })
     }
 
-    /// This network with a first layer that takes the raw state in the ground's frame, see [`Fold`]. The nodes of
-    /// a robot are present as said, or all of them if there are no numbers.
+    /// This network with a first layer that takes the raw state in the ground's frame, see [`Fold`]. If `presence` is
+    /// empty, all nodes are present.
     ///
     /// # Panics
-    /// If the network was not made for observations of the robot by these settings.
+    /// If the network does not fit the observation of these settings.
     pub fn folded(
         &self,
         settings: &ControllerSettings,
@@ -126,7 +126,7 @@ impl<R: Real> Controller<R> {
     /// Makes a network ignore its inputs: its activations become `tanh` of these numbers, one per edge.
     ///
     /// # Panics
-    /// If the controller is no network, or has another number of edges.
+    /// If the controller is not a network, or has another number of edges.
     pub fn hold_outputs(&mut self, biases: &[R]) {
         self.block_mut(W2).fill(R::zero());
         self.block_mut(B2).copy_from_slice(biases);
@@ -171,8 +171,8 @@ mod tests {
         let got = folded.activation(&sensed);
         assert_eq!(got.len(), plain.len());
         for (a, b) in got.iter().zip(&plain) {
-            // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,
-            // near 82 rad, is itself rounded at 1e-14.
+            // Each sum has some thirty terms of order one, rounded at 1e-16. The phase of a clock is near 82 rad and
+            // rounded at 1e-14.
             assert!((a - b).abs() < 1e-13);
         }
     }

@@ -1,8 +1,8 @@
 //! Policies: from the state of a robot and the time to one activation per edge.
 //!
 //! A [`Policy`] declares named blocks of one flat vector, a [`Controller`], and records how a step computes
-//! activations from them. [`Mlp`] is the paper's network, [`Clock`] the same network in open loop. A robot's
-//! presence of nodes is an input of the step.
+//! activations from them. [`Mlp`] is the paper's network, [`Clock`] the same network in open loop. The
+//! presence of the nodes is an input of the step.
 
 mod block;
 mod sensing;
@@ -16,7 +16,7 @@ mod saved;
 mod choice;
 
 pub use block::{Block, Controller, Role, Shape};
-pub use choice::{add, blocks_of, of_settings};
+pub use choice::{blocks_of, of_settings};
 pub use clock::Clock;
 pub use fold::{Fold, Mean};
 pub use mlp::{Layer, Mlp, NETWORK, Network};

@@ -9,14 +9,14 @@ use super::sensing::Sight;
 use super::step::PolicyStep;
 use crate::scene::ControllerSettings;
 
-/// The robot that a policy is for.
+/// The sizes of a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes<'a> {
-    /// Nodes of the lattice.
+    /// The number of nodes.
     pub nodes: usize,
-    /// Edges of the lattice: each has an activation.
+    /// The number of edges. Each has an activation.
     pub edges: usize,
-    /// The scene's section `controller`.
+    /// The section `controller` of the scene.
     pub settings: &'a ControllerSettings,
 }
 
@@ -27,21 +27,20 @@ impl Sizes<'_> {
     }
 }
 
-/// What turns the state of a robot into activations of its edges.
+/// A policy computes the activations of the edges from the state of a robot.
 ///
-/// A policy declares its parameters and records one step. Rollouts, gradients, optimisation and files follow.
-/// `cosmic/program/examples/rhythm.rs` is a policy of one's own.
+/// It declares its parameters and records one step. Rollouts, gradients, optimisation and files need nothing more.
+/// `cosmic/program/examples/rhythm.rs` is an example.
 pub trait Policy: Debug + Send + Sync {
-    /// The blocks of its parameters. Names are keys in files: lower case letters, digits and underscores.
+    /// The blocks of the parameters. Names are keys in files: lower case letters, digits and underscores.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
-    /// What [an observed layer](PolicyStep::observed_layer) sees.
+    /// The observation of [an observed layer](PolicyStep::observed_layer).
     fn observe(&self) -> Sight {
         Sight::Robot
     }
 
-    /// Records the activations of a step: an array with a number from -1 to 1 for each edge, as
-    /// [`PolicyStep::output_layer`] returns it, or a kernel mapped over arrays [per
-    /// edge](PolicyStep::per_edge).
+    /// Records the activations of a step: an array with a number from -1 to 1 for each edge. It is the result of
+    /// [`PolicyStep::output_layer`] or of a kernel mapped over arrays [per edge](PolicyStep::per_edge).
     fn record(&self, step: &mut PolicyStep) -> Array;
 }

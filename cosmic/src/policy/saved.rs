@@ -1,4 +1,4 @@
-//! A controller's numbers in files: with matrices as lists of rows in designs and cases, flat in snapshots.
+//! The parameters of a controller in files: matrices are lists of rows in designs and cases, and flat in snapshots.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -13,11 +13,10 @@ use super::mlp::{Layer, NETWORK, Network};
 use crate::error::{self, Error, fits, some};
 use crate::scene::ControllerSettings;
 
-/// The block of a network that has one number for each hidden unit.
+/// The block of a network with one number for each hidden unit.
 const HIDDEN: &str = NETWORK[1];
 
-/// The numbers of a controller block by block, matrices as lists of rows; gradients by them have the same
-/// form.
+/// The parameters of a controller block by block, with matrices as lists of rows. Gradients have this form too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights(Vec<(Cow<'static, str>, Numbers)>);
 
@@ -29,7 +28,7 @@ enum Numbers {
 }
 
 impl Numbers {
-    /// A matrix that is given row by row.
+    /// The rows of a matrix.
     fn rows(numbers: &[f64], columns: usize) -> Self {
         let rows = numbers.chunks_exact(columns.max(1));
         Self::Rows(rows.map(<[f64]>::to_vec).collect())
@@ -40,7 +39,7 @@ impl Weights {
     /// The controller with these numbers in these blocks.
     ///
     /// # Errors
-    /// If a block is missing, unknown or has another shape; `file` is named in the message.
+    /// If a block is missing, unknown or has another shape. The message names `file`.
     pub fn controller(&self, blocks: &[Block], file: &str) -> error::Result<Controller<f64>> {
         let says = |says: String| Err(Error::Usage(format!("{file}: {says}")));
         let is_known = |name: &str| blocks.iter().any(|block| block.name == name);
@@ -81,7 +80,7 @@ impl Weights {
         Ok(Controller::new(blocks, numbers))
     }
 
-    /// The hidden units of a network; `None` if these are no network's numbers.
+    /// The number of hidden units; `None` if the numbers do not belong to a network.
     fn hidden(&self) -> Option<usize> {
         let found = self.0.iter().find(|(name, _)| *name == HIDDEN);
         found.map(|(_, numbers)| match numbers {
@@ -90,10 +89,10 @@ impl Weights {
         })
     }
 
-    /// Sets the size of a network to that of these numbers.
+    /// Sets the number of hidden units in the settings to that of the network.
     ///
     /// # Errors
-    /// If it has no hidden units.
+    /// If the network has no hidden units.
     pub(crate) fn set_hidden(
         &self,
         settings: &mut ControllerSettings,
@@ -106,7 +105,7 @@ impl Weights {
         Ok(())
     }
 
-    /// Checks that a network has the size of the settings.
+    /// Checks that a network has the number of hidden units of the settings.
     ///
     /// # Errors
     /// [`Error::Misfit`].
@@ -120,7 +119,7 @@ impl Weights {
         hidden.map_or(Ok(()), |hidden| fits(file, &what, hidden, settings.hidden))
     }
 
-    /// Every block: its name, the lengths of its axes and its numbers.
+    /// The name, the lengths of the axes and the numbers of every block.
     pub fn blocks(&self) -> impl Iterator<Item = (&str, Vec<usize>, Vec<f64>)> {
         self.0.iter().map(|(name, numbers)| match numbers {
             Numbers::Vector(vector) => (&**name, vec![vector.len()], vector.clone()),
@@ -237,46 +236,16 @@ impl<'de> Visitor<'de> for Entries {
     }
 }
 
-/// The first entry of a block, which decides about the others.
+/// The first entry of a block. It decides whether the block is a vector or a matrix.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a number or a row of numbers")]
 enum Entry {
     Number(f64),
     Row(Vec<f64>),
 }
 
-impl<'de> Deserialize<'de> for Entry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(FirstEntry)
-    }
-}
-
-struct FirstEntry;
-
-impl<'de> Visitor<'de> for FirstEntry {
-    type Value = Entry;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number or a row of numbers")
-    }
-    fn visit_f64<E>(self, number: f64) -> Result<Entry, E> {
-        Ok(Entry::Number(number))
-    }
-    fn visit_i64<E>(self, number: i64) -> Result<Entry, E> {
-        Ok(Entry::Number(number as f64))
-    }
-    fn visit_u64<E>(self, number: u64) -> Result<Entry, E> {
-        Ok(Entry::Number(number as f64))
-    }
-    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Entry, A::Error> {
-        let mut row = Vec::new();
-        while let Some(number) = numbers.next_element()? {
-            row.push(number);
-        }
-        Ok(Entry::Row(row))
-    }
-}
-
-/// The key under which a snapshot has the columns of a matrix. Those of the network are older than the
-/// names of blocks.
+/// The key of a snapshot for the number of columns of a matrix. The keys of the network are older than the names of
+/// blocks.
 fn columns_key(name: &str) -> Cow<'static, str> {
     match name {
         "w1" => Cow::Borrowed("inputs"),
@@ -285,7 +254,7 @@ fn columns_key(name: &str) -> Cow<'static, str> {
     }
 }
 
-/// Flat lists, and before them the columns of matrices.
+/// Flat lists. Before them are the numbers of columns of the matrices.
 impl Serialize for Controller<f64> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -357,7 +326,7 @@ impl<'de> Visitor<'de> for FlatBlocks {
     }
 }
 
-/// A value of a flat controller.
+/// A value in a flat controller.
 #[derive(Deserialize)]
 #[serde(
     untagged,

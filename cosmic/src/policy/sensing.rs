@@ -1,4 +1,4 @@
-//! What a policy sees: its observation, as an equation.
+//! The observation of a policy.
 
 use std::f64::consts::TAU;
 
@@ -8,18 +8,18 @@ use crate::geometry::{Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, Senses};
 
-/// What a policy sees.
+/// The observation of a policy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Clocks, goal, and the robot's own motion.
+    /// Clocks, goal, and the motion of the robot.
     Robot,
     /// Clocks and goal: the policy is open loop.
     Clock,
 }
 
 impl Sight {
-    /// The length of an observation of so many nodes. Absurd numbers of clocks, as a file may have
-    /// them, give an absurd length, which nothing fits.
+    /// The length of an observation for a number of nodes. It saturates, because a file may have an absurd number of
+    /// clocks.
     pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
         let robot = match self {
             Self::Robot => 4 * nodes,
@@ -28,7 +28,7 @@ impl Sight {
         settings.clocks.saturating_add(2 + robot)
     }
 
-    /// Whether positions and velocities make any difference to an observation.
+    /// Whether an observation depends on positions and on velocities.
     pub fn senses(self, settings: &ControllerSettings) -> Senses {
         match self {
             Self::Robot => settings.senses(),
@@ -42,18 +42,18 @@ impl Sight {
     }
 }
 
-/// The length of an observation with the [`Robot`](Sight::Robot) in it.
+/// The length of an observation of the [`Robot`](Sight::Robot).
 pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
     Sight::Robot.length(settings, nodes)
 }
 
-/// An observation of the robot: clocks; goal; offsets of the nodes from their mean (D3) as
-/// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
-/// the world's frame, the goal in the ground's (D3).
+/// An observation of the robot: clocks; goal; offsets of the nodes from their mean (D3) as `x0, y0, x1, y1, ...`;
+/// velocities of the nodes in the same order. Offsets and velocities are in the world's frame, the goal is in the
+/// ground's frame (D3).
 ///
-/// `time` is in seconds since the start: a product `n dt`, never a sum, as phases reach 164 rad. The
-/// state is in the world's frame. `presence` weighs the nodes in the mean, and what is observed of each;
-/// empty, every node counts alike.
+/// `time` is in seconds since the start. It must be a product `n dt` and not a sum, because phases reach 164 rad. The
+/// state is in the world's frame. `presence` has the weight of each node in the mean and in the observation; empty
+/// means that all nodes are present.
 ///
 /// This is the definition. A rollout [folds](super::Fold) it into the first layer of a policy.
 pub fn observation<R: Real>(
@@ -82,21 +82,21 @@ pub fn observation<R: Real>(
     observation
 }
 
-/// `sin(omega t)` and `cos(omega t)`, of which every clock is a mixture; in double precision
-/// whatever the rollout runs in. `time` is a product `n dt`, as for [`observation`].
+/// `sin(omega t)` and `cos(omega t)`. Every clock is a sum of multiples of both. They are in double precision even if
+/// the rollout is not. `time` is a product `n dt`, as for [`observation`].
 pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
     let (sin, cos) = (settings.omega * time).sin_cos();
     [sin, cos]
 }
 
-/// How far each clock is ahead of the first, in radians.
+/// The phase of each clock relative to the first, in radians.
 pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64> {
     let count = settings.clocks;
     (0..count).map(move |j| TAU * j as f64 / count as f64)
 }
 
-/// The goal as it enters: the numbers given, or what is left of them from the mean position,
-/// measured along the ground and across it from the world's origin, as the displacement is.
+/// The scaled goal: the numbers of the settings, or their distance from the mean position. Both are measured along the
+/// ground and normal to it from the world's origin, as the displacement is.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal.into());

@@ -1,4 +1,4 @@
-//! What a policy records into the step of a rollout, and the numbers that the step is given for it.
+//! The part of a step that a policy records, and the parameters of this part.
 
 use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
 
@@ -8,18 +8,18 @@ use super::sensing::Sight;
 use crate::laws::Particle;
 use crate::scene::{ControllerSettings, Senses};
 
-/// The robot as a policy sees it in a step: arrays of a program, in the ground's frame.
+/// The arrays of a step that a policy can use, in the ground's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Positions and velocities of the nodes.
     pub(crate) nodes: Particle<Array>,
     /// `sin(omega t)`, `cos(omega t)`.
     pub(crate) clock: Array,
-    /// How much each node belongs to the robot; `None` if all nodes do.
+    /// How much each node belongs to the robot; `None` if all nodes belong to it.
     pub(crate) presence: Option<Array>,
 }
 
-/// Where the activations of a step go.
+/// The places of the activations of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,
@@ -28,7 +28,7 @@ pub(crate) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    /// The edges with an actuator, in the order of the slots, so that they spread out by whole lanes.
+    /// The edges with an actuator in the order of the slots, so that whole lanes can be spread to slots.
     pub(crate) fn edges(&self) -> Vec<usize> {
         let edges = self.graph.edge_of_slot();
         let slots = self.actuated.iter();
@@ -36,12 +36,12 @@ impl Outputs<'_> {
     }
 }
 
-/// Numbers of a controller that a step is given, as one parameter of its program.
+/// Numbers of a controller that are one parameter of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Given {
     /// The folded weights of a layer on the observation.
     Weights(&'static str),
-    /// The biases of that layer, with the constant part of the observation.
+    /// The biases of this layer, plus the constant part of the observation.
     Biases(&'static str, &'static str),
     /// A block.
     Whole(&'static str),
@@ -52,7 +52,7 @@ pub(crate) enum Given {
 }
 
 impl Given {
-    /// The numbers of a controller.
+    /// The numbers for a controller.
     pub(crate) fn numbers<R: Real>(
         self,
         controller: &Controller<R>,
@@ -77,7 +77,7 @@ impl Given {
     }
 }
 
-/// What a policy sees of nodes that count by their presence.
+/// The observation of nodes that count by their presence.
 pub(crate) struct Weighted {
     /// Weighted offsets, weighted velocities, and the clock.
     all: Array,
@@ -91,7 +91,7 @@ pub(crate) trait Recording {
     fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// What `senses` ask for of the nodes, weighted.
+    /// The weighted positions and velocities that `senses` ask for.
     fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
     fn any(&mut self) -> AnyProgram<'_>;
 }
@@ -120,7 +120,7 @@ impl<R: Real> Recording for Program<R> {
     }
 }
 
-/// A program that only declares arrays, to see what a policy is given.
+/// A program that only declares arrays, to list the parameters of a policy.
 pub(crate) struct Declared(pub(crate) Program<f64>);
 
 impl Recording for Declared {
@@ -147,7 +147,7 @@ impl Recording for Declared {
     }
 }
 
-/// A step that a policy records its part into.
+/// A step into which a policy records its part.
 pub struct PolicyStep<'a> {
     program: &'a mut dyn Recording,
     blocks: &'a [Block],
@@ -156,9 +156,9 @@ pub struct PolicyStep<'a> {
     follows_goal: bool,
     seen: Seen,
     outputs: Outputs<'a>,
-    /// The observation, once it was asked for.
+    /// The observation after it was asked for.
     observation: Option<Vec<Array>>,
-    /// The numbers for the parameters declared so far.
+    /// The parameters declared so far.
     given: Vec<Given>,
 }
 
@@ -182,7 +182,7 @@ impl<'a> PolicyStep<'a> {
         }
     }
 
-    /// The numbers that the step is given, in the order in which it declares parameters.
+    /// The parameters in the order of their declaration.
     pub(crate) fn into_given(self) -> Vec<Given> {
         self.given
     }
@@ -219,8 +219,7 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &[x], bias)
     }
 
-    /// The activations `tanh(W x + b)` of the edges, by the names of blocks with one row and one number per
-    /// edge.
+    /// The activations `tanh(W x + b)` of the edges. `W` is a block with one row per edge, `b` with one number per edge.
     ///
     /// # Panics
     /// As [`layer`](Self::layer).
@@ -241,7 +240,7 @@ impl<'a> PolicyStep<'a> {
     /// A block of numbers.
     ///
     /// # Panics
-    /// If it is unknown.
+    /// If the block is unknown.
     pub fn block(&mut self, name: &'static str) -> Array {
         let len = self.shape_of(name).len();
         self.given.push(Given::Whole(name));
@@ -254,7 +253,7 @@ impl<'a> PolicyStep<'a> {
         self.program.parameter(self.outputs.graph.slots())
     }
 
-    /// A number of an array, repeated for every activation.
+    /// One number of an array, repeated for every activation.
     pub fn for_every_edge(&mut self, x: Array, index: usize) -> Array {
         let slots = self.outputs.graph.slots();
         self.program().gather(x, &vec![Some(index); slots])
@@ -265,7 +264,7 @@ impl<'a> PolicyStep<'a> {
         self.program.any()
     }
 
-    /// The arrays that [`Fold`] has columns for.
+    /// The arrays for which [`Fold`] has columns.
     fn observation(&mut self) -> Vec<Array> {
         if let Some(observation) = &self.observation {
             return observation.clone();

@@ -8,6 +8,7 @@ use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use super::summary::{SUMMARY, Summary};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
+use crate::registry::Registry;
 use crate::scene::UnstableStep;
 use std::fs;
 use std::io::ErrorKind;
@@ -77,7 +78,7 @@ pub fn resume_with(
     codesign: CoDesign,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder)? else {
+    let Some((lock, snapshot)) = take_up(folder, codesign.scene().registry())? else {
         return Summary::read(folder);
     };
     if snapshot.progress.is_none() {
@@ -94,8 +95,8 @@ pub fn resume_with(
 /// # Errors
 /// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged
 /// snapshot, otherwise as [`optimise`].
-pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder)? else {
+pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder, registry)? else {
         return Summary::read(folder);
     };
     go_on(lock, snapshot, observer)
@@ -114,7 +115,7 @@ fn go_on(lock: Lock, snapshot: Snapshot, observer: &mut dyn Observer) -> Result<
 /// As [`resume`], and [`Error::Usage`] if the folder holds an unfinished run of another plan. That run
 /// is left unchanged.
 pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder)? else {
+    let Some((lock, snapshot)) = take_up(folder, plan.scene.registry())? else {
         return Summary::read(folder);
     };
     snapshot.plan.check_same(plan, folder)?;
@@ -128,12 +129,17 @@ pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> 
 /// # Errors
 /// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a
 /// folder that holds anything else; otherwise as [`resume`].
-pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) -> Result<Summary> {
+pub fn deliver_so_far(
+    folder: &Path,
+    into: &Path,
+    codesign: Option<CoDesign>,
+    registry: &Registry,
+) -> Result<Summary> {
     let refused = |says: &str| Err(Error::Usage(format!("{}: {says}", folder.display())));
-    let Some((_lock, snapshot)) = take_up(folder)? else {
+    let Some((_lock, snapshot)) = take_up(folder, registry)? else {
         return refused("the run is finished");
     };
-    let Some(progress) = snapshot.progress.as_deref() else {
+    let Some(progress) = snapshot.progress.as_ref() else {
         return refused("several starts: name the folder of one");
     };
     let done = progress.iteration - progress.before_first();
@@ -144,11 +150,11 @@ pub fn deliver_so_far(folder: &Path, into: &Path, codesign: Option<CoDesign>) ->
     // All checks come before anything is written.
     snapshot.clone().unpack(&folder.join(SNAPSHOT), &codesign)?;
     let lock = begin_or_replace(into, folder)?;
-    let mut plan = RunPlan::clone(&snapshot.plan);
+    let mut plan = snapshot.plan.clone();
     plan.iterations = Some(done);
     copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
-    let copy = Snapshot::read(into)?;
+    let copy = Snapshot::read(into, registry)?;
     Run::open_with(lock, copy, codesign)?.finish(&mut ())
 }
 
@@ -186,8 +192,8 @@ fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
 /// # Errors
 /// The errors of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene that
 /// the run began with; [`Error::Taken`] if another process works on the run.
-pub fn allow_unstable(folder: &Path) -> Result<()> {
-    let Some((_lock, mut snapshot)) = take_up(folder)? else {
+pub fn allow_unstable(folder: &Path, registry: &Registry) -> Result<()> {
+    let Some((_lock, mut snapshot)) = take_up(folder, registry)? else {
         return Ok(());
     };
     if snapshot.progress.as_ref().is_some_and(|p| p.own_loss) {
@@ -202,16 +208,19 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         // In this order a crash never leaves a scene that differs from the snapshot: the scene is
         // gone until the new snapshot is written, and is written from a snapshot.
         fs::remove_file(&scene).map_err(Error::writing(scene))?;
-        snapshot.plan.to_mut().scene.physics.unstable_step = UnstableStep::Warn;
+        snapshot.plan.scene.physics.unstable_step = UnstableStep::Warn;
         snapshot.write(folder)?;
         keep_scene(folder, &snapshot.plan.scene)?;
     }
-    (multistart::begun(folder, &snapshot.plan).iter()).try_for_each(|start| allow_unstable(start))
+    let starts = multistart::begun(folder, &snapshot.plan);
+    let mut starts = starts.iter();
+    starts.try_for_each(|start| allow_unstable(start, registry))
 }
 
 #[cfg(test)]
 mod tests {
     use super::{deliver_so_far, optimise, optimise_with, resume_of, resume_with};
+    use crate::Registry;
     use crate::codesign::tests::tiny;
     use crate::codesign::{CoDesign, Record};
     use crate::objective::Loss;
@@ -304,18 +313,28 @@ mod tests {
         // The run's own folder is refused too: a delivery would end the run.
         for into in [&other, &foreign, &run] {
             let before = files(into);
-            let error = deliver_so_far(&run, into, None).unwrap_err();
+            let error = deliver_so_far(&run, into, None, &Registry::default()).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             assert!(error.to_string().contains("not empty"), "{error}");
             assert_eq!(files(into), before);
         }
-        assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 4);
+        assert_eq!(
+            deliver_so_far(&run, &into, None, &Registry::default())
+                .unwrap()
+                .iterations,
+            4
+        );
         // The run continues and is delivered into that folder again.
         resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
-        assert_eq!(deliver_so_far(&run, &into, None).unwrap().iterations, 6);
+        assert_eq!(
+            deliver_so_far(&run, &into, None, &Registry::default())
+                .unwrap()
+                .iterations,
+            6
+        );
         // A delivery of another run is not overwritten.
         let before = files(&into);
-        deliver_so_far(&other, &into, None).unwrap_err();
+        deliver_so_far(&other, &into, None, &Registry::default()).unwrap_err();
         assert_eq!(files(&into), before);
     }
 

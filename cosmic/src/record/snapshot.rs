@@ -4,11 +4,18 @@ use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
-use crate::scene::Scene;
-use serde::{Deserialize, Serialize};
+use crate::lattice::Truss;
+use crate::reading::{placed, read_whole};
+use crate::registry::Registry;
+use crate::scene::{Scene, TrussFile};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
+use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The format of a snapshot.
 pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
@@ -16,14 +23,13 @@ pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// The task of a run, or of several starts.
+/// The task of a run, or of several starts. Files have it with a [`SavedScene`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RunPlan {
+pub struct RunPlan<S = Scene> {
     /// The name of the scene.
     pub name: String,
-    /// The scene; in the file as TOML.
-    #[serde(with = "toml")]
-    pub scene: Scene,
+    /// The scene.
+    pub scene: S,
     /// The seed, or the first of several.
     pub seed: u64,
     /// How many seeds are tried.
@@ -52,7 +58,37 @@ impl Search {
     }
 }
 
+impl<S> RunPlan<S> {
+    /// The same plan for another form of the scene.
+    fn with_scene<T>(&self, scene: T) -> RunPlan<T> {
+        RunPlan {
+            name: self.name.clone(),
+            scene,
+            seed: self.seed,
+            starts: self.starts,
+            iterations: self.iterations,
+            search: self.search,
+        }
+    }
+}
+
+impl RunPlan<SavedScene> {
+    /// Reads the scene.
+    ///
+    /// # Errors
+    /// The errors of [`SavedScene::read`].
+    pub fn read(&self, registry: &Registry) -> Result<RunPlan> {
+        let scene = self.scene.read("plan.scene", registry)?;
+        Ok(self.with_scene(scene))
+    }
+}
+
 impl RunPlan {
+    /// The plan as files have it.
+    pub fn saved(&self) -> RunPlan<SavedScene> {
+        self.with_scene(SavedScene::from(&self.scene))
+    }
+
     /// A whole run of one start.
     pub fn new(name: &str, scene: Scene, seed: u64) -> Self {
         Self {
@@ -101,99 +137,136 @@ impl RunPlan {
     }
 }
 
-/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file
-/// is needed.
-pub mod toml {
-    use super::Scene;
-    use crate::error;
-    use crate::lattice::Truss;
-    use crate::scene::TrussFile;
-    use serde::de::value::MapAccessDeserializer;
-    use serde::de::{Error, MapAccess, Visitor};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use std::fmt;
-    use std::sync::Arc;
+/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file is needed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavedScene {
+    /// The text of the scene: TOML.
+    pub text: String,
+    truss: Option<Arc<Truss>>,
+}
 
-    /// A scene whose lattice is a truss.
-    #[derive(Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct OfTruss {
-        scene: String,
-        truss: Truss,
+/// A saved scene whose lattice is a truss.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneAndTruss {
+    scene: String,
+    truss: Truss,
+}
+
+impl From<&Scene> for SavedScene {
+    fn from(scene: &Scene) -> Self {
+        Self {
+            text: scene.to_run_toml(),
+            truss: scene.lattice.file.truss().cloned(),
+        }
     }
+}
 
-    /// Writes the scene's TOML as a string, or as an object beside the truss of its lattice.
+impl SavedScene {
+    /// Reads the scene; `place` names it in messages, as `plan.scene`.
     ///
     /// # Errors
-    /// The errors of the serializer.
-    pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
-        let text = scene.to_run_toml();
-        match scene.lattice.file.truss() {
-            None => to.serialize_str(&text),
-            Some(truss) => OfTruss {
-                scene: text,
+    /// [`Error::Usage`] with the line and the column within the text.
+    pub fn read(&self, place: &str, registry: &Registry) -> Result<Scene> {
+        let truss = self.truss.clone();
+        let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, truss));
+        let scene = Scene::parse_of_snapshot(&self.text, truss, registry);
+        scene.map_err(|error| {
+            // The report of the error is a page; a part of a sentence is needed.
+            let says = match error {
+                Error::Malformed {
+                    line,
+                    column,
+                    message,
+                    ..
+                } => format!("the scene, line {line}, column {column}: {message}"),
+                error => error.to_string(),
+            };
+            Error::Usage(format!("`{place}`: {says}"))
+        })
+    }
+}
+
+impl Serialize for SavedScene {
+    fn serialize<S: Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+        let scene = self.text.clone();
+        match &self.truss {
+            None => to.serialize_str(&scene),
+            Some(truss) => SceneAndTruss {
+                scene,
                 truss: Truss::clone(truss),
             }
             .serialize(to),
         }
     }
+}
 
-    /// Reads the scene from what [`serialize`] writes.
-    ///
-    /// # Errors
-    /// What is wrong with the TOML, with its line and column.
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
-        // By its own visitor: an error is then at the place of the scene in the file.
-        from.deserialize_any(AnyForm)
+impl<'de> Deserialize<'de> for SavedScene {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        from.deserialize_any(SavedVisitor)
+    }
+}
+
+/// Reads a saved scene. With a visitor, an error has its place within the scene.
+struct SavedVisitor;
+
+impl<'de> Visitor<'de> for SavedVisitor {
+    type Value = SavedScene;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("the text of a scene, or an object with the keys `scene` and `truss`")
     }
 
-    struct AnyForm;
-
-    impl<'de> Visitor<'de> for AnyForm {
-        type Value = Scene;
-
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str("the text of a scene, or an object with the keys `scene` and `truss`")
-        }
-
-        fn visit_str<E: Error>(self, text: &str) -> Result<Scene, E> {
-            Scene::parse_of_snapshot(text, None).map_err(told)
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Scene, A::Error> {
-            let parts = OfTruss::deserialize(MapAccessDeserializer::new(map))?;
-            let truss = TrussFile::new(TrussFile::COPY, Arc::new(parts.truss));
-            Scene::parse_of_snapshot(&parts.scene, Some(truss)).map_err(told)
-        }
+    fn visit_str<E>(self, text: &str) -> std::result::Result<SavedScene, E> {
+        let (text, truss) = (text.to_owned(), None);
+        Ok(SavedScene { text, truss })
     }
 
-    /// An error in a part of a sentence; its own report is a page.
-    fn told<E: Error>(error: error::Error) -> E {
-        match error {
-            error::Error::Malformed {
-                line,
-                column,
-                message,
-                ..
-            } => E::custom(format!(
-                "the scene, line {line}, column {column}: {message}"
-            )),
-            error => E::custom(error),
-        }
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<SavedScene, A::Error> {
+        let both = SceneAndTruss::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(SavedScene {
+            text: both.scene,
+            truss: Some(Arc::new(both.truss)),
+        })
     }
 }
 
 /// A run's plan and state.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Snapshot<'a> {
-    pub(super) plan: Cow<'a, RunPlan>,
+#[derive(Clone, Debug)]
+pub(super) struct Snapshot {
+    pub(super) plan: RunPlan,
     /// Wall time so far, interruptions left out, s.
     pub(super) seconds: f64,
     /// `None` for several starts: each of them has its own snapshot.
-    pub(super) progress: Option<Cow<'a, Progress>>,
+    pub(super) progress: Option<Progress>,
 }
 
-impl Snapshot<'_> {
+/// The form of a snapshot in its file.
+#[derive(Serialize, Deserialize)]
+struct SnapshotFile<'a> {
+    plan: RunPlan<SavedScene>,
+    seconds: f64,
+    progress: Option<Cow<'a, Progress>>,
+}
+
+impl SnapshotFile<'_> {
+    /// Reads the scene of the plan. The bytes are those of the file at `path`.
+    fn read(self, path: &Path, bytes: &[u8], registry: &Registry) -> Result<Snapshot> {
+        Ok(Snapshot {
+            plan: in_file(path, bytes, self.plan.read(registry))?,
+            seconds: self.seconds,
+            progress: self.progress.map(Cow::into_owned),
+        })
+    }
+}
+
+/// Adds the place in a snapshot to an error about its scene.
+fn in_file<T>(path: &Path, bytes: &[u8], result: Result<T>) -> Result<T> {
+    let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
+    result.map_err(|error| placed(&file, &text, error))
+}
+
+impl Snapshot {
     /// Replaces a folder's snapshot by a plan and a state after so many seconds.
     pub(super) fn save(
         folder: &Path,
@@ -201,17 +274,17 @@ impl Snapshot<'_> {
         seconds: f64,
         progress: Option<&Progress>,
     ) -> Result<()> {
-        let snapshot = Snapshot {
-            plan: Cow::Borrowed(plan),
+        let file = SnapshotFile {
+            plan: plan.saved(),
             seconds,
             progress: progress.map(Cow::Borrowed),
         };
-        snapshot.write(folder)
+        write_json(&folder.join(SNAPSHOT), FORMAT, &file)
     }
 
     /// Replaces a folder's snapshot.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
-        write_json(&folder.join(SNAPSHOT), FORMAT, self)
+        Self::save(folder, &self.plan, self.seconds, self.progress.as_ref())
     }
 
     /// The plan and the state, checked against an optimisation of the plan's scene. Messages name
@@ -221,7 +294,7 @@ impl Snapshot<'_> {
     /// [`Error::Usage`] if the optimisation has another scene or another loss; those of
     /// [`CoDesign::first`] and [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
-        let plan = self.plan.into_owned();
+        let plan = self.plan;
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
                 "{}: the optimisation is not of the run's scene",
@@ -229,7 +302,7 @@ impl Snapshot<'_> {
             )));
         }
         let first = codesign.first(plan.seed)?;
-        let progress = self.progress.map_or(first.clone(), Cow::into_owned);
+        let progress = self.progress.unwrap_or_else(|| first.clone());
         if progress.own_loss != first.own_loss {
             let file = file.display();
             return Err(if progress.own_loss {
@@ -260,35 +333,50 @@ impl Snapshot<'_> {
     /// The scene of a folder's snapshot; `None` if there is no snapshot.
     ///
     /// # Errors
-    /// The errors of [`read_json`].
-    pub(super) fn scene(folder: &Path) -> Result<Option<Scene>> {
+    /// As [`read`](Self::read).
+    pub(super) fn scene(folder: &Path, registry: &Registry) -> Result<Option<Scene>> {
         #[derive(Deserialize)]
         struct Planned {
-            plan: Plan,
-        }
-        #[derive(Deserialize)]
-        struct Plan {
-            #[serde(with = "toml")]
-            scene: Scene,
+            plan: RunPlan<SavedScene>,
         }
         let path = folder.join(SNAPSHOT);
         if !path.exists() {
             return Ok(None);
         }
-        let read: Planned = read_json(&path, FORMAT)?;
-        Ok(Some(read.plan.scene))
+        let bytes = read_whole(&path)?;
+        let read: Planned = parse_json(&path, &bytes, FORMAT)?;
+        in_file(&path, &bytes, read.plan.read(registry)).map(|plan| Some(plan.scene))
+    }
+
+    /// Whether the run in a folder has a loss of the caller; false if there is no readable snapshot.
+    pub(super) fn has_own_loss(folder: &Path) -> bool {
+        #[derive(Deserialize)]
+        struct Outline {
+            progress: Option<OutlinedProgress>,
+        }
+        #[derive(Deserialize)]
+        struct OutlinedProgress {
+            #[serde(default)]
+            own_loss: bool,
+        }
+        let outline: Result<Outline> = read_json(&folder.join(SNAPSHOT), FORMAT);
+        let progress = outline.ok().and_then(|outline| outline.progress);
+        progress.is_some_and(|progress| progress.own_loss)
     }
 
     /// A folder's snapshot.
     ///
     /// # Errors
-    /// The errors of [`read_json`]; [`Error::Read`] for a folder that is not a run.
-    pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
+    /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Malformed`] for a malformed scene; [`Error::Read`] for
+    /// a folder that is not a run.
+    pub(super) fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         let path = folder.join(SNAPSHOT);
         if !path.exists() {
             return Err(no_run(folder, SNAPSHOT));
         }
-        read_json(&path, FORMAT)
+        let bytes = read_whole(&path)?;
+        let file: SnapshotFile = parse_json(&path, &bytes, FORMAT)?;
+        file.read(&path, &bytes, registry)
     }
 }
 
@@ -302,10 +390,11 @@ pub fn check(
     bytes: &[u8],
     accept: impl Fn(&RunPlan) -> Result<()>,
 ) -> Result<RunPlan> {
-    let snapshot: Snapshot = parse_json(path, bytes, FORMAT)?;
+    let file: SnapshotFile = parse_json(path, bytes, FORMAT)?;
+    let snapshot = file.read(path, bytes, &Registry::default())?;
     accept(&snapshot.plan)?;
     if snapshot.progress.is_none() {
-        return Ok(snapshot.plan.into_owned());
+        return Ok(snapshot.plan);
     }
     let codesign = CoDesign::new(&snapshot.plan.scene)?;
     snapshot.unpack(path, &codesign).map(|(plan, _)| plan)

@@ -300,9 +300,8 @@ fn unfinished(folder: &Path) -> String {
         let command = format!("cosmic evaluate {}", in_shell(&diverged));
         return format!("the run diverged; see its last states with: {command}");
     }
-    let progress = Snapshot::read(folder).map(|snapshot| snapshot.progress);
-    let own_loss = matches!(progress, Ok(Some(progress)) if progress.own_loss);
-    format!("the run is not finished; {}", go_on(folder, own_loss))
+    let how = go_on(folder, Snapshot::has_own_loss(folder));
+    format!("the run is not finished; {how}")
 }
 
 /// The options in force that differ from the paper: those of the scene that the run used, and those

@@ -2,12 +2,15 @@
 
 use super::Scene;
 
-/// The name of a built-in scene that supplies missing keys; `earth` if a file names no base.
+/// The keys of a scene file above its first section.
+pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
+
+/// A built-in scene that supplies the keys that are missing in a file: `earth` unless the file names another base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base(pub(super) &'static str);
 
 impl Base {
-    /// The scene of the declared defaults, which is the paper's scene.
+    /// The scene of the declared defaults: the paper's scene.
     pub(super) const DECLARED: Base = Base("stability");
 
     /// The scene's name.

@@ -1,32 +1,26 @@
-//! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
-//! and a search over starts that drops the weak ones early.
+//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and a search over starts that
+//! drops weak starts early.
 
 use super::Scene;
-use serde::Serialize;
-use toml::Spanned;
-use toml::de::DeValue;
-
-use crate::registry::{OFF, Registry};
+use super::chosen::Chosen;
 use crate::settings;
-use crate::settings::{
-    DEVIATION, Filled, Limits, SHARE, SettingValue, json, unknown, within, word,
-};
+use crate::settings::{DEVIATION, SHARE, within};
 
 settings! {
     /// The task of the robot. Displacement is reported for every task.
     struct ObjectiveSettings {
-        /// To get far, to be near a point, to climb, to go back, or to save energy.
+        /// The task: to get far, to be near a point, to climb, to go back, or to save energy.
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
-        /// A loss in place of the task's, by a name that the program was given.
-        own_loss: OwnLoss = OwnLoss::default(), since 1, source "the paper has none";
-        /// For "reach": where the payload should be in the states that the loss covers, along the ground from
-        /// its origin. The robot passes the target and keeps moving: no task makes a robot stop yet.
+        /// A loss that replaces the task's loss, by the name that the program adds it with.
+        own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
+        /// For "reach": the desired position of the payload along the ground, from its origin, in the states that the
+        /// loss covers. The robot passes the target and keeps moving, because no task makes a robot stop yet.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
-        /// For "reach": the time in which a speed at the target counts as a distance.
+        /// For "reach": the time that converts a speed at the target into a distance.
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
@@ -38,7 +32,7 @@ settings! {
 }
 
 settings! {
-    /// What the robot is to do.
+    /// The task of the robot.
     enum TaskKind {
         /// To get far along the ground.
         Far = "far",
@@ -57,21 +51,21 @@ settings! {
 settings! {
     /// Gradients averaged over robots and surroundings drawn around the nominal ones.
     struct RobustSettings {
-        /// Draws per gradient, new ones every iteration; 0 designs for the nominal robot.
+        /// Draws per gradient, new ones in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
-        /// How far a coordinate of the start is off at most.
+        /// Largest deviation of a coordinate of the start.
         start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
-        /// Share by which the coefficient of Coulomb friction is off at most.
+        /// Largest relative deviation of the coefficient of friction.
         friction: f64 = 0.2, allowed DEVIATION, since 1,
             read "with `samples` above 0 and a contact law that slips" if |s: &Scene| s.robust.samples > 0 && s.slips(),
             source "beyond the paper";
-        /// Share by which the stiffness of an edge is off at most.
+        /// Largest relative deviation of the stiffness of an edge.
         stiffness: f64 = 0.1, allowed DEVIATION, since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
-        /// Share by which the mass of a node is off at most.
+        /// Largest relative deviation of the mass of a node.
         mass: f64 = 0.1, allowed DEVIATION, since 1,
             read "with `samples` above 0" if |s: &Scene| s.robust.samples > 0,
             source "beyond the paper";
@@ -79,8 +73,8 @@ settings! {
 }
 
 impl RobustSettings {
-    /// How many times as fast a drawn robot may vibrate as the nominal one: its edges as stiff, its
-    /// nodes as light as any. 1 where none is drawn.
+    /// The largest frequency of a drawn robot over that of the nominal robot: the drawn edges may be stiffer and the
+    /// nodes lighter. 1 if no robots are drawn.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,
@@ -90,68 +84,13 @@ impl RobustSettings {
 }
 
 settings! {
-    /// How `optimize --starts N --search halving` drops weak starts; not read otherwise.
+    /// How `optimize --starts N --search halving` drops weak starts. Other commands do not read it.
     struct SearchSettings {
-        /// Iterations after which starts are dropped, none below the one before it. At the last
-        /// iteration and beyond nothing is dropped any more.
+        /// Iterations after which starts are dropped, ascending. At the last iteration and later no start is dropped.
         rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), since 1, source "beyond the paper";
-        /// Share of the starts that goes on after each of them, rounded up.
+        /// Share of the starts that continue after each of them, rounded up.
         keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
-        /// Iterations up to a rung over which a start's displacement is judged, by their median.
+        /// Number of iterations before a rung. A start is judged by its median over them.
         window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
-    }
-}
-
-/// The name of a loss that this process was [given](crate::objective::add), or none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct OwnLoss(Option<&'static str>);
-
-/// The names of all losses given.
-static LOSSES: Registry<()> = Registry::new();
-
-impl OwnLoss {
-    /// Makes a name known to the scenes that are read from now on.
-    ///
-    /// # Panics
-    /// If it is known already, or means that there is none.
-    pub(crate) fn add(name: &'static str) {
-        assert!(name != OFF, "a loss cannot be called {name:?}");
-        LOSSES.add("loss", name, ());
-    }
-
-    /// The name; `None` for the task's own loss.
-    pub fn name(self) -> Option<&'static str> {
-        self.0
-    }
-
-    fn known() -> impl Iterator<Item = &'static str> {
-        LOSSES.all().into_iter().map(|(name, ())| name)
-    }
-}
-
-impl SettingValue for OwnLoss {
-    fn allowed(&self, _: &Limits) -> String {
-        let names = [OFF].into_iter().chain(Self::known());
-        let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
-        let names = names.join(" or ");
-        format!("{names}; another loss needs the program that brings it")
-    }
-
-    fn toml(&self) -> String {
-        format!("{:?}", self.0.unwrap_or(OFF))
-    }
-
-    fn json(&self) -> serde_json::Value {
-        json(self)
-    }
-
-    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
-        let word = word(value)?;
-        let name = Self::known().find(|name| *name == word);
-        if name.is_none() && word != OFF {
-            return Err(unknown(value, word, "names an unknown loss:"));
-        }
-        self.0 = name;
-        Ok(())
     }
 }

@@ -1,19 +1,21 @@
 //! The built-in scenes, and finding a scene by name or file.
 
 use super::Scene;
-use super::base::Base;
+use super::base::{Base, TOP_KEYS};
 use super::diagnostic::{SceneText, not_text};
+use super::keys::sections;
 use super::read::{options, pointed, suggest};
 use crate::error::{Error, Result};
+use crate::laws::{self, Choice};
 use crate::reading::{read_at_most, too_long};
 use crate::registry::Registry;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A scene that ships with the crate.
+/// A scene that ships with the crate, or that a program adds.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
-    /// The name it is asked for by.
+    /// The name.
     pub name: &'static str,
     /// The scene's TOML: the settings that differ from its base.
     pub text: &'static str,
@@ -23,7 +25,7 @@ pub struct Builtin {
 const BASE_LINE: &str = "base = ";
 
 impl Builtin {
-    /// The file's first line, which says what the scene is.
+    /// The first line of the file, which describes the scene.
     pub fn about(&self) -> &'static str {
         let first = self.text.lines().next().unwrap_or_default();
         first.trim_start_matches('#').trim()
@@ -31,16 +33,17 @@ impl Builtin {
 
     /// The scene's TOML without its base, for [changing](Scene::with) another scene.
     pub fn changes(&self) -> String {
+        let is_base = |line: &str| line.starts_with(BASE_LINE);
         let lines = self.text.lines();
-        let keep = |line: &str| {
-            if line.starts_with(BASE_LINE) {
-                ""
-            } else {
-                line
-            }
-            .to_owned()
-        };
-        lines.map(|line| keep(line) + "\n").collect()
+        lines
+            .map(|line| {
+                if is_base(line) {
+                    "\n".to_owned()
+                } else {
+                    format!("{line}\n")
+                }
+            })
+            .collect()
     }
 }
 
@@ -56,7 +59,7 @@ impl Base {
         BUILTIN.map(|builtin| builtin.name)
     }
 
-    /// The base's scene, whose base is itself.
+    /// The scene of the base. It is its own base.
     ///
     /// # Panics
     /// If a built-in scene is invalid; a test reads them all.
@@ -111,82 +114,149 @@ pub const BUILTIN: [Builtin; 13] = builtin![
     "large",
 ];
 
-/// The scenes that this process was given beside those that ship with the crate.
-static ADDED: Registry<Builtin> = Registry::new();
+/// The noun for a scene in registries.
+const SCENE: &str = "scene";
 
-/// Gives this process a scene with a name. The last one given is what an omitted scene means.
-///
-/// # Panics
-/// If there is a scene of that name already.
-pub fn add(name: &'static str, text: &'static str) {
-    let is_built_in = BUILTIN.iter().any(|builtin| builtin.name == name);
-    assert!(!is_built_in, "there is a scene {name:?} already");
-    ADDED.add("scene", name, Builtin { name, text });
-}
-
-/// Every scene with a name, the default first: those [given](add), then the [`BUILTIN`] ones.
-pub fn all() -> Vec<Builtin> {
-    let added = ADDED.all().into_iter().rev().map(|(_, scene)| scene);
-    added.chain(BUILTIN).collect()
-}
-
-/// The scene of a name, if there is one.
-pub fn named(name: &str) -> Option<Builtin> {
-    all().into_iter().find(|builtin| builtin.name == name)
-}
-
-/// The largest scene file read; a complete scene has some ten thousand bytes.
+/// The largest scene file that is read; a complete scene has about ten thousand bytes.
 const LARGEST: u64 = 1 << 20;
 
-impl Scene {
-    /// The scene of that built-in name, or else in that TOML file.
+impl Registry {
+    /// Adds a law.
+    ///
+    /// # Panics
+    /// If its name does not consist of lower case letters, digits and underscores, or if a law, a section or a key
+    /// above the sections of a scene already has that name.
+    #[must_use]
+    pub fn with_law(self, law: Choice) -> Self {
+        let name = law.name();
+        let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        assert!(
+            name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_word),
+            "the name of a law consists of lower case letters, digits and underscores, not {name:?}"
+        );
+        let sections = sections(&mut Scene::paper());
+        let mut taken = sections.iter().map(|section| section.name).chain(TOP_KEYS);
+        assert!(
+            taken.all(|taken| taken != name),
+            "a law cannot be named {name:?}: scenes already have a section or key of that name"
+        );
+        self.with(laws::LAW, &laws::names(), name, law)
+    }
+
+    /// Adds a scene, from its TOML. The scene that was added last is the default of the program.
+    ///
+    /// # Panics
+    /// If the name is taken.
+    #[must_use]
+    pub fn with_scene(self, name: &'static str, text: &'static str) -> Self {
+        self.with(SCENE, &Base::names(), name, Builtin { name, text })
+    }
+
+    /// Every scene with a name, the default first: the added scenes, then the [`BUILTIN`] ones.
+    pub fn scenes(&self) -> impl Iterator<Item = Builtin> {
+        self.all::<Builtin>(SCENE).rev().copied().chain(BUILTIN)
+    }
+
+    /// The scene for commands that are not given one.
+    pub fn default_scene(&self) -> Builtin {
+        self.scenes().next().unwrap_or(BUILTIN[0])
+    }
+
+    /// The scene with this name, if there is one.
+    pub fn scene(&self, name: &str) -> Option<Builtin> {
+        self.scenes().find(|builtin| builtin.name == name)
+    }
+
+    /// Reads the scene with this name, or else the scene in this TOML file.
     ///
     /// # Errors
-    /// [`Error::NoScene`] where there is neither, otherwise those of [`Scene::read`].
-    pub fn load(name: &str) -> Result<Scene> {
+    /// [`Error::NoScene`] if there is neither, otherwise the errors of [`read`](Self::read).
+    pub fn load(&self, name: &str) -> Result<Scene> {
         if let Some(base) = Base::named(name) {
-            return Ok(base.scene());
+            return Ok(base.scene().knowing(self));
         }
-        if let Some(added) = named(name) {
-            return Scene::parse(added.name, added.text);
+        if let Some(added) = self.scene(name) {
+            return self.parse(added.name, added.text);
         }
-        Scene::read(Path::new(name)).map_err(|error| match error {
+        self.read(Path::new(name)).map_err(|error| match error {
             Error::Read { path, source }
                 if source.kind() == ErrorKind::NotFound && path == Path::new(name) =>
             {
+                let names: Vec<_> = self.scenes().map(|builtin| builtin.name).collect();
                 Error::NoScene {
                     name: name.to_string(),
-                    hint: suggest(name, all().iter().map(|builtin| builtin.name)),
+                    hint: suggest(name, names.into_iter()),
                 }
             }
             other => other,
         })
     }
 
-    /// The scene in a TOML file.
+    /// Reads the scene in a TOML file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for one that is far too
-    /// long, [`Error::Malformed`] for one that is not UTF-8, and those of [`Scene::parse`].
-    pub fn read(path: &Path) -> Result<Scene> {
-        Scene::parse(&path.display().to_string(), &Scene::text(path)?)
+    /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for a file that is too long,
+    /// [`Error::Malformed`] for a file that is not UTF-8, and the errors of [`parse`](Self::parse).
+    pub fn read(&self, path: &Path) -> Result<Scene> {
+        self.parse(&path.display().to_string(), &Scene::text(path)?)
     }
 
-    /// The text of a scene file.
+    /// Reads a scene from the bytes of a file; messages name `path`.
     ///
     /// # Errors
-    /// The errors of [`read`](Scene::read), except for faults that parsing finds.
+    /// [`Error::Usage`] for too many bytes, [`Error::Malformed`] for bytes that are not UTF-8, and the errors of
+    /// [`parse`](Self::parse).
+    pub fn scene_of_bytes(&self, path: &Path, bytes: &[u8]) -> Result<Scene> {
+        self.parse(&path.display().to_string(), text_of(path, bytes)?)
+    }
+
+    /// The error for a setting that turned out to be wrong after reading, shown with its remedy at the place that sets
+    /// it: one of `settings`, as [`Scene::set`] takes them, or else the scene with this name or file. `None` if none of
+    /// them sets it.
+    pub fn fault(
+        &self,
+        name: &str,
+        settings: &[impl AsRef<str>],
+        key: &str,
+        message: &str,
+        remedy: &str,
+    ) -> Option<Error> {
+        let path = Path::new(name);
+        let text = match self.scene(name) {
+            Some(builtin) => Some(builtin.text.to_owned()),
+            // A pipe cannot be read again: opening it might wait for a writer for ever.
+            None if path.is_file() => Scene::text(path).ok(),
+            None => None,
+        };
+        let file = text.as_deref().map(|text| SceneText::file(name, text));
+        let sources: Vec<_> = file.into_iter().chain(options(settings)).collect();
+        pointed(self, &sources, key, message, remedy)
+    }
+}
+
+impl Scene {
+    /// Reads the built-in scene with this name, or else the scene in this TOML file, as [`Registry::load`] does.
+    ///
+    /// # Errors
+    /// The errors of [`Registry::load`].
+    pub fn load(name: &str) -> Result<Scene> {
+        Registry::default().load(name)
+    }
+
+    /// Reads the scene in a TOML file, as [`Registry::read`] does.
+    ///
+    /// # Errors
+    /// The errors of [`Registry::read`].
+    pub fn read(path: &Path) -> Result<Scene> {
+        Registry::default().read(path)
+    }
+
+    /// Reads the text of a scene file.
+    ///
+    /// # Errors
+    /// The errors of [`read`](Scene::read), except for the errors of parsing.
     pub fn text(path: &Path) -> Result<String> {
         text_of(path, &read_at_most(path, LARGEST)?).map(str::to_owned)
-    }
-
-    /// Parses the bytes of a scene file; messages name `path`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for far too many bytes, [`Error::Malformed`] for some that are not UTF-8,
-    /// and those of [`Scene::parse`].
-    pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Scene> {
-        Scene::parse(&path.display().to_string(), text_of(path, bytes)?)
     }
 }
 
@@ -195,27 +265,4 @@ fn text_of<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
         return Err(too_long(path, LARGEST));
     }
     std::str::from_utf8(bytes).map_err(|_| not_text(&path.display().to_string(), bytes))
-}
-
-/// The error for a setting that turned out wrong after reading, shown with its remedy where it was
-/// set: by one of `settings`, as [`Scene::set`] takes them, else in the scene of that name or file;
-/// `None` where none of them sets it.
-pub fn fault(
-    name: &str,
-    settings: &[impl AsRef<str>],
-    key: &str,
-    message: &str,
-    remedy: &str,
-) -> Option<Error> {
-    let builtin = named(name);
-    let path = Path::new(name);
-    let text = match builtin {
-        Some(builtin) => Some(builtin.text.to_owned()),
-        // A pipe cannot be read again: opening it might wait for a writer for good.
-        None if path.is_file() => Scene::text(path).ok(),
-        None => None,
-    };
-    let file = text.as_deref().map(|text| SceneText::file(name, text));
-    let sources: Vec<_> = file.into_iter().chain(options(settings)).collect();
-    pointed(&sources, key, message, remedy)
 }

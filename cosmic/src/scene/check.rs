@@ -1,4 +1,4 @@
-//! Settings that are each in range and yet do not fit one another.
+//! Checks of settings that depend on one another.
 
 use std::collections::HashSet;
 
@@ -7,10 +7,37 @@ use super::terrain::MOST_STEPS;
 use super::{
     GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
 };
+use crate::error::{Error, Result};
 
-/// Settings at odds.
+impl Scene {
+    /// Checks the values of all settings. A scene that was read always passes; a scene whose fields were set may not.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with all settings that are out of range, or else with all settings that contradict one another.
+    pub fn check(&self) -> Result<()> {
+        let mut faults = Vec::new();
+        self.clone().of_sections(|section, settings| {
+            for field in settings.fields() {
+                if !field.value.fits(&field.limits) {
+                    let (key, value, allowed) = (field.key, field.value.toml(), field.allowed());
+                    let says = format!("`{section}.{key}` is out of range: {value}");
+                    faults.push(format!("{says}; allowed: {allowed}"));
+                }
+            }
+        });
+        if faults.is_empty() {
+            faults.extend(conflicts(self).into_iter().map(|conflict| conflict.says));
+        }
+        match faults.is_empty() {
+            true => Ok(()),
+            false => Err(Error::Usage(format!("the scene: {}", faults.join("; ")))),
+        }
+    }
+}
+
+/// Two settings that contradict each other.
 pub(super) struct Conflict {
-    /// Their keys, the one to point at first; twice one key whose own entries are at odds.
+    /// Their keys. The first one is pointed at. One key twice if its own entries contradict each other.
     pub(super) keys: [&'static str; 2],
     /// What is wrong, with the numbers.
     pub(super) says: String,
@@ -39,7 +66,7 @@ impl Conflicts {
     }
 }
 
-/// Phases follow one another. Without a snap there is no attraction either.
+/// The phases must follow one another. Without a snap there is no attraction.
 fn phases(scene: &Scene, found: &mut Conflicts) {
     let schedule = &scene.schedule;
     let (snap, last) = (schedule.snap_at, schedule.iterations);
@@ -59,8 +86,7 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The steps that carry the gradient are steps of the rollout, and a mean loss averages some of
-/// them.
+/// The steps that carry the gradient must be steps of the rollout. A mean loss averages some of them.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
@@ -84,12 +110,12 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
     found.require(
         every <= window,
         ["loss.every", "loss.window"],
-        format!("the loss takes every {every}th step, of only {window}"),
+        format!("the loss takes every {every}th step of a window of only {window} steps"),
     );
 }
 
-/// A layout is one-hot from the start, and not tilted; everything else has to be snapped. The
-/// three-legged layouts belong to one lattice.
+/// A layout is one-hot from the start and cannot be tilted. Every other start must be snapped. The three-legged layouts
+/// belong to one lattice.
 fn starts(scene: &Scene, found: &mut Conflicts) {
     let (start, snap) = (&scene.start, scene.schedule.snap_at);
     let is_layout = start.kind == StartKind::Layout;
@@ -130,17 +156,17 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// Actuators are solid.
+/// Actuators are solid, so their share cannot exceed the share of solids.
 fn volumes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.volume.actuator[0], scene.volume.solid[1]);
     found.require(
         least <= most,
         ["volume.actuator", "volume.solid"],
-        format!("the least share of actuators ({least}) is above the most of solids ({most})"),
+        format!("the smallest share of actuators ({least}) is above the largest share of solids ({most})"),
     );
 }
 
-/// A file has no kind, and what it keeps and forbids leaves room for the volume bounds.
+/// A truss has no kind. The edges that it keeps and forbids must leave room for the volume bounds.
 fn trusses(scene: &Scene, found: &mut Conflicts) {
     let Some(truss) = scene.lattice.file.truss() else {
         return;
@@ -148,7 +174,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     found.require(
         scene.lattice.kind == LatticeKind::Rectangular,
         ["lattice.kind", "lattice.file"],
-        "the nodes and edges of a file have no kind".to_owned(),
+        "a truss has no kind: leave `kind` out".to_owned(),
     );
     let volume = &scene.volume;
     let [least, most] = volume.solid;
@@ -161,20 +187,20 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
         kept <= most + volume.widening,
         ["volume.solid", "lattice.file"],
         format!(
-            "the truss keeps a share of {kept:.3} of its edges, and at most {most} may be solid"
+            "the truss keeps a share of {kept:.3} of its edges, but at most {most} may be solid"
         ),
     );
     found.require(
         1.0 - forbidden >= least - volume.widening,
         ["volume.solid", "lattice.file"],
         format!(
-            "the truss forbids a share of {forbidden:.3} of its edges, and at least {least} have to \
+            "the truss forbids a share of {forbidden:.3} of its edges, but at least {least} must \
              be solid"
         ),
     );
 }
 
-/// The first entry of a pair is the lower one.
+/// The first entry of a pair must not exceed the second.
 fn spans(scene: &Scene, found: &mut Conflicts) {
     let iterations = |span: [usize; 2]| span.map(|iteration| iteration as f64);
     let (volume, schedule) = (&scene.volume, &scene.schedule);
@@ -191,37 +217,36 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     }
 }
 
-/// Asymptotes have room, rungs ascend, and the second goal goes with the task far alone. A second
-/// goal is pursued by the negative of the first one's loss. For another task that would be to spend
-/// energy, to keep away from a target, or to run away from both goals.
+/// Bounds on asymptotes and rungs must ascend. Only the task "far" can have a second goal, because the loss of the
+/// second goal is the negated loss of the first: for other tasks the robot would waste energy or avoid its target.
 fn searches(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
         least <= most,
         ["mma.asymin", "mma.asymax"],
-        format!("the least distance of the asymptotes ({least}) is above the largest ({most})"),
+        format!("the smallest distance of the asymptotes ({least}) is above the largest ({most})"),
     );
     let rungs = scene.search.rungs;
     found.require(
         rungs.is_sorted(),
         ["search.rungs"; 2],
-        format!("`search.rungs`: {rungs:?} do not ascend: none may be below the one before it"),
+        format!("`search.rungs` is {rungs:?}; the numbers must ascend"),
     );
     let task = scene.objective.task;
     found.require(
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
-        format!("two goals are there for the task far, not {}", task.name()),
+        format!("two goals need the task far, not {}", task.name()),
     );
 }
 
-/// Points are there, and steps have room.
+/// A profile of points needs points. Steps must not overlap.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(
         ground.profile != ProfileKind::Points || !ground.points.is_flat(),
         ["ground.profile", "ground.points"],
-        "a profile of points has none: set ground.points".to_owned(),
+        "the profile `points` has no points: set ground.points".to_owned(),
     );
     if ground.profile == ProfileKind::Steps {
         steps(ground, found);
@@ -236,12 +261,15 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ground.count <= MOST_STEPS,
         ["ground.count", "ground.profile"],
-        format!("there may be {MOST_STEPS} steps, not {}", ground.count),
+        format!(
+            "there are {} steps; at most {MOST_STEPS} are allowed",
+            ground.count
+        ),
     );
     let (ramp, spacing) = (ground.ramp, ground.spacing);
     found.require(
         ramp < spacing,
         ["ground.ramp", "ground.spacing"],
-        format!("a step rises on {ramp} m, and the next begins after {spacing} m"),
+        format!("the ramp of a step is {ramp} m long, and the next step begins after {spacing} m"),
     );
 }

@@ -5,10 +5,11 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::Scene;
+use crate::Registry;
 use crate::geometry::Vector;
 use crate::lattice::Lattice;
 use crate::laws::{self, Contact, Impact, Law};
-use crate::scene::{OwnLoss, Setting, TrussFile};
+use crate::scene::{Chosen, Setting, TrussFile};
 use autodiff::Real;
 
 /// Switches off every departure that is on in the paper's scenes.
@@ -112,11 +113,7 @@ fn options(scene: &Scene) -> HashSet<String> {
 /// rejects the value.
 fn with(scene: &Scene, key: &str, value: &str) -> Option<Scene> {
     let mut scene = scene.clone();
-    let field = scene.field(key)?;
-    let text = format!("key = {value}");
-    let table = toml::de::DeTable::parse(&text).ok()?;
-    let value = table.get_ref().get("key")?;
-    field.value.read(value, &field.limits).ok()?;
+    scene.field(key)?.read_text(value).ok()?;
     Some(scene)
 }
 
@@ -158,9 +155,9 @@ fn values(scene: &mut Scene, key: &str) -> Vec<String> {
 
 #[test]
 fn every_value_that_is_not_a_number_is_in_the_paper_or_a_departure() {
-    OwnLoss::add("loss_of_departures");
-    laws::add(laws::contact::<Ice>());
-    let scene = paper("stability");
+    let registry = Registry::default().with(Chosen::LOSS, &[], "own", ());
+    let registry = registry.with_law(laws::contact::<Ice>());
+    let scene = paper("stability").knowing(&registry);
     let mut papers: HashSet<(String, String)> = HashSet::new();
     for setting in scene.settings() {
         let key = &setting.key[..];
@@ -266,15 +263,10 @@ fn a_layout_has_no_departures_in_settings_for_designing() {
 /// The task and its loss are not read if the program's own loss replaces them.
 #[test]
 fn an_own_loss_replaces_the_task_s() {
-    let mut scene = Scene::load("stability").unwrap();
-    let name = "other_loss_of_departures";
-    OwnLoss::add(name);
-    scene = scene
-        .set(&[
-            format!("objective.own_loss={name}"),
-            "objective.task=climb".to_owned(),
-        ])
-        .unwrap();
+    let registry = Registry::default().with(Chosen::LOSS, &[], "own", ());
+    let scene = registry.load("stability").unwrap();
+    let scene = scene.set(&["objective.own_loss=own", "objective.task=climb"]);
+    let scene = scene.unwrap();
     let options = options(&scene);
     assert!(options.contains("objective.own_loss"), "{options:?}");
     assert!(

@@ -19,10 +19,10 @@ settings! {
         beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
             read "with a start other than a layout" if Scene::designs,
             source "paper, table 2";
-        /// What keeps the pairwise measures from dividing zero by zero.
+        /// Keeps the pairwise measures from dividing zero by zero.
         delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
-        /// How much is taken off the solid entry that an edge does not have in the layout "filled",
-        /// before every projection: the materials are held, and topology alone is designed.
+        /// Subtracted before every projection from the solid entry that an edge does not have in the layout "filled".
+        /// This holds the materials, so that only the topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
@@ -30,31 +30,31 @@ settings! {
 }
 
 settings! {
-    /// The design that the optimisation starts from.
+    /// The design at the start of the optimisation.
     struct StartSettings {
-        /// Mixture of the edges at the start; "layout" is one-hot and trains the controller alone.
+        /// Mixture of the edges at the start. "layout" is one-hot, and only the controller is trained.
         kind: StartKind = StartKind::Stability, source "paper, design b";
         /// Surplus of void at the topmost edge, for "stability".
         void_shift: f64 = 0.12, allowed within(-0.33, 0.66),
             read "with the start `stability`" if |s: &Scene| s.start.kind == StartKind::Stability,
             source "paper: 0.12";
-        /// Share of void where the layout is void for "three_legged", everywhere for "filled"; less
-        /// where `projection.beta` is so small that no design vector has as much.
+        /// Share of void: for "three_legged" where the layout is void, for "filled" everywhere. It is less if
+        /// `projection.beta` is so small that no design vector has this share.
         void: f64 = 0.6, allowed within(0.001, 0.999),
             read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
             source "paper silent";
-        /// Layout that "three_legged" and "layout" refer to.
+        /// Layout for "three_legged" and "layout".
         layout: Layout = Layout::Short,
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
-        /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
-        /// opposite one, and twice as much here.
+        /// Mean surplus of void, which grows towards a side drawn from the seed: nearly none at the opposite side,
+        /// twice the mean at this side.
         tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
 
 settings! {
-    /// How the edges' mixtures begin.
+    /// The mixtures of the edges at the start.
     enum StartKind {
         /// A third of each material everywhere (the paper's design d).
         Uniform = "uniform",
@@ -62,9 +62,9 @@ settings! {
         Stability = "stability",
         /// More void where a three-legged layout is void (design c).
         ThreeLegged = "three_legged",
-        /// Little void anywhere, of both solid materials as much (the paper's ablation).
+        /// Little void everywhere, and equal shares of both solid materials (the paper's ablation).
         Filled = "filled",
-        /// A layout as it is, one-hot; the controller alone is trained (design a).
+        /// A one-hot layout, which does not change: only the controller is trained (design a).
         Layout = "layout",
     }
 }
@@ -84,10 +84,10 @@ settings! {
 }
 
 settings! {
-    /// What layouts are to be like beyond their volumes. A bar is an edge of solid material.
+    /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
     struct DesignSettings {
-        /// Whether all bars are to hang together with the payload. Then a node counts in the mean
-        /// position, and is observed, as much as its edges are solid: not at all without a bar.
+        /// Whether all bars must be connected with the payload. Then the weight of a node in the mean position and in
+        /// the observation depends on how solid its edges are; it is 0 without a bar.
         one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, since 1,
@@ -105,13 +105,13 @@ settings! {
 }
 
 settings! {
-    /// Bounds on the volume fractions, and how far they widen during a run.
+    /// Bounds on the volume fractions, and their widening during a run.
     struct VolumeSettings {
         /// Least and most share of solid edges, skeleton and actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE, source "paper, table 2";
         /// Least and most share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE, source "paper, table 2";
-        /// How far each bound is widened in the end.
+        /// Final widening of each bound.
         widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
         /// First and last iteration of the widening.
         widening_over: [usize; 2] = [110, 150], allowed ITERATIONS,
@@ -123,12 +123,12 @@ settings! {
 settings! {
     /// The augmented Lagrangian of the four binarisation measures, and the attraction to one-hot.
     struct BinarisationSettings {
-        /// What holds the measures below their thresholds: augmented terms of the objective, or
-        /// constraints of the design's optimiser.
+        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints of
+        /// the design's optimiser.
         method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
-        /// What each measure's threshold comes down to, from the measure's first value.
+        /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
-        /// First and last iteration of the thresholds' descent.
+        /// First and last iteration in which the thresholds fall.
         threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS, source "found by experiment";
         /// Penalty weight at the start.
         penalty: f64 = 0.3, allowed within(0.0, 1e6),
@@ -140,7 +140,7 @@ settings! {
             source "paper, table 2";
         /// Confidence above which an edge is attracted, first and last.
         confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
-        /// Nudge of an attracted edge's design vector per iteration, first and last.
+        /// Step of the design vector of an attracted edge per iteration, first and last.
         nudge: [f64; 2] = [0.002, 0.006], allowed SHARE, source "found by experiment";
     }
 }
@@ -148,9 +148,9 @@ settings! {
 settings! {
     /// How the four binarisation measures are held below their thresholds.
     enum BinarisationMethod {
-        /// By the augmented Lagrangian, which lets them be violated for a while.
+        /// By the augmented Lagrangian, which allows violations for a while.
         Augmented = "augmented",
-        /// As constraints of MMA beside the volumes: strictly, at all times.
+        /// As constraints of MMA beside the volumes, strictly in every iteration.
         Constraints = "constraints",
     }
 }

@@ -1,4 +1,4 @@
-//! Faults in a scene's text, shown with line, column and caret.
+//! Errors in the text of a scene, shown with line, column and caret.
 
 use crate::error::Error;
 use crate::reading::{self, Position};
@@ -6,13 +6,13 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Faults shown in full; a file that is not a scene can have thousands.
+/// The most errors that are shown. A file that is not a scene can have thousands.
 const SHOWN: usize = 10;
 
-/// The option in front of a setting on the command line.
+/// The command-line option before a setting.
 const OPTION: &str = "--set ";
 
-/// A text that sets keys of a scene.
+/// A text that sets keys of a scene: a file or an option.
 pub(super) struct SceneText<'t> {
     /// The file's name; `None` for the command line, `--set KEY=VALUE`.
     pub(super) file: Option<&'t str>,
@@ -28,10 +28,10 @@ impl<'t> SceneText<'t> {
         }
     }
 
-    /// The argument of `--set`. A word or a path need not have quotes: `physics.contact=coulomb`.
+    /// The argument of `--set`. A word or a path needs no quotes: `physics.contact=coulomb`.
     pub(super) fn option(setting: &'t str) -> Self {
         let is_word = |value: &str| {
-            // A path may have the characters of a sweep's folders: `tiny+friction=0.6-0`.
+            // The folders of a sweep have names such as `tiny+friction=0.6-0`.
             let letters = |c: char| c.is_alphanumeric() || "_-./+=,~".contains(c);
             let begins = value.starts_with(char::is_alphabetic);
             let is_path = ["/", "./", "../"]
@@ -51,19 +51,19 @@ impl<'t> SceneText<'t> {
     }
 }
 
-/// One thing wrong with a source.
+/// An error in a source.
 pub(super) struct Fault {
-    /// Which of the sources.
+    /// The number of the source.
     pub(super) source: usize,
-    /// The bytes to point at.
+    /// The bytes that the caret points at.
     pub(super) span: Range<usize>,
-    /// What is wrong, with the value.
+    /// The error, with the value.
     pub(super) message: String,
-    /// What is allowed there, or a hint; may be empty.
+    /// The allowed values, or a hint; may be empty.
     pub(super) allowed: String,
 }
 
-/// The error for one or more faults.
+/// One error for all errors found.
 pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error {
     faults.sort_by_key(|fault| (fault.source, fault.span.start));
     let shown = faults.iter().take(SHOWN);
@@ -86,7 +86,7 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
     }
 }
 
-/// One fault over its source line. An option is shown as it was given, in place of file and line.
+/// An error below its source line. An option is shown as the user wrote it, instead of file and line.
 fn show(source: &SceneText, fault: &Fault) -> String {
     let given = source.file.map_or(OPTION, |_| "");
     let text = format!("{given}{}", source.text);
@@ -102,7 +102,7 @@ fn show(source: &SceneText, fault: &Fault) -> String {
     Renderer::plain().render(&report)
 }
 
-/// The error for a file that is not text, at the first byte that is not UTF-8.
+/// The error for a file that is not text. It points at the first byte that is not UTF-8.
 pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
     let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
     let byte = bytes.get(valid.len()).copied().unwrap_or_default();

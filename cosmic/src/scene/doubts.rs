@@ -9,16 +9,16 @@ use std::fmt;
 /// A remark about a scene's settings.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// The settings that it is about, the one to change first.
+    /// The settings that the remark is about. The first one is the one to change.
     pub settings: Vec<Setting>,
-    /// What is wrong with them.
+    /// The problem.
     pub says: String,
-    /// The change that would mend it; may be empty.
+    /// The change that would solve the problem; may be empty.
     pub remedy: String,
 }
 
 impl Finding {
-    /// A finding about settings of a scene.
+    /// A remark about settings of a scene.
     ///
     /// # Panics
     /// If the scene has no such key.
@@ -58,95 +58,51 @@ struct Doubt {
     says: &'static str,
 }
 
-const DOUBTS: [Doubt; 16] = [
-    Doubt {
-        holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
-        keys: &["materials.stiffness"],
-        says: "void is at least as stiff as skeleton",
-    },
-    Doubt {
-        holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[2],
-        keys: &["materials.stiffness"],
-        says: "void is at least as stiff as an actuator",
-    },
-    Doubt {
-        holds: |s| s.materials.density[0] > s.materials.density[1].min(s.materials.density[2]),
-        keys: &["materials.density"],
-        says: "void is heavier than a solid material",
-    },
-    Doubt {
-        holds: |s| s.materials.max_strain[2] == 0.0,
-        keys: &["materials.max_strain"],
-        says: "actuators do not move: their largest strain is 0",
-    },
-    Doubt {
-        holds: |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout,
-        keys: &["volume.actuator"],
-        says: "no edge may be an actuator",
-    },
-    Doubt {
-        holds: |s| s.physics.gravity < 0.0,
-        keys: &["physics.gravity"],
-        says: "gravity points up",
-    },
-    Doubt {
-        holds: |s| !s.physics.contact.has_ground() && s.physics.gravity > 0.0,
-        keys: &["physics.contact", "physics.gravity"],
-        says: "the robot falls forever: there is no ground",
-    },
-    Doubt {
-        holds: |s| s.physics.contact.name() == "coulomb" && s.physics.friction == 0.0,
-        keys: &["physics.friction", "physics.contact"],
-        says: "nothing holds the robot's feet: the ground has no friction",
-    },
-    Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0 && !s.lattice.is_truss(),
-        keys: &["lattice.drop"],
-        says: "the lowest nodes start below the ground",
-    },
-    Doubt {
-        holds: |s| {
-            s.physics.contact.has_ground() && s.lattice.lowest() < 0.0 && s.lattice.is_truss()
-        },
-        keys: &["lattice.file"],
-        says: "nodes of the truss start below the ground",
-    },
-    Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() >= 0.0 && starts_inside(s),
-        keys: &["ground.profile", "lattice.drop"],
-        says: "the lowest nodes start below the profile of the ground",
-    },
-    Doubt {
-        holds: ends_soon,
-        keys: &["ground.count", "ground.spacing"],
-        says: "the rough ground ends within eight lengths of the robot; the ground beyond it is flat",
-    },
-    Doubt {
-        holds: |s| {
+/// Lists doubts: the keys, the problem, and when there is one.
+macro_rules! doubts {
+    ($([$($key:literal),+]: $says:literal if $holds:expr;)+) => {
+        [$(Doubt { keys: &[$($key),+], says: $says, holds: $holds }),+]
+    };
+}
+
+const DOUBTS: &[Doubt] = &doubts! {
+    ["materials.stiffness"]: "void is at least as stiff as skeleton"
+        if |s| s.materials.stiffness[0] >= s.materials.stiffness[1];
+    ["materials.stiffness"]: "void is at least as stiff as an actuator"
+        if |s| s.materials.stiffness[0] >= s.materials.stiffness[2];
+    ["materials.density"]: "void is heavier than a solid material"
+        if |s| s.materials.density[0] > s.materials.density[1].min(s.materials.density[2]);
+    ["materials.max_strain"]: "actuators do not move: their largest strain is 0"
+        if |s| s.materials.max_strain[2] == 0.0;
+    ["volume.actuator"]: "no edge may be an actuator"
+        if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
+    ["physics.gravity"]: "gravity points up"
+        if |s| s.physics.gravity < 0.0;
+    ["physics.contact", "physics.gravity"]: "the robot falls forever: there is no ground"
+        if |s| !s.physics.contact.has_ground() && s.physics.gravity > 0.0;
+    ["physics.friction", "physics.contact"]: "nothing holds the robot's feet: the ground has no friction"
+        if |s| s.physics.contact.name() == "coulomb" && s.physics.friction == 0.0;
+    ["lattice.drop"]: "the lowest nodes start below the ground"
+        if |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0 && !s.lattice.is_truss();
+    ["lattice.file"]: "nodes of the truss start below the ground"
+        if |s| s.physics.contact.has_ground() && s.lattice.lowest() < 0.0 && s.lattice.is_truss();
+    ["ground.profile", "lattice.drop"]: "the lowest nodes start below the profile of the ground"
+        if |s| s.physics.contact.has_ground() && s.lattice.lowest() >= 0.0 && starts_inside(s);
+    ["ground.count", "ground.spacing"]: "the rough ground ends within eight lengths of the robot; the ground beyond it is flat"
+        if ends_soon;
+    ["controller.gain", "lattice.columns", "lattice.rows"]: "the first controller barely moves so many nodes; the controller settings of the scene \"large\" suit them"
+        if |s| {
             let nodes = s.lattice.columns * s.lattice.rows;
-            nodes > 100
-                && !s.lattice.is_truss()
-                && s.controller.gain == Scene::paper().controller.gain
-        },
-        keys: &["controller.gain", "lattice.columns", "lattice.rows"],
-        says: "the first controller barely moves so many nodes; the controller settings of the scene \"large\" suit them",
-    },
-    Doubt {
-        holds: |s| s.controller.omega == 0.0,
-        keys: &["controller.omega"],
-        says: "the clock stands still",
-    },
-    Doubt {
-        holds: |s| s.controller.omega * s.physics.dt >= PI,
-        keys: &["controller.omega", "physics.dt"],
-        says: "the clock turns by half a period or more in a time step",
-    },
-    Doubt {
-        holds: |s| s.selection.perturbation == 0.0,
-        keys: &["selection.perturbation"],
-        says: "all perturbed starts are equal, so medians over them are meaningless",
-    },
-];
+            let is_default = s.controller.gain == Scene::paper().controller.gain;
+            nodes > 100 && !s.lattice.is_truss() && is_default
+        };
+    ["controller.omega"]: "the clock stands still"
+        if |s| s.controller.omega == 0.0;
+    ["controller.omega", "physics.dt"]: "the clock turns by half a period or more in a time step"
+        if |s| s.controller.omega * s.physics.dt >= PI;
+    ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
+        if |s| s.selection.perturbation == 0.0;
+};
 
 /// True if a node of the lowest row starts below the profile.
 fn starts_inside(scene: &Scene) -> bool {

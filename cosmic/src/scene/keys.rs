@@ -1,10 +1,25 @@
-//! Every key of a scene: found by name, and listed for the documentation.
+//! The keys of a scene: finding a key by name, and tables of keys for the documentation.
 
 use super::Scene;
+use crate::registry::Registry;
 use crate::settings::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
+    /// The scene after the items of a registry were made available to its settings.
+    pub(crate) fn knowing(mut self, registry: &Registry) -> Self {
+        self.of_sections(|_, settings| {
+            let fields = settings.fields().into_iter();
+            fields.for_each(|field| field.value.know(registry));
+        });
+        self
+    }
+
+    /// The laws, losses, policies and lattices that the settings of the scene may name beside the built-in ones.
+    pub fn registry(&self) -> &Registry {
+        self.physics.contact.registry()
+    }
+
     /// Every setting with its value, in the order in which they are written.
     pub fn settings(&self) -> Vec<Setting> {
         let of_section = |name: &str, section: &mut dyn Settings| -> Vec<Setting> {
@@ -17,7 +32,7 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// The results of a function for every section; the sections that the physics hold come last.
+    /// The results of a function for every section. The sections of the ground and of laws come last.
     pub(super) fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
@@ -28,7 +43,7 @@ impl Scene {
         made
     }
 
-    /// The setting of a key such as `physics.dt`, if there is one.
+    /// The setting with a key such as `physics.dt`, if there is one.
     pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
         let is_own = self.sections().iter().all(|(name, _)| *name != section);
@@ -58,7 +73,7 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene; those that its physics hold come last.
+/// Every section of a scene. The sections of the ground and of laws come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,
@@ -66,8 +81,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if it allows this
-/// number.
+/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if this number is allowed.
 ///
 /// # Panics
 /// If no scene has the key.
@@ -77,8 +91,8 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     (!field.limits.contain(number)).then(|| field.allowed())
 }
 
-/// Every key of a scene file as tables in Markdown, one a section: default, unit, what is allowed,
-/// where the default comes from, and what the key means.
+/// Every key of a scene file in Markdown, with one table for each section: default, unit, allowed values, source of the
+/// default, and meaning.
 pub fn reference() -> String {
     let sections = Scene::paper().of_sections(|name, settings| {
         let mut text = format!("### `[{name}]`\n\n{}\n\n", settings.about());

@@ -1,12 +1,12 @@
-//! The hand-made layouts: two with three legs (the paper's baseline; the paper lists no edges),
-//! and the filled one of its ablation.
+//! The hand-made layouts: two with three legs, drawn after the baseline of the paper, which lists no edges, and the
+//! filled one of its ablation.
 
 use super::design::Layout;
 
 /// Nodes along each side of the lattice that the layouts belong to.
 pub(crate) const LAYOUT_SIDE: usize = 6;
 
-/// One digit an edge (0 void, 1 skeleton, 2 actuator), one group a row of nodes, bottom row first.
+/// One digit for each edge (0 void, 1 skeleton, 2 actuator) and one group for each row of nodes, bottom row first.
 const TALL: [&str; LAYOUT_SIDE] = [
     "121020112100201121021",
     "021020102100201021021",
@@ -27,8 +27,8 @@ const SHORT: [&str; LAYOUT_SIDE] = [
 ];
 
 impl Layout {
-    /// The material of each of the 110 edges of the 6x6 lattice, in the lattice's edge order:
-    /// 0 void, 1 skeleton, 2 actuator. None for a layout that is drawn for no lattice.
+    /// The material of each of the 110 edges of the 6x6 lattice, in the order of the edges: 0 void, 1 skeleton,
+    /// 2 actuator. `None` for a layout that does not depend on the lattice.
     pub fn materials(self) -> Option<Vec<u8>> {
         let rows = match self {
             Layout::Tall => TALL,

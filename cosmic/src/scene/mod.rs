@@ -1,17 +1,17 @@
-//! Scenes: every number of an experiment, as plain data in one small struct per consumer.
+//! Scenes: all numbers of an experiment, as plain data in one small struct per section.
 //!
-//! A function takes the section it needs; only the co-design and what stands above it see the whole
-//! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
+//! A function takes the section that it needs. Only the co-design and the modules above it take the whole [`Scene`].
+//! Units are SI. "Paper silent" marks a value that the paper does not give.
 //!
 //! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
-//! the commented template and the tables in `docs/files.md` are made from the declarations. The declared defaults are
-//! the paper's values and form the scene `stability`. Other scenes state how they differ from their [`Base`]. The
-//! order of `mod` is the architecture: a file imports files above it.
+//! the commented template and the tables of keys in the docs are made from the declarations. The declared defaults are
+//! the values of the paper. They form the scene `stability`. Other scenes state how they differ from their [`Base`].
+//! The order of `mod` is the architecture: a file imports only files above it.
 
 mod pass;
 mod truss_file;
 mod terrain;
-mod policy_name;
+mod chosen;
 mod robot;
 mod design;
 mod optimisation;
@@ -33,8 +33,9 @@ mod write;
 mod builtin;
 
 pub use base::Base;
-pub use beyond::{ObjectiveSettings, OwnLoss, RobustSettings, SearchSettings, TaskKind};
-pub use builtin::{BUILTIN, Builtin, add, all, fault, named};
+pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
+pub use builtin::{BUILTIN, Builtin};
+pub use chosen::Chosen;
 pub use departures::Departure;
 pub use doubts::Finding;
 
@@ -51,7 +52,6 @@ pub use optimisation::{
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use pass::Pass;
-pub use policy_name::PolicyName;
 pub use read::{Lacks, ShownScene};
 pub use robot::{
     ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
@@ -73,41 +73,41 @@ mod tests;
 settings! {
     /// A complete experiment. The default is the built-in scene `earth`.
     scene Scene over Base {
-        /// The lattice's size and place.
+        /// The size and the place of the lattice.
         lattice: LatticeSettings;
         /// Time step, forces and ground.
         physics: PhysicsSettings;
-        /// Library of materials.
+        /// The library of materials.
         materials: MaterialSettings;
-        /// Design vector to mixture.
+        /// From design vectors to mixtures.
         projection: ProjectionSettings;
         /// The controller.
         controller: ControllerSettings;
         /// The design at the start.
         start: StartSettings;
-        /// What layouts are to be like.
+        /// Requirements on layouts.
         design: DesignSettings;
         /// Bounds on the volume fractions.
         volume: VolumeSettings, read "with a start other than a layout" if Scene::designs;
-        /// Which iteration does what.
+        /// The work of each iteration.
         schedule: ScheduleSettings;
-        /// Augmented Lagrangian and attraction.
+        /// The augmented Lagrangian and the attraction.
         binarisation: BinarisationSettings, read "with a start other than a layout" if Scene::designs;
-        /// Optimiser of the design vectors.
+        /// The optimiser of the design vectors.
         mma: MmaSettings, read "with a start other than a layout" if Scene::designs;
-        /// Optimiser of the controller.
+        /// The optimiser of the controller.
         adam: AdamSettings;
         /// Bounds on gradients.
         gradient: GradientSettings;
         /// The displacement loss.
         loss: LossSettings, read "without an `own_loss`" if Scene::has_task;
-        /// Which iterate is delivered.
+        /// The choice of the iterate that is delivered.
         selection: SelectionSettings;
-        /// What the robot is to do.
+        /// The task of the robot.
         objective: ObjectiveSettings;
-        /// Scatter of robots and surroundings.
+        /// Random variation of robots and surroundings.
         robust: RobustSettings;
-        /// Which starts go on.
+        /// The choice of the starts that continue.
         search: SearchSettings;
     }
 }

@@ -8,42 +8,42 @@ use crate::settings;
 use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 
 settings! {
-    /// Which iteration does what.
+    /// The work of each iteration.
     struct ScheduleSettings {
-        /// Iterations in all.
+        /// Number of iterations.
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
-        /// Steps that carry the gradient, first and last.
+        /// Number of steps that carry the gradient, at the start and at the end.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
-        /// First and last iteration of the horizon's growth.
+        /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
             read "with two horizons that differ" if |s: &Scene| s.schedule.horizon[0] != s.schedule.horizon[1],
             source "paper: 80 to 150";
         /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
         horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
-        /// First iteration that attracts edges to one-hot.
+        /// First iteration in which edges are attracted to one-hot.
         attraction_from: usize = 170, allowed ITERATIONS,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 170";
-        /// Iteration of the hard snap; 0 with a "layout" start, which has none.
+        /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
-        /// Changes of one edge's material, of those of the least confidence, that are tried in full
-        /// rollouts at the snap; the best layout is kept.
+        /// Number of trials at the snap. Each trial changes the material of one of the edges with the least confidence
+        /// and takes a full rollout. The best layout is kept.
         snap_trials: usize = 20, allowed within(0.0, 1e4), since 1 before 0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
-        /// Changes of one edge's material that are tried every so often after the snap, those from
-        /// which a gradient promises most: each in a short rollout, the best quarter of them in full
-        /// ones; the best layout is kept.
+        /// Number of trials in each polish after the snap. Each trial changes the material of the edge for which the
+        /// gradient promises most. All trials take a short rollout, and the best quarter a full one. The best layout is
+        /// kept.
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
-        /// Iterations of the fine-tuning from one such polish to the next, the first right after the
-        /// snap; those that settle have none.
+        /// Iterations from one polish to the next. The first polish is right after the snap. There is none while the
+        /// fine-tuning settles.
         polish_every: usize = 3, allowed within(1.0, 1e5), since 1,
             read "with `polish_trials` above 0" if |s: &Scene| s.schedule.polish_trials > 0 && s.designs(),
             source "paper silent";
-        /// Passes, repeated: d of the design, c of the controller.
+        /// Sequence of passes, which repeats: d updates the design, c the controller.
         cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
             read "with a start other than a layout" if Scene::designs,
             source "paper: three to two";
@@ -51,8 +51,8 @@ settings! {
         stability_share: f64 = 1.0 / 3.0, allowed SHARE,
             read "with a start other than a layout" if Scene::designs,
             source "found by experiment";
-        /// Share of the fine-tuning at its end that goes on from the best controller and takes
-        /// updates back that lose distance.
+        /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
+        /// lose distance.
         settle: f64 = 0.25, allowed SHARE, since 1 before 0.0, source "paper: 0";
     }
 }
@@ -60,9 +60,9 @@ settings! {
 settings! {
     /// Which steps of a rollout carry the gradient (D11).
     enum HorizonMode {
-        /// A rollout of that many steps with the loss at its end.
+        /// A rollout of this number of steps with the loss at its end.
         Head = "head",
-        /// The whole rollout, whose last so many steps carry the gradient.
+        /// The whole rollout, of which the last steps carry the gradient.
         Tail = "tail",
     }
 }
@@ -74,9 +74,9 @@ settings! {
         move_limit: f64 = 0.02, allowed above(0.0, 1.0), source "found by experiment";
         /// Distance of the first asymptotes, as a share of the range.
         asyinit: f64 = 0.05, allowed above(0.0, 10.0), source "found by experiment";
-        /// Factor on the distance of the asymptotes where a variable keeps its direction.
+        /// Factor on the distance of the asymptotes if a variable keeps its direction.
         asyincr: f64 = 1.2, allowed within(1.0, 10.0), source "Svanberg";
-        /// Factor on the distance of the asymptotes where a variable turns.
+        /// Factor on the distance of the asymptotes if a variable changes its direction.
         asydecr: f64 = 0.7, allowed above(0.0, 1.0), source "Svanberg";
         /// Least distance of the asymptotes, as a share of the range.
         asymin: f64 = 0.01, allowed above(0.0, 100.0), source "Svanberg";
@@ -90,7 +90,7 @@ settings! {
         c: f64 = 1000.0, allowed POSITIVE, source "Svanberg";
         /// Quadratic cost of the elastic variables.
         d: f64 = 1.0, allowed POSITIVE, source "Svanberg";
-        /// Factor on the volume inequalities before MMA sees them.
+        /// Factor on the volume inequalities in MMA.
         volume_row_scale: f64 = 10.0, allowed POSITIVE, source "found by experiment";
     }
 }
@@ -98,18 +98,18 @@ settings! {
 settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {
-        /// Learning rate while design and controller move together.
+        /// Learning rate while design and controller are both updated.
         rate: f64 = 0.003, allowed within(0.0, 10.0),
             read "with a start other than a layout" if Scene::designs,
             source "found by experiment";
-        /// Learning rate at the start of the fine-tuning, when the controller moves alone.
+        /// Learning rate at the start of the fine-tuning, when only the controller is updated.
         fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
-        /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where
-        /// it settles, the rate falls to zero from there on.
+        /// Learning rate at the end of the fine-tuning over that at its start. The rate falls linearly. Once the
+        /// fine-tuning settles, it falls to zero.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";
         /// Decay of the first and the second moment.
         betas: [f64; 2] = [0.9, 0.999], allowed within(0.0, 0.999999), source "Kingma and Ba";
-        /// What keeps the update from dividing by zero.
+        /// Keeps the update from dividing by zero.
         epsilon: f64 = 1e-8, allowed within(1e-30, 1.0), source "Kingma and Ba";
         /// Bound on the norm of the whole controller gradient, or "off".
         gradient_norm: Option<f64> = Some(1.0), allowed POSITIVE, source "found by experiment";
@@ -117,14 +117,14 @@ settings! {
 }
 
 settings! {
-    /// How far gradients are trusted.
+    /// Bounds on gradients.
     struct GradientSettings {
         /// Bound on the norm of the displacement's design gradient, or "off".
         design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
             read "with a start other than a layout" if Scene::designs,
             source "found by experiment";
-        /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean
-        /// with the next; 0 takes every gradient as it is.
+        /// Weight of earlier design gradients, each bounded, in the running mean with the next one; 0 uses every
+        /// gradient as it is.
         design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
@@ -135,13 +135,12 @@ settings! {
         cotangent_every: usize = 16, allowed STEPS,
             read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
             source "found by experiment";
-        /// Memory for what a gradient keeps of the steps of its rollout, or of the rollouts that a thread
-        /// runs side by side, or "off" for all that it takes. Within less, steps are run again. The
-        /// gradient does not depend on it.
+        /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
+        /// "off" for no limit. With less memory, steps are computed again. The gradient does not depend on it.
         memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
-        /// Number type of the rollouts on the way: those that gradients are taken of, trials of
-        /// other materials, and an iteration's full one. Medians over perturbed starts, by which
-        /// controllers are chosen and results are quoted, are in f64 always.
+        /// Number type of the rollouts during the optimisation: for gradients, for trials of other materials, and for
+        /// the full rollout of an iteration. Medians over perturbed starts, which choose controllers and are the
+        /// results, are always in f64.
         precision: GradientPrecision = GradientPrecision::F64, since 1, source "paper silent";
     }
 }
@@ -159,17 +158,17 @@ settings! {
     enum GradientPrecision {
         /// Sixteen digits.
         F64 = "f64",
-        /// Seven digits, at less of the time.
+        /// Seven digits, but faster.
         F32 = "f32",
     }
 }
 
 settings! {
-    /// The displacement loss that gradients are taken of; what is reported is the final displacement.
+    /// The displacement loss for gradients. Reports have the final displacement.
     struct LossSettings {
         /// Payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
-        /// Steps at the horizon's end that the mean is taken over.
+        /// Number of steps at the horizon's end that the mean covers.
         window: usize = 2048, allowed STEPS,
             read "with the kind `mean`" if |s: &Scene| s.loss.kind == LossKind::Mean,
             source "found by experiment";
@@ -181,7 +180,7 @@ settings! {
 }
 
 settings! {
-    /// Where along the horizon the payload's position counts.
+    /// The steps of the horizon in which the payload's position counts.
     enum LossKind {
         /// At the last step (the paper's objective).
         Final = "final",
@@ -191,33 +190,33 @@ settings! {
 }
 
 settings! {
-    /// Which controller of the fine-tuning is delivered, and how designs are measured.
+    /// The choice of the controller that is delivered, and the measurement of designs.
     struct SelectionSettings {
         /// The last controller, or the one with the best median over perturbed starts; for an
         /// unreliable robot, the 10 % quantile replaces the median.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
-        /// Controllers with the best single rollouts that the median is taken of.
+        /// Number of controllers, those with the best single rollouts, whose medians are compared.
         candidates: usize = 6, allowed within(1.0, 1e4),
             read "with the kind `median`" if |s: &Scene| s.selection.kind == SelectionKind::Median,
             source "found by experiment";
         /// Rollouts from perturbed starts per median.
         perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
-        /// How far each coordinate of a perturbed start is moved.
+        /// Distance by which each coordinate of a perturbed start is moved.
         perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), unit "m", source "found by experiment";
     }
 }
 
 settings! {
-    /// Which iterate is the result.
+    /// The choice of the result.
     enum SelectionKind {
         /// The last one (the paper's algorithm).
         Last = "last",
-        /// Of the best candidates, the one with the best median over perturbed starts.
+        /// The candidate with the best median over perturbed starts.
         Median = "median",
     }
 }
 
-/// A cycle of passes that is known to be one.
+/// The passes of valid letters.
 fn passes(letters: &str) -> Vec<Pass> {
     super::pass::cycle(letters).unwrap_or_default()
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// What one iteration of the co-design updates.
+/// The part that an iteration of the co-design updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pass {
@@ -16,7 +16,7 @@ pub enum Pass {
 }
 
 impl Pass {
-    /// The letter that stands for the pass in `schedule.cycle`.
+    /// The letter of the pass in `schedule.cycle`.
     pub fn letter(self) -> char {
         match self {
             Pass::Design => 'd',
@@ -25,7 +25,7 @@ impl Pass {
     }
 }
 
-/// The passes of a cycle such as `"dcdc"`, or `None` if a letter stands for no pass.
+/// The passes of a cycle such as `"dcdc"`; `None` if a letter is unknown.
 pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
     let pass = |letter| {
         [Pass::Design, Pass::Controller]
@@ -50,8 +50,12 @@ impl SettingValue for Vec<Pass> {
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
-        let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
+        let read = cycle(word(value)?).filter(|passes| passes.fits(limits));
         *self = read.ok_or_else(|| misfit(value, "cannot be"))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(self.len() as f64)
     }
 }

@@ -1,11 +1,12 @@
-//! Reads a scene: TOML over its base. Checks every value and reports the place of every error.
+//! Reads a scene from TOML over its base. Checks every value and reports the place of every error.
 
+use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::{Scene, TrussFile, check};
+use super::{Scene, check};
 use crate::error::{Error, Result};
-use crate::laws::{self, TOP_KEYS};
 use crate::reading::with_decimal_point;
+use crate::registry::Registry;
 use crate::settings::{Misfit, kind};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The kind of files among the sources.
+/// The kind of the sources that are files.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Settings that change another scene.
@@ -26,50 +27,59 @@ pub(super) enum Kind {
     Snapshot,
 }
 
-impl Scene {
-    /// Reads a scene from TOML. The scene in the key `base` supplies missing keys; without `base` it is
-    /// `earth`. If the scene names a truss file, that file is read too.
+impl Registry {
+    /// Reads a scene from TOML. The scene in the key `base` supplies missing keys; without `base` it is `earth`. If the
+    /// scene names a truss file, that file is read too.
     ///
     /// # Errors
-    /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
-    /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
-    /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
-    pub fn parse(file: &str, text: &str) -> Result<Scene> {
-        Reader::over(Scene::paper(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
+    /// [`Error::Malformed`], naming `file`, for text that is not TOML, an unknown key, a value of the wrong type or out
+    /// of its range, and settings that contradict one another; the errors of
+    /// [`Truss::read`](crate::lattice::Truss::read).
+    pub fn parse(&self, file: &str, text: &str) -> Result<Scene> {
+        Reader::over(self.blank(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// As [`parse`](Scene::parse), for the scene of a run, which must hold every key of its
-    /// version.
+    /// The paper's scene, whose settings may name the items of the registry.
+    pub(crate) fn blank(&self) -> Scene {
+        Scene::paper().knowing(self)
+    }
+}
+
+impl Scene {
+    /// Reads a scene from TOML, as [`Registry::parse`] does.
     ///
     /// # Errors
-    /// As [`Scene::parse`], and [`Error::Malformed`] if keys are missing.
-    pub fn parse_of_run(file: &str, text: &str) -> Result<Scene> {
-        Reader::over(Scene::paper(), Kind::Run, &[SceneText::file(file, text)]).resolved()
+    /// The errors of [`Registry::parse`].
+    pub fn parse(file: &str, text: &str) -> Result<Scene> {
+        Registry::default().parse(file, text)
+    }
+
+    /// Reads the scene of a run, which must hold every key of its version.
+    ///
+    /// # Errors
+    /// The errors of [`Registry::parse`], and [`Error::Malformed`] if keys are missing.
+    pub fn parse_of_run(file: &str, text: &str, registry: &Registry) -> Result<Scene> {
+        let source = [SceneText::file(file, text)];
+        Reader::over(registry.blank(), Kind::Run, &source).resolved()
     }
 
     /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss,
     /// if there is one, next to the scene.
     ///
     /// # Errors
-    /// As [`Scene::parse_of_run`].
+    /// The errors of [`Scene::parse_of_run`].
     #[cfg(feature = "files")]
-    pub(crate) fn parse_of_snapshot(text: &str, truss: Option<TrussFile>) -> Result<Scene> {
+    pub(crate) fn parse_of_snapshot(
+        text: &str,
+        truss: Option<super::TrussFile>,
+        registry: &Registry,
+    ) -> Result<Scene> {
         let source = [SceneText::file("scene", text)];
-        let mut reader = Reader::over(Scene::paper(), Kind::Snapshot, &source);
-        let Some(truss) = truss else {
+        let mut reader = Reader::over(registry.blank(), Kind::Snapshot, &source);
+        let Some(mut truss) = truss else {
             return reader.resolved();
         };
-        reader.scene.lattice.file = truss;
-        reader.finished()
-    }
-
-    /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
-    ///
-    /// # Errors
-    /// As [`Scene::parse`].
-    pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
-        let source = [SceneText::file(file, text)];
-        let mut reader = Reader::over(Scene::paper(), Kind::Scene, &source);
+        crate::settings::SettingValue::know(&mut truss, registry);
         reader.scene.lattice.file = truss;
         reader.finished()
     }
@@ -77,17 +87,17 @@ impl Scene {
     /// The scene after the changes in a TOML text. The text must not name a base.
     ///
     /// # Errors
-    /// As [`Scene::parse`].
+    /// The errors of [`Registry::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
         Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
     }
 
-    /// The scene with some settings replaced, each given as a key and a TOML value such as
-    /// `physics.gravity=9.81`; of several for one key the last counts. Words need no quotes:
-    /// `physics.contact=coulomb`. Whether settings fit one another is checked after all of them.
+    /// The scene with some settings replaced. Each is given as a key and a TOML value such as `physics.gravity=9.81`;
+    /// if a key is given several times, the last value counts. Words need no quotes: `physics.contact=coulomb`. Only
+    /// after all replacements are the settings checked against one another.
     ///
     /// # Errors
-    /// As [`Scene::parse`], naming `--set` and the setting in place of a file and a line.
+    /// The errors of [`Registry::parse`], which name `--set` and the setting instead of a file and a line.
     pub fn set(&self, settings: &[impl AsRef<str>]) -> Result<Scene> {
         if settings.is_empty() {
             return Ok(self.clone());
@@ -95,15 +105,15 @@ impl Scene {
         Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
 
-    /// Reads the scene of a run for callers that do not simulate. Laws or a loss that this program does not
-    /// have are left out instead of being an error.
+    /// Reads the scene of a run for callers that do not simulate. Unknown laws and an unknown loss are left out instead
+    /// of being an error.
     ///
     /// # Errors
     /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
-    pub fn read_to_show(path: &Path) -> Result<ShownScene> {
+    pub fn read_to_show(path: &Path, registry: &Registry) -> Result<ShownScene> {
         let (file, text) = (path.display().to_string(), Scene::text(path)?);
         let sources = [SceneText::file(&file, &text)];
-        let mut reader = Reader::new(Scene::paper(), Kind::Run, &sources);
+        let mut reader = Reader::new(registry.blank(), Kind::Run, &sources);
         reader.lacks = Some(Lacks::default());
         reader.read();
         reader.resolve()?;
@@ -139,30 +149,36 @@ impl Lacks {
         self.laws.is_empty() && self.loss.is_none()
     }
 
-    /// Adds the unknown names in the value of a key.
-    fn note(&mut self, key: &str, names: Vec<String>) {
-        match key {
-            "objective.own_loss" => self.loss = names.into_iter().next(),
-            _ => self.laws.extend(names),
+    /// Adds the unknown names in the value of a key. False for a key whose value cannot be left out.
+    fn note(&mut self, key: &str, names: &[String]) -> bool {
+        if names.is_empty() {
+            return false;
         }
+        match key {
+            "objective.own_loss" => self.loss = names.first().cloned(),
+            key if LAW_KEYS.contains(&key) => self.laws.extend_from_slice(names),
+            _ => return false,
+        }
+        true
     }
 }
 
-/// Settings of the command line as sources.
+/// The settings of the command line as sources.
 pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// The error for a setting that turned out wrong after reading, shown where the last of the sources
-/// sets it; `None` where none does.
+/// The error for a setting that turned out to be wrong after reading, shown where the last source sets it; `None` if no
+/// source sets it.
 pub(super) fn pointed(
+    registry: &Registry,
     sources: &[SceneText],
     key: &str,
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::over(Scene::paper(), Kind::Scene, sources);
+    let mut reader = Reader::over(registry.blank(), Kind::Scene, sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -176,12 +192,12 @@ pub(super) fn pointed(
 /// Reads sources one after the other into a scene.
 pub(super) struct Reader<'s, 't> {
     pub(super) sources: &'s [SceneText<'t>],
-    /// The one that is being read.
+    /// The number of the source that is being read.
     pub(super) source: usize,
     pub(super) scene: Scene,
     pub(super) kind: Kind,
     pub(super) faults: Vec<Fault>,
-    /// Where `section.key` was set last.
+    /// The place where each `section.key` was set last.
     pub(super) places: HashMap<String, KeyPlace>,
     /// Collects the laws and the loss that this program does not have; `None` if they are an error.
     lacks: Option<Lacks>,
@@ -189,7 +205,7 @@ pub(super) struct Reader<'s, 't> {
     untaken: Vec<String>,
 }
 
-/// A value's bytes in one of the sources.
+/// The bytes of a value in one of the sources.
 #[derive(Clone, Default)]
 pub(super) struct KeyPlace {
     source: usize,
@@ -205,14 +221,14 @@ impl<'s, 't> Reader<'s, 't> {
         reader
     }
 
-    /// The scene after the changes in a table that is a part of the source.
+    /// The scene after the changes in a table of the source.
     pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
         let mut reader = Reader::new(scene, Kind::Changes, std::slice::from_ref(source));
         reader.table(table);
         reader.resolved()
     }
 
-    /// A reader that has not read any source yet; see [`over`](Self::over).
+    /// A reader before it reads the sources; see [`over`](Self::over).
     fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
@@ -249,7 +265,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.finished()
     }
 
-    /// The scene, if nothing is wrong with it.
+    /// The scene, if there is no error.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
             self.conflicts();
@@ -289,7 +305,7 @@ impl<'s, 't> Reader<'s, 't> {
             Ok(version) => version,
             Err(fault) => return self.faults.push(fault),
         };
-        // Which laws there are, and so which sections, the physics say.
+        // The section `physics` comes first: its laws decide which other sections exist.
         let sections = table.iter();
         let sections = sections.filter(|(name, _)| !TOP_KEYS.contains(&&**name.get_ref()));
         let (first, then): (Vec<_>, Vec<_>) =
@@ -308,7 +324,7 @@ impl<'s, 't> Reader<'s, 't> {
             if self.untaken.iter().any(|law| law == name) {
                 return;
             }
-            if let Some(remedy) = laws::choosing(name) {
+            if let Some(remedy) = self.scene.registry().choosing(name) {
                 let message = format!("the law `{name}` is not chosen");
                 return self.fault(span, message, remedy);
             }
@@ -354,8 +370,9 @@ impl<'s, 't> Reader<'s, 't> {
             says,
             unknown,
         } = misfit;
-        if let (Some(lacks), false) = (&mut self.lacks, unknown.is_empty()) {
-            return lacks.note(path, unknown);
+        let lacks = self.lacks.as_mut();
+        if lacks.is_some_and(|lacks| lacks.note(path, &unknown)) {
+            return;
         }
         let text = &self.sources[self.source].text;
         let written = text.get(span.clone()).unwrap_or_default();
@@ -365,7 +382,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
-    /// The folder of the file that set a key last; the process's own for the command line.
+    /// The folder of the file that set a key last; the working directory for the command line.
     fn folder(&self, key: &str) -> PathBuf {
         let file = self
             .places
@@ -438,7 +455,7 @@ fn decimal_comma(text: &str, comma: usize) -> Option<(Range<usize>, String)> {
     Some((start..end, number))
 }
 
-/// The keys that choose laws. A law may have a section of its name.
+/// The keys that choose laws. A law with settings has a section of its name.
 const LAW_KEYS: [&str; 2] = ["physics.contact", "physics.forces"];
 
 /// The strings in a value, or in the entries of an array.
@@ -451,9 +468,9 @@ fn words(value: &Spanned<DeValue>) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// The known name nearest to a misspelt one, else all of them.
+/// The known name that is most similar to a misspelt one, or else all known names.
 pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Clone) -> String {
-    /// Jaro-Winkler similarity of two names that differ by a slip or two.
+    /// The Jaro-Winkler similarity of two names that differ by one or two typing errors.
     const CLOSE: f64 = 0.8;
     let rate = |name: &&'n str| strsim::jaro_winkler(wrong, name);
     let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
@@ -463,7 +480,7 @@ pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Cl
     }
 }
 
-/// The first line of what a file says, cut where it is long.
+/// The first line of a text, cut off if it is long.
 pub(super) fn abridged(written: &str) -> String {
     const LONGEST: usize = 40;
     let line = written.lines().next().unwrap_or_default();

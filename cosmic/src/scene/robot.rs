@@ -3,7 +3,7 @@
 use super::Scene;
 use std::sync::Arc;
 
-use super::policy_name::PolicyName;
+use super::chosen::Chosen;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::geometry::Ground;
@@ -15,13 +15,13 @@ use crate::settings;
 use crate::settings::{POSITIVE, STEPS, Settings, within};
 
 settings! {
-    /// The lattice: its size and where it stands (D1).
+    /// The lattice: its size and its place (D1).
     struct LatticeSettings {
-        /// Nodes in a row.
+        /// Number of nodes in a row.
         columns: usize = 6, allowed within(2.0, 64.0),
             read "without a `file`" if Scene::is_generated,
             source "paper: 6";
-        /// How many rows.
+        /// Number of rows.
         rows: usize = 6, allowed within(2.0, 64.0),
             read "without a `file`" if Scene::is_generated,
             source "paper: 6";
@@ -37,18 +37,18 @@ settings! {
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Cells of squares with both diagonals, or rows of equilateral triangles.
+        /// Squares with both diagonals, or equilateral triangles.
         kind: LatticeKind = LatticeKind::Rectangular, since 1,
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
-        /// the program was given. A path is relative to the scene's file.
+        /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file, or the
+        /// name of a lattice that the program adds.
         file: TrussFile = TrussFile::default(), since 1, source "the paper has none";
     }
 }
 
 settings! {
-    /// How the nodes of a generated lattice are joined.
+    /// The edges of a generated lattice.
     #[derive(Default)]
     enum LatticeKind {
         /// Squares with both diagonals.
@@ -71,7 +71,7 @@ impl LatticeSettings {
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// These settings with the nodes of a truss, if it is one, as one row.
+    /// These settings with the nodes of a truss, if there is one, as one row.
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
         let mut settings = self.clone();
@@ -81,7 +81,7 @@ impl LatticeSettings {
         settings
     }
 
-    /// The lattice in a word, such as `6x6`.
+    /// A short name of the lattice, such as `6x6`.
     pub fn name(&self) -> String {
         let size = format!("{}x{}", self.columns, self.rows);
         match (self.file.truss(), self.kind) {
@@ -93,25 +93,25 @@ impl LatticeSettings {
 }
 
 settings! {
-    /// What the simulator integrates and against which ground.
+    /// The physics of a rollout, with the ground line.
     struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
         dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s", source "paper, table 2";
-        /// Steps of a rollout.
+        /// Number of steps of a rollout.
         steps: usize = 8192, allowed STEPS, source "paper, table 2";
-        /// How a step is integrated.
+        /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held.
+        /// Number of mechanical steps, each of `dt / substeps`, for one step of the controller, whose output is held.
         substeps: usize = 1, allowed within(1.0, 64.0), since 1, source "paper: 1";
-        /// Gravity, straight down on inclines too.
+        /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
         /// Damping rate of the velocities.
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
-        /// Mass every node has by itself.
+        /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
         /// Extra mass of the payload, node 0 unless a truss says otherwise.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
-        /// Height of the ground line at x = 0; `[ground]` says what lies on that line.
+        /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Angle of the ground.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
@@ -119,17 +119,17 @@ settings! {
         /// Contact law of the ground.
         contact: ContactLaw = ContactLaw::infinite(),
             source "paper: infinite friction, Coulomb for one case";
-        /// Coefficient of friction, read for Coulomb contact alone.
+        /// Coefficient of friction of contact laws that slip, such as Coulomb contact.
         friction: f64 = 2.5, allowed within(0.0, 1e3),
             read "with a contact law that slips" if Scene::slips,
             source "paper: 2.5";
         /// Cubic coefficient c of the spring force k (e + c e^3).
         stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", since 1, source "paper: 0, Hooke's law";
-        /// Radius of gyration of the bars' section; above 0 bars in line resist bending.
+        /// Radius of gyration of the bars' section. Above 0, bars in line resist bending.
         bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", since 1, source "paper: 0";
-        /// Forces beside springs and bending, by the names of laws that the program was given.
+        /// Forces in addition to springs and bending, by the names of their laws.
         forces: ForceLaws = ForceLaws::default(), since 1, source "the paper has none";
-        /// Whether void edges pull: dropped, those of an exactly one-hot layout do not.
+        /// Whether void edges pull. If they are dropped, the void edges of a one-hot layout do not pull.
         void_edges: VoidEdges = VoidEdges::Keep, since 1, source "paper: they do";
         /// The speed of a node above which a rollout counts as diverged, or "off". A robot with such a
         /// node has flown apart, and its displacement means nothing. Nodes reach 13 m/s in delivered
@@ -137,13 +137,13 @@ settings! {
         /// that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", since 1 before "off",
             source "found by experiment";
-        /// What an optimisation does about a time step with which the robot's vibrations grow.
+        /// Reaction of an optimisation to a time step with which the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
     }
 }
 
 settings! {
-    /// How positions and velocities step through time.
+    /// The integration method of positions and velocities.
     #[derive(Default)]
     enum Integrator {
         /// First the velocities by the forces at hand, then the positions by the new velocities: of
@@ -170,11 +170,11 @@ settings! {
 }
 
 settings! {
-    /// What happens to a run with an unstable time step.
+    /// The reaction to an unstable time step.
     enum UnstableStep {
-        /// It is refused.
+        /// The run is refused.
         Error = "error",
-        /// It goes on, and a warning is given.
+        /// The run continues with a warning.
         Warn = "warn",
     }
 }
@@ -189,7 +189,7 @@ impl From<&PhysicsSettings> for Ground {
 }
 
 impl PhysicsSettings {
-    /// Sections of their own: the ground, and the chosen laws that have settings, by their names.
+    /// The sections beside `[physics]`: the ground, and the chosen laws that have settings, by their names.
     pub(super) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
         let ground: (_, &mut dyn Settings) = ("ground", &mut self.ground);
         let contact = (self.contact.name(), self.contact.settings());
@@ -231,21 +231,21 @@ settings! {
         /// Mass per length of void, skeleton, actuator.
         density: [f64; 3] = [1e-8, 0.030, 0.100], allowed within(0.0, 1e6), unit "kg/m",
             source "paper, table 1";
-        /// Largest actuation strain of void, skeleton, actuator; only the last is used: the share of
-        /// an edge that is no actuator does not act.
+        /// Largest actuation strain of void, skeleton, actuator. Only the last one is used, because only the actuator
+        /// share of an edge acts.
         max_strain: [f64; 3] = [0.0, 0.0, 0.35], allowed within(0.0, 0.99),
             source "paper, table 1; D8";
-        /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP.
+        /// Exponent on the shares of a mixture in its stiffness (the penalisation of SIMP).
         penalisation: usize = 1, allowed within(1.0, 10.0), since 1, source "paper: 1, none";
     }
 }
 
 settings! {
-    /// The controller: its policy, its size, its inputs, its goals and how its weights start.
+    /// The controller: policy, size, inputs, goals and initial weights.
     struct ControllerSettings {
-        /// What drives the robot: a network that observes it, the same network in open loop (driven by the clock
-        /// alone), or a policy that the program was given.
-        policy: PolicyName = PolicyName::default(), since 2, source "paper: mlp";
+        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or
+        /// a policy that the program adds.
+        policy: Chosen = Chosen::policy(), since 2, source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.
@@ -256,7 +256,7 @@ settings! {
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m",
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "paper: 2, 0.1";
-        /// Factor on the goal at the controller's input.
+        /// Factor on the goal in the observation.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";
         /// Whether the goal is given relative to the mean node position.
@@ -269,10 +269,10 @@ settings! {
         /// side for both goals, and with none of the scales 0.05, 0.5, 1.5 and 3 it walks well both
         /// ways.
         two_goals: bool = false, since 1, source "paper: false";
-        /// Factor on the node offsets at the controller's input.
+        /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
             source "D3, found by experiment";
-        /// Factor on the node velocities at the controller's input.
+        /// Factor on the node velocities in the observation.
         velocity_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "s/m",
             source "D3, found by experiment";
         /// Gain of the Xavier initialisation of the hidden and the output layer.
@@ -280,7 +280,7 @@ settings! {
     }
 }
 
-/// What a controller observes of a state.
+/// The parts of a state that a controller observes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Senses {
     /// The positions of the nodes.
@@ -290,7 +290,7 @@ pub struct Senses {
 }
 
 impl ControllerSettings {
-    /// Whether positions and velocities make any difference to an observation.
+    /// Whether an observation depends on positions and on velocities.
     pub fn senses(&self) -> Senses {
         let follows_goal = self.goal_relative && self.goal_scale != 0.0;
         Senses {
@@ -299,7 +299,7 @@ impl ControllerSettings {
         }
     }
 
-    /// These settings with the goal mirrored: behind the origin where it was ahead.
+    /// These settings with the goal mirrored: behind the origin instead of ahead of it.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;
         Self {

@@ -1,4 +1,4 @@
-//! Settings of the ground: what lies on its line.
+//! Settings of the ground: the profile above its line.
 
 use super::Scene;
 use toml::Spanned;
@@ -10,8 +10,8 @@ use crate::settings;
 use crate::settings::{Filled, Limits, SettingValue, above, json, misfit, within, wrong_kind};
 
 settings! {
-    /// The height profile of the ground above its line. It is level below the lattice unless its points say
-    /// otherwise, and nothing moves the robot up to it.
+    /// The height profile of the ground above its line. Below the lattice it is level, unless it has points there. The
+    /// robot is not raised to its height.
     struct GroundSettings {
         /// The kind of profile on the ground line.
         profile: ProfileKind = ProfileKind::Flat, since 1,
@@ -21,7 +21,7 @@ settings! {
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
-        /// For "steps" and "rough": how far along the ground they begin.
+        /// For "steps" and "rough": their beginning along the ground.
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
@@ -34,11 +34,11 @@ settings! {
         spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps": the height of a step; below 0 they lead down.
+        /// For "steps": the height of a step; negative for steps down.
         rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
-        /// For "steps": the way on which a step rises, shorter than the distance to the next.
+        /// For "steps": the length of the ramp of a step, shorter than the distance to the next step.
         ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
@@ -75,20 +75,23 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
-/// The most steps: each has two corners.
+/// The most steps. Each has two corners.
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
-    /// The profile that these settings mean.
+    /// The profile of these settings.
     ///
     /// # Panics
-    /// If the settings contradict one another, as those of no scene do.
+    /// If the settings contradict one another. The reader of scenes refuses such settings.
     pub fn resolved(&self) -> Profile {
         let profile = self.checked();
         profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
     }
 
-    /// The profile, or a sentence if the settings make none.
+    /// The profile.
+    ///
+    /// # Errors
+    /// A sentence if the settings contradict one another.
     pub(super) fn checked(&self) -> Result<Profile, String> {
         let points = match self.profile {
             ProfileKind::Flat => Vec::new(),
@@ -111,7 +114,7 @@ impl GroundSettings {
         (0..self.count).flat_map(step).collect()
     }
 
-    /// Heights at equal distances between two ends on the ground line.
+    /// Heights at equal distances. The two ends are on the ground line.
     fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));
@@ -172,5 +175,10 @@ impl SettingValue for Profile {
         }
         *self = Profile::new(points).map_err(|says| misfit(value, &says))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        let mut numbers = self.points().iter().flat_map(|point| point.array());
+        numbers.all(|x| limits.contain(x))
     }
 }

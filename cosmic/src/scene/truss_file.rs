@@ -1,4 +1,4 @@
-//! The setting that names a truss: a lattice of one's own.
+//! The setting that names a truss: a lattice with any nodes and edges.
 
 use std::io;
 use std::path::Path;
@@ -9,16 +9,17 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::error::{Error, Result};
-use crate::lattice::{self, Truss};
-use crate::registry::OFF;
+use crate::lattice::Truss;
+use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
-/// The path of a truss file, or the name of a truss that this process was
-/// [given](crate::lattice::add), with its nodes and edges; or none.
+/// The path of a truss file, or the name of a truss in the [registry](Registry::with_lattice), with its nodes and
+/// edges; or none.
 #[derive(Clone, Debug)]
 pub struct TrussFile {
     path: String,
     truss: Option<Arc<Truss>>,
+    registry: Registry,
 }
 
 impl Default for TrussFile {
@@ -26,11 +27,12 @@ impl Default for TrussFile {
         Self {
             path: OFF.to_owned(),
             truss: None,
+            registry: Registry::default(),
         }
     }
 }
 
-/// By nodes and edges: a copy of a file is that file.
+/// Trusses are compared by nodes and edges: a copy of a file equals the file.
 impl PartialEq for TrussFile {
     fn eq(&self, other: &Self) -> bool {
         match (&self.truss, &other.truss) {
@@ -47,18 +49,19 @@ impl Serialize for TrussFile {
 }
 
 impl TrussFile {
-    /// The name of the copy that stands in the folder of a run, beside the scene.
+    /// The name of the copy in the folder of a run, beside the scene.
     pub const COPY: &'static str = "truss.json";
 
-    /// A truss, and the path under which a scene names it.
+    /// A truss, and the path by which a scene names it.
     pub fn new(path: &str, truss: Arc<Truss>) -> Self {
         Self {
             path: path.to_owned(),
             truss: Some(truss),
+            ..Self::default()
         }
     }
 
-    /// The path or the name, as scenes have it.
+    /// The path or the name in the scene.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -66,7 +69,7 @@ impl TrussFile {
     /// The nodes and edges; `None` for a generated lattice.
     ///
     /// # Panics
-    /// If the file was not read. Reading a scene reads it.
+    /// If the file was not read yet. Reading a scene reads it.
     pub fn truss(&self) -> Option<&Arc<Truss>> {
         assert!(
             !self.is_to_be_read(),
@@ -76,12 +79,12 @@ impl TrussFile {
         self.truss.as_ref()
     }
 
-    /// True for a path whose file was not read.
+    /// True for a path whose file was not read yet.
     pub(super) fn is_to_be_read(&self) -> bool {
         self.truss.is_none() && self.path != OFF
     }
 
-    /// Takes the truss of the name, or reads the file of the path, which is relative to a folder.
+    /// Takes the truss with this name from the registry, or reads the file. Its path is relative to `folder`.
     ///
     /// # Errors
     /// Those of [`Truss::read`].
@@ -89,7 +92,7 @@ impl TrussFile {
         if !self.is_to_be_read() {
             return Ok(());
         }
-        if let Some(truss) = lattice::named(&self.path) {
+        if let Some(truss) = self.registry.lattice(&self.path) {
             self.truss = Some(truss);
             return Ok(());
         }
@@ -103,7 +106,7 @@ impl TrussFile {
             other => other,
         });
         self.truss = Some(Arc::new(truss?));
-        // Other readers of this scene are in the folder of the process.
+        // From now on the path is relative to the working directory.
         self.path = path.display().to_string();
         Ok(())
     }
@@ -115,7 +118,7 @@ impl SettingValue for TrussFile {
     }
 
     fn toml(&self) -> String {
-        // A literal string of TOML has no escapes, which are not Rust's.
+        // TOML has other escapes than Rust.
         toml::Value::String(self.path.clone()).to_string()
     }
 
@@ -128,10 +131,11 @@ impl SettingValue for TrussFile {
         if path.is_empty() {
             return Err(misfit(value, "cannot be"));
         }
-        *self = Self {
-            path: path.to_owned(),
-            truss: None,
-        };
+        (self.path, self.truss) = (path.to_owned(), None);
         Ok(())
+    }
+
+    fn know(&mut self, registry: &Registry) {
+        self.registry = registry.clone();
     }
 }

@@ -3,7 +3,7 @@
 use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
-    /// The settings that differ from the settings of the scene's base.
+    /// The settings that differ from the base of the scene.
     pub fn changed(&self) -> Vec<Setting> {
         let base = self.base.scene().settings();
         let mut settings = self.settings();
@@ -32,14 +32,14 @@ impl Scene {
         (!(field.is_read)(scene)).then_some(field.when)
     }
 
-    /// Whether the design is optimised. With a given layout it is not.
+    /// Whether the design is optimised. A given layout is not.
     pub(super) fn designs(&self) -> bool {
         self.start.kind != StartKind::Layout
     }
 
     /// Whether the loss is the task's loss.
     pub(super) fn has_task(&self) -> bool {
-        self.objective.own_loss.name().is_none()
+        self.objective.own_loss.is_default()
     }
 
     /// Whether the loss depends on more states than the last one.
@@ -52,7 +52,7 @@ impl Scene {
         !self.lattice.is_truss()
     }
 
-    /// Whether the contact law may read the coefficient of friction; laws of other programs may.
+    /// Whether the contact law may read the coefficient of friction. A law that a program adds may.
     pub(super) fn slips(&self) -> bool {
         !["infinite", "none"].contains(&self.physics.contact.name())
     }

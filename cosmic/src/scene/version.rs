@@ -1,8 +1,8 @@
 //! The version of the scenes of runs.
 
-/// The kind of file: the key `format` of a run's scene.
+/// The key `format` in the scene of a run.
 pub(super) const FORMAT: &str = "cosmic-scene";
 
-/// The version of the scenes that this program writes for runs. It is raised with every new key. Scenes of runs
-/// that are older than versions have version 0.
+/// The version of the scenes that this program writes for runs. It is raised with every new key. Scenes without a
+/// version have version 0.
 pub const VERSION: u32 = 2;

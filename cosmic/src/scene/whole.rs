@@ -1,11 +1,10 @@
 //! Reads the beginning of a scene file, its base and version, and checks that no key is missing.
 
 use super::Scene;
-use super::base::Base;
+use super::base::{Base, TOP_KEYS};
 use super::diagnostic::Fault;
 use super::read::{Kind, Reader, abridged, suggest};
 use super::version::{FORMAT, VERSION};
-use crate::laws::TOP_KEYS;
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -14,8 +13,8 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 impl Reader<'_, '_> {
-    /// Begins a file that is a whole scene: from its base, or from the defaults if the file must be complete.
-    /// Returns the version whose keys the file must hold, if it must be complete.
+    /// Begins to read a whole scene: from its base, or from the defaults if the file must be complete. Returns the
+    /// version whose keys the file must hold, if it must be complete.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
@@ -34,7 +33,7 @@ impl Reader<'_, '_> {
         }
         let base = self.base(document)?;
         let version = self.version(document)?;
-        self.scene = match (version, base) {
+        let scene = match (version, base) {
             (None, base) => base.unwrap_or_default().scene(),
             (Some(_), Some(base)) => Scene {
                 base,
@@ -42,10 +41,11 @@ impl Reader<'_, '_> {
             },
             (Some(_), None) => Scene::paper(),
         };
+        self.scene = scene.knowing(self.scene.registry());
         Ok(version)
     }
 
-    /// The base that a scene names.
+    /// The base that the file names.
     fn base(&self, document: &DeTable) -> Result<Option<Base>, Fault> {
         let Some(value) = document.get(BASE) else {
             return Ok(None);
@@ -62,8 +62,8 @@ impl Reader<'_, '_> {
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// The version whose keys the scene must hold: the version that it states, or 0 for a run's scene
-    /// without a version. `None` if keys may be missing.
+    /// The version whose keys the scene must hold: the stated version, or 0 for the scene of a run without a version.
+    /// `None` if keys may be missing.
     fn version(&self, document: &DeTable) -> Result<Option<u32>, Fault> {
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {
@@ -111,7 +111,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Requires every key of a version. Newer keys get the values that reproduce older runs.
+    /// Checks that no key of a version is missing. Newer keys get the values that reproduce older runs.
     pub(super) fn complete(&mut self, version: u32) {
         let is_lenient = self.kind == Kind::Snapshot && version == 0;
         let (places, mut missing) = (&self.places, Vec::new());
@@ -128,7 +128,7 @@ impl Reader<'_, '_> {
                 }
             }
         });
-        /// The missing keys, as a message names them.
+        /// The most missing keys that a message names.
         const NAMED: usize = 3;
         let (named, others) = missing.split_at(NAMED.min(missing.len()));
         let message = match (named, others.len()) {

@@ -1,4 +1,4 @@
-//! The world of a scene in one line.
+//! A description of the world of a scene in one line.
 
 use super::{ProfileKind, Scene};
 use crate::settings::Named;

@@ -1,23 +1,11 @@
-//! Writes a scene as complete TOML: one key per line, each with its meaning and the allowed values.
+//! Writes a scene as complete TOML: one key per line, with its meaning and the allowed values above it.
 
 use super::Scene;
 use super::version::{FORMAT, VERSION};
-use crate::error::Result;
 use crate::settings::{Settings, Values};
 use serde::{Serialize, Serializer};
 
 impl Scene {
-    /// Refuses settings that no scene file may have. A scene that was read always passes; one whose
-    /// fields were set may not.
-    ///
-    /// # Errors
-    /// [`Error::Malformed`](crate::error::Error::Malformed), with places in the scene's
-    /// [text](Scene::to_toml).
-    pub fn check(&self) -> Result<()> {
-        let truss = self.lattice.file.clone();
-        Self::parse_with_truss("scene", &self.to_toml(), truss).map(drop)
-    }
-
     /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.
     pub fn to_toml(&self) -> String {
         let write = |name: &str, settings: &mut dyn Settings| {
@@ -54,7 +42,7 @@ impl Scene {
 
 /// Sections of keys, in the order of the text.
 impl Serialize for Scene {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let of = |name: &'static str, section: &mut dyn Settings| (name, Values::of(section));
         serializer.collect_map(self.clone().of_sections(of))
     }

@@ -1,4 +1,4 @@
-//! The declaration of a scene's settings: one place says everything of a key.
+//! The macro that declares the settings of a scene: everything about a key in one place.
 
 /// Declares a section of the scene, the names that a setting is chosen from, or the scene itself.
 ///
@@ -17,22 +17,20 @@
 ///
 /// [`Inputs`]: crate::settings::Inputs
 ///
-/// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
-/// their own.
+/// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
 /// A new key is marked, before `source`: `since 2 before 0.5` for a key that scenes of runs hold from version 2
 /// on. `scene::VERSION` must be raised with it. In scenes of older runs the key has the value after `before`,
 /// written as in TOML, or the default if there is no `before`. This value must reproduce what programs without the
 /// key did.
 ///
-/// A key that only some scenes read has a condition after that: `read "with the task reach" if |s: &Scene| ...`. A
-/// scene that sets the key but does not read it gets a warning.
+/// A key that only some scenes read has a condition next: `read "with the task reach" if |s: &Scene| ...`. A scene
+/// that sets the key but does not read it gets a warning.
 ///
-/// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
-/// From this follow the struct with public fields, its `Default`, its documentation, and
-/// `Settings`, by which the reader, the template and the documentation of
-/// the keys are made. An `enum` lists its members with their names in files, and the `scene` lists its sections and
-/// the type of its base.
+/// The type and the default are Rust. `allowed` is for numbers, and `unit` for numbers with a unit. The macro makes the
+/// struct with public fields, its `Default`, its documentation, and its `Settings`, from which the reader, the
+/// template and the documentation of the keys are made. An `enum` lists its members with their names in files. The
+/// `scene` lists its sections and the type of its base.
 #[macro_export]
 macro_rules! settings {
     ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt) => {

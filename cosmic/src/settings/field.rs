@@ -1,4 +1,4 @@
-//! A setting: its value in place, and its declaration.
+//! A setting: its value and its declaration.
 
 use std::any::Any;
 
@@ -10,15 +10,15 @@ use super::limits::Limits;
 use super::value::SettingValue;
 use crate::registry::OFF;
 
-/// A setting in place, with all that its declaration says of it.
+/// A setting: its value and everything from its declaration.
 pub struct Field<'a> {
     /// The key within its section.
     pub key: &'static str,
     /// The meaning of the key, in sentences.
     pub doc: &'static str,
-    /// The unit; empty for a pure number, a name or a truth value.
+    /// The unit; empty for a pure number, a name or a boolean.
     pub unit: &'static str,
-    /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
+    /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
     /// The first version of a run's scene that has the key.
     pub since: u32,
@@ -40,14 +40,25 @@ impl Field<'_> {
         self.value.allowed(&self.limits)
     }
 
+    /// Sets the value to a value written in TOML.
+    ///
+    /// # Errors
+    /// The part of a message between key and value.
+    pub(crate) fn read_text(self, text: &str) -> Result<(), String> {
+        let text = format!("value = {text}");
+        let table = DeTable::parse(&text).ok();
+        let value = table
+            .as_ref()
+            .and_then(|table| table.get_ref().get("value"));
+        let value = value.ok_or_else(|| "cannot be".to_owned())?;
+        let read = self.value.read(value, &self.limits);
+        read.map_err(|misfit| misfit.says)
+    }
+
     /// Sets the key to its value for scenes that are older than the key. False if the declaration is wrong.
     pub(crate) fn take_before(self) -> bool {
-        let text = format!("before = {}", self.before);
-        let Ok(table) = DeTable::parse(&text) else {
-            return self.before.is_empty();
-        };
-        let value = table.get_ref().get("before");
-        value.is_some_and(|value| self.value.read(value, &self.limits).is_ok())
+        let before = self.before;
+        before.is_empty() || self.read_text(before).is_ok()
     }
 }
 
@@ -59,9 +70,9 @@ pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> boo
 
 /// A section of a scene file; [`settings!`](crate::settings!) declares it.
 pub trait Settings {
-    /// The subject of the section, in a sentence.
+    /// A description of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// Its settings, in the order in which they are written; by default there are none.
+    /// The settings, in the order in which they are written; none by default.
     fn fields(&mut self) -> Vec<Field<'_>> {
         Vec::new()
     }
@@ -71,7 +82,7 @@ pub trait Settings {
 pub struct Values(Vec<(&'static str, Value)>);
 
 impl Values {
-    /// Those of a section.
+    /// The keys and values of a section.
     pub fn of(section: &mut dyn Settings) -> Self {
         let fields = section.fields().into_iter();
         Self(
@@ -94,25 +105,14 @@ impl Serialize for Values {
 /// # Errors
 /// A sentence that names the key, the value and what is allowed.
 pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
-    let cannot_be = || "cannot be".to_owned();
-    let text = match json {
-        Value::Null => format!("value = {OFF:?}"),
-        json => format!("value = {json}"),
-    };
-    let allowed = field.allowed();
-    let table = DeTable::parse(&text).map_err(|_| cannot_be());
-    let read = table.and_then(|table| match table.get_ref().iter().next() {
-        Some((_, value)) => {
-            let read = field.value.read(value, &field.limits);
-            read.map_err(|misfit| {
-                if json.is_null() {
-                    cannot_be()
-                } else {
-                    misfit.says
-                }
-            })
+    let (key, allowed) = (field.key, field.allowed());
+    let read = match json {
+        // The user wrote no "off", so its error would be misleading.
+        Value::Null => {
+            let read = field.read_text(&format!("{OFF:?}"));
+            read.map_err(|_| "cannot be".to_owned())
         }
-        None => Err(cannot_be()),
-    });
-    read.map_err(|says| format!("`{}` {says} {json}; allowed: {allowed}", field.key))
+        json => field.read_text(&json.to_string()),
+    };
+    read.map_err(|says| format!("`{key}` {says} {json}; allowed: {allowed}"))
 }

@@ -1,8 +1,8 @@
-//! The range that is allowed for the numbers of a setting.
+//! The allowed range of the numbers of a setting.
 
 use std::fmt;
 
-/// The finite numbers allowed: for arrays each entry, for a cycle its length.
+/// A range of finite numbers. For an array it limits every entry, for a cycle its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     low: f64,
@@ -11,16 +11,16 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For values that are no numbers.
+    /// No limits, for values other than numbers.
     pub const NONE: Limits = within(f64::MIN, f64::MAX);
 
-    /// False for NaN and infinities too.
+    /// Whether a number is in the range. False for NaN and infinities.
     pub fn contain(&self, x: f64) -> bool {
         x <= self.high && (x > self.low || self.low_included && x == self.low)
     }
 }
 
-/// From `low` to `high`, both allowed.
+/// From `low` to `high`, both included.
 pub const fn within(low: f64, high: f64) -> Limits {
     Limits {
         low,
@@ -29,7 +29,7 @@ pub const fn within(low: f64, high: f64) -> Limits {
     }
 }
 
-/// Above `low`, up to `high`.
+/// Above `low`, up to `high`, which is included.
 pub const fn above(low: f64, high: f64) -> Limits {
     Limits {
         low,
@@ -38,15 +38,15 @@ pub const fn above(low: f64, high: f64) -> Limits {
     }
 }
 
-/// Numbers of an iteration; 0 is before the first one.
+/// The number of an iteration; 0 is before the first one.
 pub(crate) const ITERATIONS: Limits = within(0.0, 1e5);
-/// Lengths of rollouts and of parts of them.
+/// The length of a rollout or of a part of it.
 pub(crate) const STEPS: Limits = within(1.0, 1e6);
-/// Factors and costs that have no natural bound.
+/// Factors and costs without a natural bound.
 pub(crate) const POSITIVE: Limits = above(0.0, 1e6);
 /// Shares of a whole.
 pub(crate) const SHARE: Limits = within(0.0, 1.0);
-/// Shares by which a positive number is off and stays positive.
+/// Relative deviations that keep a positive number positive.
 pub(crate) const DEVIATION: Limits = within(0.0, 0.99);
 
 impl fmt::Display for Limits {

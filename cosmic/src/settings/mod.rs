@@ -1,5 +1,4 @@
-//! Settings: keys of a scene file, each declared once with its type, default, range, unit, source and
-//! meaning.
+//! Settings: the keys of a scene file. Each is declared once with its type, default, range, unit, source and meaning.
 
 mod limits;
 mod value;
@@ -15,7 +14,7 @@ pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]
 pub use serde;
-pub(crate) use value::unknown;
 pub use value::{
     Filled, Misfit, Named, SettingValue, json, kind, member, misfit, word, wrong_kind,
-}; // for `settings!` in other crates
+};
+pub(crate) use value::{quoted, unknown}; // for `settings!` in other crates

@@ -1,7 +1,7 @@
-//! The types that a setting can have: what may stand in a file, how it is read and written.
+//! The types of settings: their allowed values, and how they are read and written.
 
 use super::limits::Limits;
-use crate::registry::OFF;
+use crate::registry::{OFF, Registry};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::fmt::Debug;
@@ -11,21 +11,27 @@ use toml::de::DeValue;
 
 /// The type of a setting.
 pub trait SettingValue: Debug {
-    /// The values that a file may hold, as a phrase.
+    /// The values that a file may have, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
-    /// The value as TOML. Rust writes numbers, truth values and arrays of them as TOML does, with the
-    /// fewest digits that read back to the same bits.
+    /// The value as TOML. Rust writes numbers, booleans and arrays of them as TOML does, with the fewest digits that
+    /// read back to the same bits.
     fn toml(&self) -> String {
         format!("{self:?}")
     }
     /// The value as JSON.
     fn json(&self) -> serde_json::Value;
-    /// Takes the value of a file.
+    /// Takes the value in a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
+    /// True if the value is within the limits.
+    fn fits(&self, _limits: &Limits) -> bool {
+        true
+    }
+    /// Makes the additions of a program available to a setting that chooses an item by its name.
+    fn know(&mut self, _registry: &Registry) {}
 }
 
-/// Why a value does not fit. A message reads "`physics.dt` is a text: "fast"", where `says` is the
-/// part between key and value.
+/// The reason why a value is refused. A message reads "`physics.dt` is a string: "fast"", where `says` is the part
+/// between key and value.
 pub struct Misfit {
     /// The bytes of the value in its source.
     pub span: Range<usize>,
@@ -39,7 +45,7 @@ pub struct Misfit {
 /// The result of reading a value.
 pub type Filled<T> = Result<T, Misfit>;
 
-/// A value that does not fit, and why.
+/// The error for a refused value.
 pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
@@ -48,7 +54,7 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     }
 }
 
-/// A name that this program does not know.
+/// The error for an unknown name.
 pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
     Misfit {
         unknown: vec![name.to_owned()],
@@ -60,18 +66,18 @@ fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, "is out of range:")
 }
 
-/// A value of another kind than the setting's.
+/// The error for a value of the wrong type.
 pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, &format!("is {}:", kind(value)))
 }
 
-/// What a TOML value is, with its article.
+/// The type of a TOML value, with its article.
 pub fn kind(value: &Spanned<DeValue>) -> &'static str {
     match value.get_ref() {
-        DeValue::String(_) => "a text",
+        DeValue::String(_) => "a string",
         DeValue::Integer(_) => "a whole number",
         DeValue::Float(_) => "a number with a point or exponent",
-        DeValue::Boolean(_) => "a truth value",
+        DeValue::Boolean(_) => "a boolean",
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "an array",
         DeValue::Table(_) => "a section",
@@ -87,7 +93,7 @@ impl SettingValue for f64 {
         json(self)
     }
 
-    /// Written with or without a point. A number that overflows is infinite, and out of range.
+    /// The number may have a point or not. A number that overflows becomes infinite and is out of range.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let x = match value.get_ref() {
             DeValue::Float(x) => x.as_str().parse().ok(),
@@ -97,9 +103,13 @@ impl SettingValue for f64 {
                 .map(|n| n as f64),
             _ => return Err(wrong_kind(value)),
         };
-        let x = x.filter(|x| limits.contain(*x));
+        let x = x.filter(|x: &f64| x.fits(limits));
         *self = x.ok_or_else(|| out_of_range(value))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(*self)
     }
 }
 
@@ -117,9 +127,13 @@ impl SettingValue for usize {
             return Err(wrong_kind(value));
         };
         let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
-        let n = n.filter(|n| limits.contain(*n as f64));
+        let n = n.filter(|n| n.fits(limits));
         *self = n.ok_or_else(|| out_of_range(value))?;
         Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        limits.contain(*self as f64)
     }
 }
 
@@ -155,9 +169,13 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
         let mut pairs = self.iter_mut().zip(entries.iter());
         pairs.try_for_each(|(x, entry)| x.read(entry, limits))
     }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        self.iter().all(|x| x.fits(limits))
+    }
 }
 
-/// A bound, which may be off.
+/// A bound that can be off.
 impl SettingValue for Option<f64> {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a number {limits}, or {OFF:?}")
@@ -178,6 +196,10 @@ impl SettingValue for Option<f64> {
         }
         self.insert(0.0).read(value, limits)
     }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        self.is_none_or(|x| x.fits(limits))
+    }
 }
 
 impl SettingValue for bool {
@@ -196,7 +218,7 @@ impl SettingValue for bool {
     }
 }
 
-/// An enumeration whose members have names in scene files.
+/// An enum whose members have names in scene files.
 pub trait Named: Copy + Debug + PartialEq + 'static {
     /// Every member with its name.
     const ALL: &'static [(&'static str, Self)];
@@ -208,7 +230,7 @@ pub trait Named: Copy + Debug + PartialEq + 'static {
     }
 }
 
-/// Reads a member of an enumeration by its name, for [`settings!`](crate::settings!).
+/// Reads a member of an enum by its name, for [`settings!`](crate::settings!).
 ///
 /// # Errors
 /// The errors of the deserializer, and an error for a string that is not one of the names.
@@ -225,8 +247,7 @@ pub fn member<'de, T: Named, D: Deserializer<'de>>(
 
 impl<T: Named> SettingValue for T {
     fn allowed(&self, _: &Limits) -> String {
-        let names = T::ALL.iter().map(|(name, _)| format!("{name:?}"));
-        names.collect::<Vec<_>>().join(" or ")
+        quoted(T::ALL.iter().map(|(name, _)| *name), " or ")
     }
 
     fn toml(&self) -> String {
@@ -245,7 +266,13 @@ impl<T: Named> SettingValue for T {
     }
 }
 
-/// The word that a text is.
+/// Names in quotes, with a word between them.
+pub(crate) fn quoted<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
+    let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+    quoted.join(between)
+}
+
+/// The string value.
 ///
 /// # Errors
 /// [`Misfit`] for a value that is not a string.
@@ -253,7 +280,7 @@ pub fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
     value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }
 
-/// A value as JSON. Settings are numbers, names and lists of them, which all have a form there.
+/// A value as JSON. Every setting has a JSON form, because settings are numbers, names and lists of them.
 pub fn json(value: &(impl serde::Serialize + ?Sized)) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }

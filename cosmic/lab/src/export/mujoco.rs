@@ -13,7 +13,7 @@ use cosmic::lattice::{Body, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
 use cosmic::policy::{Layer, NETWORK, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::{Integrator, PhysicsSettings, PolicyName};
+use cosmic::scene::{Integrator, PhysicsSettings};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -103,7 +103,7 @@ fn check(case: &Case) -> Result<()> {
     let flat = (!physics.ground.resolved().is_flat()).then_some("ground.profile=flat");
     let of_physics = refusals.iter().find(|(is, _)| *is);
     let instead = of_physics.map(|(_, key)| format!("physics.{key}"));
-    let policy = case.observation.policy != PolicyName::default();
+    let policy = !case.observation.policy.is_default();
     let policy = policy.then_some("controller.policy=mlp").map(str::to_owned);
     match instead.or(flat.map(str::to_owned)).or(policy) {
         None => Ok(()),

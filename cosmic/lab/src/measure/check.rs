@@ -1,5 +1,6 @@
 //! `check.json`: the design of a finished run in changed scenes.
 
+use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
@@ -49,12 +50,12 @@ impl Check {
     ///
     /// # Errors
     /// The errors of reading the run's files and of [`write_json`].
-    pub(crate) fn keep(folder: &Path) -> Result<()> {
+    pub(crate) fn keep(folder: &Path, registry: &Registry) -> Result<()> {
         let path = folder.join(CHECK);
         if path.exists() {
             return Ok(());
         }
-        write_json(&path, FORMAT, &Self::measure(folder)?)
+        write_json(&path, FORMAT, &Self::measure(folder, registry)?)
     }
 
     /// The check of a run.
@@ -65,8 +66,8 @@ impl Check {
         read_json(&folder.join(CHECK), FORMAT)
     }
 
-    fn measure(folder: &Path) -> Result<Self> {
-        let (summary, scene) = (Summary::read(folder)?, run::read_scene(folder)?);
+    fn measure(folder: &Path, registry: &Registry) -> Result<Self> {
+        let (summary, scene) = (Summary::read(folder)?, run::read_scene(folder, registry)?);
         let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         let case = design.case(&scene, &path.display().to_string())?;

@@ -2,6 +2,7 @@
 
 use crate::child;
 use crate::export::mujoco::{self, MujocoSettings};
+use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::laws::ContactLaw;
@@ -48,12 +49,13 @@ impl Walks {
         folder: &Path,
         frictions: &[f64],
         python: &Path,
+        registry: &Registry,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Option<()>> {
         if Self::read(folder)?.is_some_and(|known| known.frictions == frictions) {
             return Ok(Some(()));
         }
-        let Some(found) = Self::measure(folder, frictions, python, is_stopped)? else {
+        let Some(found) = Self::measure(folder, frictions, python, registry, is_stopped)? else {
             return Ok(None);
         };
         write_json(&folder.join(TRANSFER), FORMAT, &found).map(Some)
@@ -72,10 +74,11 @@ impl Walks {
         folder: &Path,
         frictions: &[f64],
         python: &Path,
+        registry: &Registry,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Option<Self>> {
         let summary = Summary::read(folder)?;
-        let scene = run::read_scene(folder)?;
+        let scene = run::read_scene(folder, registry)?;
         let path = folder.join(run::DESIGN);
         let case = DesignFile::read(&path)?.case(&scene, &path.display().to_string())?;
         let model = folder.join(MODEL);

@@ -3,6 +3,7 @@
 use super::numbers::{departures, with_numbers};
 use super::{html, page, race};
 use crate::table::{Table, TableOf};
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::record::Summary;
 use cosmic::record::run::{SCENE, read_scene_to_show};
@@ -28,10 +29,10 @@ struct ComparedRun {
 }
 
 /// Reads the summary of a run. If the folder has a scene file, it must match the scene that the run began with.
-fn read(folder: &Path) -> Result<Summary> {
+fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
-        read_scene_to_show(folder)?;
+        read_scene_to_show(folder, registry)?;
     }
     Ok(summary)
 }
@@ -41,7 +42,7 @@ impl Comparison {
     ///
     /// # Errors
     /// The errors of [`Summary::read`] and [`read_scene_to_show`].
-    pub fn read(folders: &[PathBuf]) -> Result<Self> {
+    pub fn read(folders: &[PathBuf], registry: &Registry) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {
             let mut others = folders.iter().zip(&names);
@@ -49,7 +50,7 @@ impl Comparison {
             let path = || folder.display().to_string();
             Ok(ComparedRun {
                 name: if has_namesake { path() } else { name.clone() },
-                summary: read(folder)?,
+                summary: read(folder, registry)?,
                 folder: folder.clone(),
             })
         };
@@ -73,7 +74,7 @@ impl Comparison {
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
-    pub fn to_html(&self) -> Result<String> {
+    pub fn to_html(&self, registry: &Registry) -> Result<String> {
         let departures = |run: &ComparedRun| departures(&run.summary);
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
@@ -84,7 +85,7 @@ impl Comparison {
             } else {
                 ""
             };
-            race::lane(&format!("{}{mark}", run.name), &run.folder).transpose()
+            race::lane(&format!("{}{mark}", run.name), &run.folder, registry).transpose()
         };
         let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
         let race = if lanes.is_empty() {

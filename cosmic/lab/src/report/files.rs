@@ -1,5 +1,6 @@
 //! The files of a run, or of a design alone, for reports.
 
+use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
@@ -41,11 +42,11 @@ impl RobotFiles {
     /// # Errors
     /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if they do not belong together.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &Path, registry: &Registry) -> Result<Self> {
         // Read first: if the file is not a design, this is the error to report, not a problem with its scene.
         let design = DesignFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder)?;
+        let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
         let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
         design.robot(&scene, &path.display().to_string())?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
@@ -144,10 +145,10 @@ impl RunFiles {
     ///
     /// # Errors
     /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the like for the other files.
-    pub fn read(folder: &Path) -> Result<Self> {
+    pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         // Written last: without it the run is not finished.
         let mut summary = Summary::read(folder)?;
-        let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
+        let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
         // Earlier versions counted bars of undecided designs, which have no bars yet.
         if robot.design.design().layout().is_none() {

@@ -200,7 +200,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("run");
         optimise(&folder, &RunPlan::new("test", scene, 0), &mut ()).unwrap();
-        let run = RunFiles::read(&folder).unwrap();
+        let run = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
         let motion = Motion::new(&run.robot, &run.trajectory);
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
@@ -246,7 +246,7 @@ mod tests {
         assert!(at("elastic", 3) > 0.0);
 
         // A file of an earlier version has only states, and the page says so.
-        let mut earlier = RunFiles::read(&folder).unwrap();
+        let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
         earlier.trajectory.bars.clear();
         let gait = Gait::new(&earlier).unwrap();
         let said = gait.loads_over();

@@ -294,7 +294,7 @@ mod tests {
         let plan = RunPlan::new("test", scene, 0);
         let run = folder.path().join("run");
         optimise(&run, &plan, &mut ()).unwrap();
-        RunFiles::read(&run).unwrap()
+        RunFiles::read(&run, &cosmic::Registry::default()).unwrap()
     }
 
     #[test]

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::data::of_robot;
 use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
@@ -23,11 +24,11 @@ const PARTS: f64 = 200.0;
 ///
 /// # Errors
 /// The errors of reading its files.
-pub(super) fn lane(name: &str, folder: &Path) -> Result<Option<Value>> {
+pub(super) fn lane(name: &str, folder: &Path, registry: &Registry) -> Result<Option<Value>> {
     if !folder.join(TRAJECTORY).exists() {
         return Ok(None);
     }
-    let robot = RobotFiles::read(&folder.join(DESIGN))?;
+    let robot = RobotFiles::read(&folder.join(DESIGN), registry)?;
     let trajectory = read_trajectory(folder, &robot)?;
     let motion = Motion::new(&robot, &trajectory);
     let ground = motion.ground();

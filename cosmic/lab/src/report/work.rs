@@ -6,6 +6,7 @@ use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use super::{convergence, evolution, layout, page, robot};
 use crate::files::write_texts;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use cosmic::record::run::DESIGN;
@@ -34,7 +35,7 @@ pub struct Animations {
 /// # Errors
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] for animations of a design alone, or of
 /// an evolution that was not kept; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
-pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
+pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
             return Err(Error::Usage(format!(
@@ -50,9 +51,9 @@ pub fn write(path: &Path, animations: &Animations) -> Result<Vec<PathBuf>> {
     let is_of_run =
         design == folder.join(DESIGN) && [SUMMARY, SNAPSHOT, TRAJECTORY].iter().any(has);
     if is_of_run || !design.exists() {
-        return of_run(&RunFiles::read(&folder)?, animations);
+        return of_run(&RunFiles::read(&folder, registry)?, animations);
     }
-    let robot = RobotFiles::read(&design)?;
+    let robot = RobotFiles::read(&design, registry)?;
     if *animations != Animations::default() {
         let design = design.display();
         return Err(Error::Usage(format!(

@@ -2,8 +2,9 @@
 
 use crate::export::mujoco::MOST_FRICTION;
 use crate::report::PICTURES;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{BUILTIN, Scene, TomlFile, named};
+use cosmic::scene::{BUILTIN, Scene, TomlFile};
 use serde::{Deserialize, de::IgnoredAny};
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -187,7 +188,7 @@ impl StudyFile {
     ///
     /// # Errors
     /// Those of [`Scene::load`] and [`Scene::with`].
-    pub(super) fn trials(&self, base: &Base) -> Result<Vec<Trial>> {
+    pub(super) fn trials(&self, base: &Base, registry: &Registry) -> Result<Vec<Trial>> {
         let file = TomlFile::parse(&self.path, &self.text)?;
         let trial = |(name, v, t): (String, usize, usize)| {
             let keys = &self.keys.trials[t];
@@ -195,7 +196,7 @@ impl StudyFile {
             let change = |scene: Scene, (list, k): (&str, usize)| {
                 file.change(&scene, &format!("{list}[{k}].settings"))
             };
-            let scene = self.scene(&keys.scene, base);
+            let scene = self.scene(&keys.scene, base, registry);
             let scene = scene.and_then(|scene| changes.try_fold(scene, change));
             // The place is in the study's file, the cause may be in the base.
             let scene = scene.map_err(|error| match &base.file[..] {
@@ -217,18 +218,18 @@ impl StudyFile {
     }
 
     /// A built-in scene over the base, else a scene of the program's or of a file beside the study's.
-    fn scene(&self, name: &str, base: &Base) -> Result<Scene> {
+    fn scene(&self, name: &str, base: &Base, registry: &Registry) -> Result<Scene> {
         if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
-            let below = Scene::paper().with(&base.file, &base.text)?;
+            let below = registry.load("stability")?.with(&base.file, &base.text)?;
             return below.with(name, &builtin.changes());
         }
         if !base.file.is_empty() {
             let says = format!("only built-in scenes can have a base, not `{name}`");
             return Err(Error::Usage(says));
         }
-        match named(name) {
-            Some(_) => Scene::load(name),
-            None => Scene::read(&Path::new(&self.path).with_file_name(name)),
+        match registry.scene(name) {
+            Some(_) => registry.load(name),
+            None => registry.read(&Path::new(&self.path).with_file_name(name)),
         }
     }
 }

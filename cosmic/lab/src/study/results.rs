@@ -95,7 +95,8 @@ impl Study {
         if path.exists() {
             let version_1 = Format::new(FORMAT.name, 1);
             let before = read_json(&path, version_1).or_else(|_| read_json(&path, FORMAT));
-            let (before, trials): (Results, _) = (before?, self.file.trials(&self.base)?);
+            let (before, trials): (Results, _) =
+                (before?, self.file.trials(&self.base, &self.registry)?);
             if let Some([what, before, now]) = before.differs(&Results::of(self, &trials)) {
                 return Err(Error::Usage(format!(
                     "{}: {what}: {before} in the results there, {now} in this study; name another \
@@ -153,7 +154,7 @@ impl Study {
         let best = best.filter_map(|row| Some((&row.trial, row.best()?)));
         for (trial, best) in best.filter(|_| !keys.pictures.is_empty()) {
             *text += &format!("\n## The best of {}: seed {}\n\n", trial.title, best.seed);
-            let run = RunFiles::read(&best.folder)?;
+            let run = RunFiles::read(&best.folder, &self.registry)?;
             let is_asked = |picture: &str| keys.pictures.iter().any(|asked| asked == picture);
             for (picture, draw) in PICTURES.iter().filter(|(picture, _)| is_asked(picture)) {
                 let file = format!("{}-{picture}.svg", trial.name);

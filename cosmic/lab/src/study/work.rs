@@ -3,7 +3,10 @@
 use super::file::{Base, StudyFile, Trial};
 use super::tables::{Run, TrialRow};
 use crate::measure::numbers;
-use crate::sweep::{Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan};
+use crate::sweep::{
+    Overseer, PLAN, PlannedScene, PlannedStudy, RunState, Sweep, SweepPlan, UnreadPlan,
+};
+use cosmic::Registry;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::record::files::make_folder;
 use std::num::NonZeroUsize;
@@ -28,6 +31,8 @@ pub struct Study {
     pub runs: PathBuf,
     /// The Python with MuJoCo, for a study with walks there.
     pub python: PathBuf,
+    /// The items that scenes may name.
+    pub registry: Registry,
 }
 
 impl Study {
@@ -51,12 +56,12 @@ impl Study {
     /// The errors of the file's scenes and of [`SweepPlan::freeze`]; [`Error::Usage`] if a trial that is there has
     /// another scene or another number of iterations, and if robots walk in MuJoCo and Python lacks it.
     pub fn prepare(&self) -> Result<SweepPlan> {
-        let plan = self.plan(&self.file.trials(&self.base)?);
+        let plan = self.plan(&self.file.trials(&self.base, &self.registry)?);
         plan.study.iter().try_for_each(PlannedStudy::check)?;
         if !self.runs.join(PLAN).exists() {
             return plan.freeze(&self.runs).map(|()| plan);
         }
-        let before: SweepPlan = SweepPlan::read(&self.runs)?;
+        let before = UnreadPlan::read(&self.runs)?.whole(&self.registry)?;
         let is_other = |then: &PlannedScene| {
             let is_it = |now: &PlannedScene| now.name == then.name && now.scene != then.scene;
             plan.scenes.iter().any(is_it)
@@ -109,8 +114,13 @@ impl Study {
         overseer: &dyn Overseer,
     ) -> Result<()> {
         make_folder(&self.out)?;
-        let folder = &self.runs;
-        Sweep { folder, plan }.run_all(threads, overseer)?;
+        let (folder, registry) = (&*self.runs, &self.registry);
+        let sweep = Sweep {
+            folder,
+            plan,
+            registry,
+        };
+        sweep.run_all(threads, overseer)?;
         match plan.runs() - plan.over(folder) {
             0 => Ok(()),
             left => Err(Error::Usage(format!(
@@ -124,14 +134,16 @@ impl Study {
     /// # Errors
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
-        let trials = self.file.trials(&self.base)?;
+        let trials = self.file.trials(&self.base, &self.registry)?;
         let (plan, seeds) = (self.plan(&trials), self.seeds.get());
         let run = |index: usize| -> Result<Run> {
             let (folder, seed) = (plan.folder(&self.runs, index), plan.parts(index).1);
             let state = RunState::of(&folder);
             // A process that was killed may have left a finished run without its measurements.
             let mut study = plan.study.iter().filter(|_| state == RunState::Done);
-            study.try_for_each(|study| study.measure(&folder, &|| false).map(drop))?;
+            study.try_for_each(|study| {
+                study.measure(&folder, &self.registry, &|| false).map(drop)
+            })?;
             let finished = (state != RunState::Diverged).then_some(&*folder);
             let numbers = numbers(finished, &self.file.keys.mujoco)?;
             Ok(Run {

@@ -1,12 +1,12 @@
 //! `plan.json`: written when a sweep is planned, with the program's version and a hash of both; a plan that was
 //! edited, or made by another version, is refused.
 
-use super::plan::Planned;
-use super::{PLAN, PlannedScene, SweepPlan};
+use super::{PLAN, PlannedScene, SweepPlan, UnreadPlan};
 use crate::files::write_text;
 use cosmic::error::{Error, Result};
 use cosmic::reading::read_whole;
 use cosmic::record::files::{Format, is_used, make_folder, parse_json};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::ErrorKind;
@@ -29,7 +29,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 struct Content<'p> {
     cosmic_version: &'p str,
     #[serde(flatten)]
-    plan: &'p SweepPlan,
+    plan: &'p UnreadPlan,
 }
 
 /// The hash and the version in the file.
@@ -73,11 +73,13 @@ impl SweepPlan {
             }
             _ => {}
         }
-        let text = sealed(&content(self, VERSION));
+        let text = sealed(&content(&self.saved(), VERSION));
         write_text(&path, &text)?;
         write_text(&copy, &text)
     }
+}
 
+impl UnreadPlan {
     /// Every setting: its name and its value.
     fn settings(&self) -> Vec<[String; 2]> {
         let names = self.scenes.iter().map(|planned| &planned.name[..]);
@@ -99,18 +101,30 @@ impl SweepPlan {
             ],
         ];
         let own = own.map(|setting| setting.map(str::to_owned)).into_iter();
-        let of_scenes = self
-            .scenes
-            .iter()
-            .flat_map(|PlannedScene { name, scene, .. }| {
-                let settings = scene.settings().into_iter();
-                settings.map(move |s| [format!("{name}: {}", s.key), s.value])
-            });
+        let of_scenes = self.scenes.iter();
+        let of_scenes = of_scenes.flat_map(|PlannedScene { name, scene, .. }| {
+            let settings = settings_of(&scene.text).into_iter();
+            settings.map(move |[key, value]| [format!("{name}: {key}"), value])
+        });
         own.chain(of_scenes).collect()
     }
 }
 
-impl<S: Planned> SweepPlan<S> {
+/// The keys and the values of a saved scene, which has one on each line.
+fn settings_of(text: &str) -> Vec<[String; 2]> {
+    let mut section = String::new();
+    let mut settings = Vec::new();
+    for line in text.lines() {
+        if let Some((key, value)) = line.split_once(" = ") {
+            settings.push([format!("{section}{key}"), value.to_owned()]);
+        } else {
+            section = format!("{}.", line.trim_matches(['[', ']']));
+        }
+    }
+    settings
+}
+
+impl<S: DeserializeOwned> SweepPlan<S> {
     /// The plan of a folder.
     ///
     /// # Errors
@@ -122,7 +136,7 @@ impl<S: Planned> SweepPlan<S> {
         let before = copy.exists().then(|| read_whole(&copy)).transpose()?;
         let is_before = before.as_ref().is_none_or(|before| *before == bytes);
         if !(is_before && is_intact(&bytes)) {
-            let before = before.map(|before| parse_json::<SweepPlan>(&copy, &before, FORMAT));
+            let before = before.map(|before| parse_json::<UnreadPlan>(&copy, &before, FORMAT));
             compare(&path, &bytes, before)?;
         }
         let plan: Self = parse_json(&path, &bytes, FORMAT)?;
@@ -136,7 +150,7 @@ impl<S: Planned> SweepPlan<S> {
 }
 
 /// The content of a plan's file as JSON.
-fn content(plan: &SweepPlan, cosmic_version: &str) -> String {
+fn content(plan: &UnreadPlan, cosmic_version: &str) -> String {
     let content = Content {
         cosmic_version,
         plan,
@@ -173,7 +187,7 @@ fn is_intact(bytes: &[u8]) -> bool {
 }
 
 /// Says in what a plan differs from the one that was frozen. A file that is only laid out otherwise passes.
-fn compare(path: &Path, bytes: &[u8], before: Option<Result<SweepPlan>>) -> Result<()> {
+fn compare(path: &Path, bytes: &[u8], before: Option<Result<UnreadPlan>>) -> Result<()> {
     let refuse = |what: String| Err(Error::Usage(format!("{}: {what}", path.display())));
     let seal: Seal = parse_json(path, bytes, FORMAT)?;
     let version = &seal.cosmic_version;
@@ -183,7 +197,7 @@ fn compare(path: &Path, bytes: &[u8], before: Option<Result<SweepPlan>>) -> Resu
              plan another sweep"
         ));
     }
-    let now: SweepPlan = parse_json(path, bytes, FORMAT)?;
+    let now: UnreadPlan = parse_json(path, bytes, FORMAT)?;
     if let Some(before) = before.transpose()? {
         let mut pairs = now.settings().into_iter().zip(before.settings());
         if let Some(([key, now], [_, before])) = pairs.find(|(now, before)| now != before) {
@@ -220,13 +234,19 @@ fn fnv(start: u64, bytes: &[u8]) -> u64 {
 mod tests {
     use super::{COPY, PLAN, content, hash, sealed};
     use crate::sweep::plan::tests::plan;
-    use crate::sweep::{PlanOutline, SweepPlan};
+    use crate::sweep::{PlanOutline, SweepPlan, UnreadPlan};
+    use cosmic::Registry;
     use std::fs;
     use std::path::Path;
 
+    fn read(folder: &Path) -> SweepPlan {
+        let plan = UnreadPlan::read(folder).unwrap();
+        plan.whole(&Registry::default()).unwrap()
+    }
+
     fn refusal(folder: &Path, text: &str) -> String {
         fs::write(folder.join(PLAN), text).unwrap();
-        let error = SweepPlan::<()>::read(folder).unwrap_err().to_string();
+        let error = PlanOutline::read(folder).unwrap_err().to_string();
         assert!(error.contains("plan.json: "), "{error}");
         error
     }
@@ -237,12 +257,12 @@ mod tests {
         let folder = folder.path();
         let mut plan = plan(&["a", "b"], 0);
         plan.freeze(folder).unwrap();
-        assert_eq!(<SweepPlan>::read(folder).unwrap(), plan);
+        assert_eq!(read(folder), plan);
         let outline = PlanOutline::read(folder).unwrap();
         assert_eq!((outline.runs(), &outline.name(4)[..]), (6, "b-1"));
         plan.scenes[0].scene.physics.gravity = 5.0;
         plan.write(folder).unwrap();
-        assert_eq!(<SweepPlan>::read(folder).unwrap(), plan);
+        assert_eq!(read(folder), plan);
     }
 
     #[test]
@@ -254,16 +274,16 @@ mod tests {
         let text = fs::read_to_string(folder.join(PLAN)).unwrap();
         // Laid out otherwise it is the same.
         fs::write(folder.join(PLAN), text.replace(",\"seeds\"", ", \"seeds\"")).unwrap();
-        assert_eq!(<SweepPlan>::read(folder).unwrap(), plan);
+        assert_eq!(read(folder), plan);
         let edited = text.replace("\"seeds\":3", "\"seeds\":4");
         assert!(refusal(folder, &edited).contains("`seeds` is 4, where it was 3"));
-        let old = sealed(&content(&plan, "0.0.9"));
+        let old = sealed(&content(&plan.saved(), "0.0.9"));
         assert!(refusal(folder, &old).contains("`cosmic_version` is 0.0.9, where this"));
         // Without the copy the hash gives it away.
         fs::remove_file(folder.join(COPY)).unwrap();
         assert!(refusal(folder, &edited).contains("where `hash` is "));
         fs::write(folder.join(PLAN), text).unwrap();
-        assert_eq!(<SweepPlan>::read(folder).unwrap(), plan);
+        assert_eq!(read(folder), plan);
     }
 
     /// The hashes that the authors of FNV give.

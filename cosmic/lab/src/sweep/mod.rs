@@ -20,8 +20,7 @@ mod script;
 pub use grid::on_grid;
 pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
 pub use plan::{
-    HasScene, PLAN, PlanOutline, Planned, PlannedScene, PlannedStudy, SweepPlan, SweptValue,
-    UnreadPlan, UnreadScene,
+    HasScene, PLAN, PlanOutline, PlannedScene, PlannedStudy, SweepPlan, SweptValue, UnreadPlan,
 };
 pub use prune::{Pruned, prune};
 pub use ranges::{in_ranges, parse_ranges};

@@ -2,16 +2,16 @@
 
 use super::RunState;
 use crate::measure::{Check, Walks, check_python};
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::snapshot;
+use cosmic::record::snapshot::SavedScene;
 use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use rayon::prelude::*;
 use serde::de::IgnoredAny;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use serde_json::value::RawValue;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
@@ -19,17 +19,15 @@ use std::path::{Path, PathBuf, is_separator};
 /// The plan's place in a sweep's folder.
 pub const PLAN: &str = "plan.json";
 
-/// A scene of a sweep.
+/// A scene of a sweep; in a file it is a [`SavedScene`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
 pub struct PlannedScene<S = Scene> {
     /// Its name, unique within a sweep.
     pub name: String,
     /// The scene's values of the keys that the sweep varies; empty without a grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swept: Vec<SweptValue>,
-    /// The scene; in the file as TOML.
-    #[serde(deserialize_with = "S::read", serialize_with = "S::write")]
+    /// The scene.
     pub scene: S,
 }
 
@@ -42,100 +40,37 @@ pub struct SweptValue {
     pub value: Value,
 }
 
-/// What a plan holds of a scene: the scene, or nothing where names are enough.
-pub trait Planned: Sized {
-    /// Reads it from the scene's place in the file.
+/// The scene of a plan in a form from which it can be made.
+pub trait HasScene: Sync {
+    /// The scene. `place` names it in messages.
     ///
     /// # Errors
-    /// What is wrong there.
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error>;
-
-    /// Writes it.
-    ///
-    /// # Errors
-    /// The errors of the serializer.
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error>;
-}
-
-impl Planned for Scene {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        snapshot::toml::deserialize(from)
-    }
-
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        let whole = snapshot::toml::serialize(scene, serde_json::value::Serializer);
-        let mut whole = whole.map_err(serde::ser::Error::custom)?;
-        let scene = match &mut whole {
-            Value::Object(parts) => parts.get_mut("scene"),
-            text => Some(text),
-        };
-        if let Some(text) = scene {
-            without_comments(text);
-        }
-        whole.serialize(to)
-    }
-}
-
-/// A scene as it stands in the plan's file, and is read from there only where it is needed: a process may do
-/// one run of thousands.
-#[derive(Clone, Debug)]
-pub struct UnreadScene(Box<RawValue>);
-
-impl Planned for UnreadScene {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        Box::deserialize(from).map(Self)
-    }
-
-    fn write<T: Serializer>(scene: &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        scene.0.serialize(to)
-    }
-}
-
-/// A planned scene that can be had whole.
-pub trait HasScene: Planned + Sync {
-    /// The scene.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a scene that is malformed.
-    fn scene(&self) -> Result<Scene>;
+    /// [`Error::Usage`] for a malformed scene.
+    fn scene(&self, place: &str, registry: &Registry) -> Result<Scene>;
 }
 
 impl HasScene for Scene {
-    fn scene(&self) -> Result<Scene> {
+    fn scene(&self, _: &str, _: &Registry) -> Result<Scene> {
         Ok(self.clone())
     }
 }
 
-impl HasScene for UnreadScene {
-    fn scene(&self) -> Result<Scene> {
-        let mut from = serde_json::Deserializer::from_str(self.0.get());
-        let refused = |error: serde_json::Error| Error::Usage(format!("{PLAN}: {error}"));
-        snapshot::toml::deserialize(&mut from).map_err(refused)
+impl HasScene for SavedScene {
+    fn scene(&self, place: &str, registry: &Registry) -> Result<Scene> {
+        let refused = |error: Error| Error::Usage(format!("{PLAN}: {error}"));
+        self.read(place, registry).map_err(refused)
     }
 }
 
 /// Leaves the comments of a scene's TOML out, nine tenths of it: a plan may have thousands of scenes.
-fn without_comments(text: &mut Value) {
-    if let Value::String(text) = text {
-        let lines = text.lines();
-        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-        *text = lines.map(|line| format!("{line}\n")).collect();
-    }
-}
-
-impl Planned for () {
-    fn read<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        IgnoredAny::deserialize(from).map(drop)
-    }
-
-    fn write<T: Serializer>((): &Self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        to.serialize_unit()
-    }
+fn without_comments(text: &str) -> String {
+    let lines = text.lines();
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 /// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound(deserialize = "S: Planned", serialize = "S: Planned"))]
 pub struct SweepPlan<S = Scene> {
     /// The study that the runs are of, if they are of one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -150,11 +85,11 @@ pub struct SweepPlan<S = Scene> {
     pub scenes: Vec<PlannedScene<S>>,
 }
 
-/// A plan whose scenes are read run by run.
-pub type UnreadPlan = SweepPlan<UnreadScene>;
+/// A plan as its file has it. A scene is read when one of its runs begins: a process may do one run of thousands.
+pub type UnreadPlan = SweepPlan<SavedScene>;
 
 /// A plan without its scenes' content: enough to say how far its runs are.
-pub type PlanOutline = SweepPlan<()>;
+pub type PlanOutline = SweepPlan<IgnoredAny>;
 
 /// The study that a plan's runs are of: they are measured as its runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -184,11 +119,19 @@ impl PlannedStudy {
     ///
     /// # Errors
     /// The errors of reading and writing the run's files; [`Error::Usage`] if Python fails.
-    pub(crate) fn measure(&self, run: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Option<()>> {
-        Check::keep(run)?;
+    pub(crate) fn measure(
+        &self,
+        run: &Path,
+        registry: &Registry,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<()>> {
+        Check::keep(run, registry)?;
         match &self.python {
             None => Ok(Some(())),
-            Some(python) => Walks::keep(run, &self.frictions, python.as_ref(), is_stopped),
+            Some(python) => {
+                let python = python.as_ref();
+                Walks::keep(run, &self.frictions, python, registry, is_stopped)
+            }
         }
     }
 }
@@ -209,21 +152,68 @@ impl SweepPlan {
     }
 }
 
-impl<S: HasScene> SweepPlan<S> {
-    /// The plan of one run.
+impl SweepPlan {
+    /// The plan as its file has it.
+    pub(super) fn saved(&self) -> UnreadPlan {
+        let saved = |_, scene: &Scene| {
+            let mut saved = SavedScene::from(scene);
+            saved.text = without_comments(&saved.text);
+            Ok(saved)
+        };
+        self.with_scenes(saved).expect("every scene can be saved")
+    }
+}
+
+impl UnreadPlan {
+    /// Reads all scenes.
     ///
     /// # Errors
     /// The errors of [`HasScene::scene`].
-    pub fn run(&self, index: usize) -> Result<RunPlan> {
+    pub fn whole(&self, registry: &Registry) -> Result<SweepPlan> {
+        self.with_scenes(|k, scene| scene.scene(&place(k), registry))
+    }
+}
+
+/// The place of a scene in the file of a plan.
+fn place(scene: usize) -> String {
+    format!("scenes[{scene}].scene")
+}
+
+impl<S: HasScene> SweepPlan<S> {
+    /// The plan of one run, whose scene may name the items of a registry.
+    ///
+    /// # Errors
+    /// The errors of [`HasScene::scene`].
+    pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
         let (PlannedScene { name, scene, .. }, seed) = self.parts(index);
+        let scene = scene.scene(&place(index / self.seeds.get()), registry)?;
         Ok(RunPlan {
             iterations: self.iterations,
-            ..RunPlan::new(name, scene.scene()?, seed)
+            ..RunPlan::new(name, scene, seed)
         })
     }
 }
 
 impl<S> SweepPlan<S> {
+    /// The plan with each scene, given by its number, in another form.
+    fn with_scenes<T>(&self, form: impl Fn(usize, &S) -> Result<T>) -> Result<SweepPlan<T>> {
+        let scenes = self.scenes.iter().enumerate();
+        let scenes = scenes.map(|(k, planned)| {
+            Ok(PlannedScene {
+                name: planned.name.clone(),
+                swept: planned.swept.clone(),
+                scene: form(k, &planned.scene)?,
+            })
+        });
+        Ok(SweepPlan {
+            study: self.study.clone(),
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+            scenes: scenes.collect::<Result<_>>()?,
+        })
+    }
+
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
@@ -301,6 +291,7 @@ impl<S> SweepPlan<S> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::{PlannedScene, SweepPlan};
+    use cosmic::Registry;
     use cosmic::scene::Scene;
     use std::num::NonZeroUsize;
     use std::path::Path;
@@ -328,7 +319,7 @@ pub(super) mod tests {
             .collect();
         let expected = ["a-5", "a-6", "a-7", "b-5", "b-6", "b-7"];
         assert_eq!(folders, expected.map(|name| Path::new("s/runs").join(name)));
-        let fifth = plan.run(4).unwrap();
+        let fifth = plan.run(4, &Registry::default()).unwrap();
         assert_eq!((fifth.seed, &fifth.name[..]), (6, "b"));
     }
 

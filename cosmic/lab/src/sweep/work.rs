@@ -2,6 +2,7 @@
 
 use super::claim::{Answer, Claim, PACE, claim};
 use super::{HasScene, PLAN, RunState, SweepPlan};
+use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
@@ -59,6 +60,8 @@ pub struct Sweep<'s, S> {
     pub folder: &'s Path,
     /// The plan.
     pub plan: &'s SweepPlan<S>,
+    /// The items that the scenes may name.
+    pub registry: &'s Registry,
 }
 
 impl<S: HasScene> Sweep<'_, S> {
@@ -119,7 +122,7 @@ impl<S: HasScene> Sweep<'_, S> {
         if RunState::of(&folder).is_over() {
             return Ok(Some(RunOutcome::Over));
         }
-        let plan = self.plan.run(index)?;
+        let plan = self.plan.run(index, self.registry)?;
         let done = if folder.join(SNAPSHOT).exists() {
             record::resume_of(&folder, &plan, observer)
         } else {
@@ -129,7 +132,8 @@ impl<S: HasScene> Sweep<'_, S> {
             Ok(summary) => {
                 // Measured before the run is given back.
                 if let Some(study) = &self.plan.study {
-                    let measured = study.measure(&folder, &|| observer.is_stopped())?;
+                    let is_stopped = || observer.is_stopped();
+                    let measured = study.measure(&folder, self.registry, &is_stopped)?;
                     measured.ok_or_else(|| self.stopped())?;
                 }
                 RunOutcome::Done(Box::new(summary))

@@ -7,6 +7,7 @@ mod script;
 
 use crate::arguments::Output;
 use clap::{Args, Subcommand};
+use cosmic::Registry;
 use cosmic::error::Result;
 use std::path::PathBuf;
 
@@ -56,10 +57,10 @@ enum Action {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         match &self.action {
-            Action::Plan(plan) => plan.freeze(),
-            Action::Run(run) => run.run(),
+            Action::Plan(plan) => plan.freeze(registry),
+            Action::Run(run) => run.run(registry),
             Action::Status { sweep, json } => status::status(sweep, *json),
             Action::Merge { sweep, output } => status::merge(sweep, output),
             Action::Script(script) => script.write(),

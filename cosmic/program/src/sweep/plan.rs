@@ -4,8 +4,9 @@ use crate::arguments::{Output, Settings, count, seed};
 use crate::output::answer_planned;
 use crate::source::name_of;
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic::scene::{self, Scene};
+use cosmic::scene::BUILTIN;
 use cosmic_lab::sweep::{SweepPlan, on_grid};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub(super) struct Plan {
     /// Built-in scenes or TOML files
-    #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
+    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
     scenes: Vec<String>,
     #[command(flatten)]
     settings: Settings,
@@ -38,8 +39,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn freeze(&self) -> Result<()> {
-        let named = |scene: &String| Ok((name_of(Path::new(scene)), Scene::load(scene)?));
+    pub(super) fn freeze(&self, registry: &Registry) -> Result<()> {
+        let named = |scene: &String| Ok((name_of(Path::new(scene)), registry.load(scene)?));
         let scenes: Vec<_> = self.scenes.iter().map(named).collect::<Result<_>>()?;
         let plan = SweepPlan {
             study: None,

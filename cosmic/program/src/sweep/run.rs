@@ -6,10 +6,10 @@ use crate::interrupt::Interrupt;
 use crate::output::{note, print, print_json};
 use crate::progress::{Many, Progress, title, told};
 use clap::Args;
+use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic_lab::sweep::{
-    Ended, RunOutcome, RunState, Sweep, UnreadPlan, UnreadScene, parse_ranges,
-};
+use cosmic::record::snapshot::SavedScene;
+use cosmic_lab::sweep::{Ended, RunOutcome, RunState, Sweep, UnreadPlan, parse_ranges};
 use serde_json::json;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -52,7 +52,7 @@ impl FromStr for Index {
 }
 
 impl Run {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let folder = &self.sweep;
         let plan = &UnreadPlan::read(folder)?;
         let runs = self.index.runs(plan.runs())?;
@@ -60,7 +60,11 @@ impl Run {
         if let Some(study) = &plan.study {
             study.check()?;
         }
-        let sweep = Sweep { folder, plan };
+        let sweep = Sweep {
+            folder,
+            plan,
+            registry,
+        };
         match (&self.index, &runs[..]) {
             (Index::Auto, _) => one(&sweep, None, interrupt, &self.work),
             (Index::Number(_), [index]) => one(&sweep, Some(*index), interrupt, &self.work),
@@ -96,7 +100,7 @@ impl Index {
 
 /// One run: that of a number, or the next.
 fn one(
-    sweep: &Sweep<UnreadScene>,
+    sweep: &Sweep<SavedScene>,
     index: Option<usize>,
     interrupt: Interrupt,
     work: &Work,
@@ -121,7 +125,7 @@ fn one(
 }
 
 fn several(
-    sweep: &Sweep<UnreadScene>,
+    sweep: &Sweep<SavedScene>,
     runs: &[usize],
     interrupt: Interrupt,
     work: &Work,

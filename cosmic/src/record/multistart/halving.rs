@@ -155,9 +155,9 @@ fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> O
 #[cfg(test)]
 mod tests {
     use super::{FORMAT, Halving, Rung, SEARCH, Standing, folder_of, median};
+    use crate::Registry;
     use crate::codesign::Record;
     use crate::codesign::tests::{Up, records, tiny};
-    use crate::objective;
     use crate::record::files::read_json;
     use crate::record::{RunPlan, Search, history, optimise};
     use crate::scene::Scene;
@@ -204,7 +204,6 @@ mod tests {
     /// Halving ranks the starts by the scene's own loss, not by displacement.
     #[test]
     fn starts_are_ranked_by_an_own_loss_and_by_the_worse_of_two_goals() {
-        objective::add("up_for_halving", Up);
         let mut scene = tiny();
         scene.search.rungs = [4, 20, 20];
         (scene.search.keep, scene.search.window) = ([0.5; 3], 3);
@@ -233,8 +232,7 @@ mod tests {
         let mut two = scene.clone();
         (two.controller.two_goals, two.controller.goal_scale) = (true, 3.0);
         check(&two);
-        let own = "[objective]\nown_loss = \"up_for_halving\"";
-        scene.objective = Scene::parse("own", own).unwrap().objective;
-        check(&scene);
+        let own = scene.knowing(&Registry::default().with_loss("up", Up));
+        check(&own.set(&["objective.own_loss=up"]).unwrap());
     }
 }

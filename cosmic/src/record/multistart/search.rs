@@ -79,7 +79,7 @@ pub(in crate::record) fn search(
         });
         seconds += match &summary {
             Some(summary) => summary.seconds,
-            None => Snapshot::read(&folder_of(folder, seed))?.seconds,
+            None => Snapshot::read(&folder_of(folder, seed), plan.scene.registry())?.seconds,
         };
         delivered.extend(summary);
     }
@@ -137,6 +137,7 @@ fn finish_left(
 #[cfg(test)]
 mod tests {
     use super::{create, rank, search};
+    use crate::Registry;
     use crate::codesign::tests::tiny;
     use crate::codesign::{CoDesign, Reliability};
     use crate::record::multistart::starts::folder_of;
@@ -186,7 +187,7 @@ mod tests {
             let stopped = optimise(&run, &plan, &mut StopsDelivery).unwrap_err();
             assert_eq!(stopped.exit_code(), 75, "{stopped}");
             assert!(!run.join("summary.json").exists());
-            resume(&run, &mut ()).unwrap();
+            resume(&run, &Registry::default(), &mut ()).unwrap();
             for file in ["design.json", "trajectory.json"] {
                 let [resumed, whole] =
                     [&run, &whole].map(|folder| fs::read(folder.join(file)).unwrap());
@@ -214,7 +215,9 @@ mod tests {
             "{says}"
         );
         fs::remove_file(stray).unwrap();
-        three.install(|| resume(&run, &mut ())).unwrap();
+        three
+            .install(|| resume(&run, &Registry::default(), &mut ()))
+            .unwrap();
         assert_eq!(designs(&run), designs(&whole));
     }
 

@@ -94,7 +94,7 @@ pub(super) fn run_of(
         return Run::create(&own, &of_one).map(Some);
     }
     let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
-    let taken = take_up(&own)?;
+    let taken = take_up(&own, plan.scene.registry())?;
     if let Some((_, snapshot)) = &taken {
         snapshot.plan.check_same(&of_one, &own)?;
     }

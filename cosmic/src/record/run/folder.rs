@@ -4,6 +4,7 @@ use crate::error::{Error, Result, in_shell};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::SUMMARY;
+use crate::registry::Registry;
 use crate::scene::{Lacks, Scene, ShownScene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
@@ -84,20 +85,23 @@ pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
 ///
 /// # Errors
 /// The errors of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
-pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
+pub(in crate::record) fn take_up(
+    folder: &Path,
+    registry: &Registry,
+) -> Result<Option<(Lock, Snapshot)>> {
     let is_finished = || folder.join(SUMMARY).exists();
     if is_finished() {
         return Ok(None);
     }
     // First without a lock: a folder without a run stays as it is.
-    snapshot(folder)?;
+    snapshot(folder, registry)?;
     let lock = Lock::take(folder)?;
     // Another process may have continued or finished the run before it released the lock.
     if is_finished() {
         lock.finish();
         return Ok(None);
     }
-    Ok(Some((lock, snapshot(folder)?)))
+    Ok(Some((lock, snapshot(folder, registry)?)))
 }
 
 /// Reads a folder's snapshot.
@@ -105,8 +109,8 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
 /// # Errors
 /// The errors of [`Snapshot::read`]. Errors about the content tell how to continue without the
 /// snapshot.
-fn snapshot(folder: &Path) -> Result<Snapshot<'static>> {
-    Snapshot::read(folder).map_err(|mut error| {
+fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
+    Snapshot::read(folder, registry).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
             let scene = in_shell(&folder.join(SCENE));
             *report += &format!(
@@ -134,7 +138,7 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     if !path.exists() {
         return write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()));
     }
-    read_kept(&path, Some(scene)).map(drop)
+    read_kept(&path, Some(scene), scene.registry()).map(drop)
 }
 
 /// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must hold every key and
@@ -144,18 +148,18 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
 /// # Errors
 /// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
 /// [`Error::Read`].
-pub fn read_scene(folder: &Path) -> Result<Scene> {
+pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     let path = folder.join(SCENE);
-    let begun_with = || Snapshot::scene(folder);
+    let begun_with = || Snapshot::scene(folder, registry);
     if !path.exists()
         && let Some(scene) = begun_with()?
     {
         return Ok(scene);
     }
     // An error in the file is reported before an error in the snapshot.
-    let scene = read_kept(&path, None)?;
+    let scene = read_kept(&path, None, registry)?;
     match begun_with()? {
-        Some(begun_with) => read_kept(&path, Some(&begun_with)),
+        Some(begun_with) => read_kept(&path, Some(&begun_with), registry),
         None => Ok(scene),
     }
 }
@@ -165,15 +169,15 @@ pub fn read_scene(folder: &Path) -> Result<Scene> {
 ///
 /// # Errors
 /// As [`read_scene`].
-pub fn read_scene_to_show(folder: &Path) -> Result<ShownScene> {
+pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownScene> {
     let path = folder.join(SCENE);
     if path.exists() {
-        let shown = Scene::read_to_show(&path)?;
+        let shown = Scene::read_to_show(&path, registry)?;
         if !shown.lacks.is_empty() {
             return Ok(shown);
         }
     }
-    let scene = read_scene(folder)?;
+    let scene = read_scene(folder, registry)?;
     Ok(ShownScene {
         text: scene.to_run_toml(),
         scene,
@@ -182,8 +186,9 @@ pub fn read_scene_to_show(folder: &Path) -> Result<ShownScene> {
 }
 
 /// The scene in a run's file, which must be the scene that the run began with.
-fn read_kept(path: &Path, begun_with: Option<&Scene>) -> Result<Scene> {
-    let scene = Scene::parse_of_run(&path.display().to_string(), &Scene::text(path)?)?;
+fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
+    let file = path.display().to_string();
+    let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
             "{}: not the scene that the run began with, which is in its snapshot; remove the file to get it \
@@ -214,13 +219,14 @@ fn refuse_used(folder: &Path) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LOCK, begin, take_up};
+    use super::{LOCK, Registry, begin, take_up};
     use std::fs;
 
     #[test]
     fn a_refusal_leaves_no_lock() {
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(take_up(folder.path()).unwrap_err().exit_code(), 4);
+        let taken = take_up(folder.path(), &Registry::default());
+        assert_eq!(taken.unwrap_err().exit_code(), 4);
         fs::write(folder.path().join("b"), "").unwrap();
         assert_eq!(begin(folder.path()).unwrap_err().exit_code(), 2);
         assert!(!folder.path().join(LOCK).exists());

@@ -1,0 +1,123 @@
+//! The settings that choose a policy or a loss by name.
+
+use std::any::Any;
+use std::fmt;
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::registry::{OFF, Registry};
+use crate::settings::{Filled, Limits, SettingValue, quoted, unknown, word};
+
+/// A policy or a loss that a scene chooses by its name.
+#[derive(Clone)]
+pub struct Chosen {
+    kind: &'static str,
+    built_in: &'static [&'static str],
+    name: &'static str,
+    registry: Registry,
+}
+
+impl Chosen {
+    /// The noun for a policy in messages and registries.
+    pub(crate) const POLICY: &'static str = "policy";
+    /// The noun for a loss in messages and registries.
+    pub(crate) const LOSS: &'static str = "loss";
+    /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
+    pub(crate) const POLICIES: [&'static str; 2] = ["mlp", "clock"];
+
+    /// The choice of a policy: the paper's network.
+    pub(super) fn policy() -> Self {
+        Self::of(Self::POLICY, &Self::POLICIES)
+    }
+
+    /// The choice of a loss: the loss of the task.
+    pub(super) fn loss() -> Self {
+        Self::of(Self::LOSS, &[OFF])
+    }
+
+    fn of(kind: &'static str, built_in: &'static [&'static str]) -> Self {
+        Self {
+            kind,
+            built_in,
+            name: built_in[0],
+            registry: Registry::default(),
+        }
+    }
+
+    /// The name as scenes have it.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// True for the paper's choice.
+    pub fn is_default(&self) -> bool {
+        self.name == self.built_in[0]
+    }
+
+    /// The chosen item; `None` for a built-in one.
+    pub(crate) fn item<T: Any>(&self) -> Option<&T> {
+        self.registry.get(self.kind, self.name)
+    }
+
+    fn known(&self) -> impl Iterator<Item = &'static str> {
+        let built_in = self.built_in.iter().copied();
+        built_in.chain(self.registry.names(self.kind))
+    }
+
+    /// Chooses the item of a name.
+    ///
+    /// # Errors
+    /// A sentence about an unknown name.
+    pub(crate) fn choose(&mut self, name: &str) -> Result<(), String> {
+        let found = self.known().find(|known| *known == name);
+        self.name = found.ok_or_else(|| {
+            let known: Vec<_> = self.known().map(|known| format!("`{known}`")).collect();
+            let (kind, expected) = (self.kind, known.join(", "));
+            format!("unknown {kind} `{name}`, expected one of {expected}")
+        })?;
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Chosen {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:?}", self.name)
+    }
+}
+
+impl From<Chosen> for String {
+    fn from(chosen: Chosen) -> Self {
+        chosen.name.to_owned()
+    }
+}
+
+impl PartialEq for Chosen {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl SettingValue for Chosen {
+    fn allowed(&self, _: &Limits) -> String {
+        let (kind, names) = (self.kind, quoted(self.known(), " or "));
+        format!("{names}; another {kind} needs the program that brings it")
+    }
+
+    fn json(&self) -> serde_json::Value {
+        match self.name {
+            OFF => serde_json::Value::Null,
+            name => name.into(),
+        }
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let name = word(value)?;
+        let says = format!("names an unknown {}:", self.kind);
+        self.choose(name).map_err(|_| unknown(value, name, &says))
+    }
+
+    fn know(&mut self, registry: &Registry) {
+        self.registry = registry.clone();
+    }
+}
