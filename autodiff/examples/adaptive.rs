@@ -1,5 +1,5 @@
-//! An integrator that chooses its steps, differentiated: a pendulum by its start and its damping.
-use autodiff::{Real, gradient_of, lit};
+//! Differentiates an integrator that chooses its steps: a pendulum, by its start and its damping.
+use autodiff::{Real, gradient, lit};
 
 fn rates<R: Real>([angle, speed]: [R; 2], damping: R) -> [R; 2] {
     [speed, -angle.sin() - damping * speed]
@@ -9,7 +9,7 @@ fn axpy<R: Real>(x: [R; 2], h: f64, k: [R; 2]) -> [R; 2] {
     [x[0] + lit(h) * k[0], x[1] + lit(h) * k[1]]
 }
 
-/// The angle after 10 s, from rest, by the midpoint rule; Euler's rule tells its error.
+/// The angle after 10 s, from rest, by the midpoint rule. Euler's rule estimates the error.
 fn angle<R: Real>(p: &[R]) -> R {
     let (mut x, mut t, mut h) = ([p[0], R::zero()], 0.0, 0.1);
     while t < 10.0 {
@@ -26,8 +26,8 @@ fn angle<R: Real>(p: &[R]) -> R {
 
 fn main() {
     let p = [2.5, 0.1];
-    println!("{} {:?}", angle(&p), gradient_of(angle, &p));
-    for (i, slope) in gradient_of(angle, &p).into_iter().enumerate() {
+    println!("{} {:?}", angle(&p), gradient(angle, &p));
+    for (i, slope) in gradient(angle, &p).into_iter().enumerate() {
         let [mut above, mut below] = [p; 2];
         above[i] += 1e-4;
         below[i] -= 1e-4;

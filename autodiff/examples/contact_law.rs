@@ -1,20 +1,20 @@
-//! A contact law of one's own, and whether its gradient can be trusted.
+//! Checks the gradient of a user's contact law.
 //!
 //! `cargo run -p cosmic-autodiff --example contact_law`
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 
-/// Force on a ball whose surface is `depth` deep in the ground and sinks at `speed`: Hunt and
-/// Crossley's law for the exponent 1.5, a linear spring for 1.
+/// The force on a ball whose surface is `depth` deep in the ground and sinks at `speed`. The exponent 1.5 gives
+/// Hunt and Crossley's law, and 1 a linear spring.
 fn force<R: Real>(depth: R, speed: R, [stiffness, damping]: [R; 2], exponent: f64) -> R {
     let pressed = depth.max(R::zero());
     let elastic = stiffness * pressed.powf(R::lit(exponent));
-    // The ground pushes and never pulls.
+    // The ground never pulls.
     (elastic * (R::one() + damping * speed)).max(R::zero())
 }
 
-/// The height of a bouncing ball after a second, by `[height, velocity, stiffness, damping]`.
+/// The height of a bouncing ball after a second, from `[height, velocity, stiffness, damping]`.
 struct Bounce {
     exponent: f64,
 }
@@ -38,7 +38,7 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // At the touch the linear law has a corner. One step from there shows it.
+    // The linear law has a kink at first contact. One step from there shows it.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {

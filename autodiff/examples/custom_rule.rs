@@ -1,5 +1,5 @@
-//! A custom rule: the solution of Kepler's equation, differentiated through the equation and not
-//! through the iteration that solves it.
+//! A custom rule: differentiates the solution of Kepler's equation through the equation, not through the
+//! iterations of the solver.
 //!
 //! `cargo run -p cosmic-autodiff --example custom_rule`
 

@@ -2,16 +2,15 @@
 //!
 //! `cargo run -p cosmic-autodiff --example derivative`
 
-use autodiff::{Dual, Function, Real, gradient, hessian};
+use autodiff::{Dual, Real, gradient, hessian};
 
-/// The potential of a particle on a spring in a periodic field, and parameters that are not
-/// differentiated.
+/// The potential of a particle on a spring in a periodic field. The fields are not differentiated.
 struct Potential {
     stiffness: f64,
     wave_number: f64,
 }
 
-impl Function for Potential {
+impl Potential {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let spring = R::lit(0.5 * self.stiffness) * R::dot(x, x);
         let field = (R::lit(self.wave_number) * x[0]).sin() * x[1];
@@ -27,17 +26,17 @@ fn main() {
     let x = [0.5, 1.0];
     println!("value    {:.6}", potential.eval(&x));
 
-    // Forward: a dual number carries the derivative along a direction, here that of x[0].
+    // Forward: a dual number carries the derivative along a direction, here along x[0].
     let moving = [Dual::<f64, 1>::variable(x[0], 0), Dual::constant(x[1])];
     let slope = potential.eval(&moving).tangent[0];
     println!("slope    {slope:.6} by x[0]");
 
-    // Reverse: all components at the price of a few evaluations.
-    let gradient = gradient(&potential, &x);
+    // Reverse: all components for the cost of a few evaluations.
+    let gradient = gradient(|x| potential.eval(x), &x);
     println!("gradient {gradient:.6?}");
     assert_eq!(gradient[0], slope);
 
     // Forward over reverse.
-    let hessian = hessian(&potential, &x);
+    let hessian = hessian(|x| potential.eval(x), &x);
     println!("hessian  {hessian:.6?}");
 }

@@ -1,19 +1,17 @@
 //! Levenberg-Marquardt with nalgebra: a damped oscillation is fitted to observations.
-use autodiff::{Real, VectorFunction, jacobian};
+use autodiff::{Real, jacobian};
 use nalgebra::{DMatrix, DVector};
 
 /// The residuals `a exp(-b t) cos(c t) - y` at observations `(t, y)`.
 struct Residuals(Vec<(f64, f64)>);
 
-impl VectorFunction for Residuals {
+impl Residuals {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let model = |t: R| x[0] * (-x[1] * t).exp() * (x[2] * t).cos();
         let residual = |&(t, y): &_| model(R::lit(t)) - R::lit(y);
         self.0.iter().map(residual).collect()
     }
-}
 
-impl Residuals {
     fn at(&self, x: &DVector<f64>) -> DVector<f64> {
         self.eval(x.as_slice()).into()
     }
@@ -26,7 +24,7 @@ fn main() {
     let (mut x, mut damping) = (DVector::from(vec![1.0, 0.0, 1.5]), 0.01);
     for _ in 0..12 {
         let r = problem.at(&x);
-        let j = DMatrix::from(jacobian(&problem, x.as_slice()));
+        let j = DMatrix::from(jacobian(|x| problem.eval(x), x.as_slice()));
         let normal = j.tr_mul(&j) + DMatrix::identity(3, 3) * damping;
         let better = &x - normal.cholesky().unwrap().solve(&j.tr_mul(&r));
         println!("|r| = {:.3e}, damping {damping:.0e}", r.norm());

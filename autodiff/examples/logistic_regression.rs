@@ -1,6 +1,6 @@
 //! Logistic regression: its Hessian, and how the optimum moves with the regularisation weight.
 use autodiff::implicit::{Residual, root};
-use autodiff::{Dual, Real, Var, gradient_of, hessian_of, jvp_of, lit};
+use autodiff::{Dual, Real, Var, gradient, jvp, lit};
 use nalgebra::{DMatrix, DVector};
 
 #[derive(Clone)]
@@ -13,12 +13,12 @@ fn loss<R: Real>(data: &Data, w: &[R], weight: R) -> R {
 
 impl Residual for Data {
     fn eval<R: Real>(&self, w: &[R], weight: &[R]) -> Vec<R> {
-        gradient_of(|w| loss(self, w, Var::constant(weight[0])), w)
+        gradient(|w| loss(self, w, Var::constant(weight[0])), w)
     }
 }
 
 fn hessian(data: &Data, w: &DVector<f64>, weight: f64) -> DMatrix<f64> {
-    hessian_of(|w| loss(data, w, Var::lit(weight)), w.as_slice()).into()
+    autodiff::hessian(|w| loss(data, w, Var::lit(weight)), w.as_slice()).into()
 }
 
 fn optimum(data: &Data, weight: f64) -> DVector<f64> {
@@ -33,7 +33,7 @@ fn main() {
     let data = Data((1..100).map(f64::from).map(datum).collect());
     let w = optimum(&data, 1.0);
     let root = |p: &[_]| root(data.clone(), &Dual::lits(w.as_slice()), p).unwrap();
-    let by_weight = DVector::from(jvp_of(root, &[1.0], &[1.0]).1);
+    let by_weight = DVector::from(jvp(root, &[1.0], &[1.0]).1);
     println!("{w}{}{by_weight}", hessian(&data, &w, 1.0));
     let difference = (optimum(&data, 1.0 + 1e-5) - optimum(&data, 1.0 - 1e-5)) / 2e-5;
     assert!((by_weight - difference).norm() < 1e-8);

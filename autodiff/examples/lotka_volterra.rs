@@ -1,5 +1,5 @@
-//! Lotka-Volterra fitted to observations, its gradient by tape, by rollout and by dual numbers.
-use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian_of, lit, vjp_of};
+//! Fits Lotka-Volterra to observations, with the gradient by tape, by rollout and by dual numbers.
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, lit, vjp};
 use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]
 struct Logarithms;
@@ -29,9 +29,9 @@ fn main() {
     let seen = DVector::from(by_loop(&[1.5, -3.0, -1.0, 1.0]));
     let p = (0..8).fold(DVector::from(vec![1.4, -2.9, -0.9, 1.1]), |p, _| {
         let misfit = DVector::from(by_loop(p.as_slice())) - &seen;
-        let j = DMatrix::from(jacobian_of(by_loop, p.as_slice()));
-        let by_tape = vjp_of(by_loop, p.as_slice(), misfit.as_slice()).1;
-        let by_rollout = vjp_of(by_rollout, p.as_slice(), misfit.as_slice()).1;
+        let j = DMatrix::from(jacobian(by_loop, p.as_slice()));
+        let by_tape = vjp(by_loop, p.as_slice(), misfit.as_slice()).1;
+        let by_rollout = vjp(by_rollout, p.as_slice(), misfit.as_slice()).1;
         let differ = |by| (DVector::from(by) - j.tr_mul(&misfit)).norm() > 1e-9;
         assert!(!differ(by_tape) && !differ(by_rollout));
         p - j.svd(true, true).solve(&misfit, 0.0).unwrap()

@@ -1,9 +1,9 @@
-//! A chain of springs: its stiffness by Cholesky, inverse and eigenvalues, differentiated.
+//! Differentiates Cholesky, inverse and eigenvalues of the stiffness of a chain of springs.
 use autodiff::nalgebra::{Element, symmetric_eigen};
-use autodiff::{Real, gradient_of};
+use autodiff::{Real, gradient};
 use nalgebra::DMatrix;
 
-/// The stiffness of masses in a row; the first spring holds the first mass to a wall.
+/// The stiffness of masses in a row. The first spring joins the first mass to a wall.
 fn stiffness<R: Real>(springs: &[R]) -> DMatrix<Element<R>> {
     DMatrix::from_fn(springs.len(), springs.len(), |i, j| match i.abs_diff(j) {
         0 => Element(springs[i] + springs.get(i + 1).copied().unwrap_or(R::zero())),
@@ -27,9 +27,9 @@ fn lowest<R: Real>(springs: &[R]) -> R {
 
 fn main() {
     let springs = [1.0, 2.0, 3.0, 4.0];
-    let by_determinant = gradient_of(log_determinant, &springs);
-    let by_compliance = gradient_of(compliance, &springs);
-    let by_lowest = gradient_of(lowest, &springs);
+    let by_determinant = gradient(log_determinant, &springs);
+    let by_compliance = gradient(compliance, &springs);
+    let by_lowest = gradient(lowest, &springs);
     println!("{by_determinant:.4?}\n{by_compliance:.4?}\n{by_lowest:.4?}");
     let mode = &symmetric_eigen(&stiffness(&springs)).unwrap()[0].vector;
     for i in 1..4 {

@@ -1,8 +1,8 @@
-//! A network of 12 neurons learns, by Adam, which points of the plane lie on a ring.
+//! Trains a network of 12 neurons by Adam to recognise points on a ring.
 use autodiff::data::{Sum, Summand};
-use autodiff::{Real, gradient_of};
+use autodiff::{Real, gradient};
 
-/// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; one more bias stands last.
+/// The log-odds at `[x, y]`. A neuron is `[by x, by y, bias, output]`; the last number is one more bias.
 #[inline(always)]
 fn log_odds<R: Real>(net: &[R], [x, y]: [R; 2]) -> R {
     let mut sum = net[48];
@@ -28,7 +28,7 @@ fn main() {
     let mut net: Vec<_> = (1..50).map(|i| 2.0 * f64::from(i * i).sin()).collect();
     let mut moments = [[0.0, 1.0]; 49];
     for _ in 0..1500 {
-        let slope = gradient_of(|net| loss.run(net), &net);
+        let slope = gradient(|net| loss.run(net), &net);
         for ((x, m), slope) in net.iter_mut().zip(&mut moments).zip(slope) {
             *m = [0.9 * m[0] + 0.1 * slope, 0.99 * m[1] + 0.01 * slope.powi(2)];
             *x -= 0.03 * m[0] / m[1].sqrt();

@@ -1,11 +1,11 @@
-//! A neural ODE: a network learns the law by which a population grows from counts an hour apart,
-//! by gradients through the minutes between them.
+//! A neural ODE: a network learns the growth law of a population from hourly counts, by gradients through the
+//! minutes between them.
 //!
 //! `cargo run -p cosmic-autodiff --example neural_ode`
 
-use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
-/// A minute, at the rate that the network gives for a population.
+/// One minute of growth, at the rate that the network gives.
 #[derive(Clone)]
 struct Minute;
 impl Kernel<2, 1> for Minute {
@@ -26,13 +26,13 @@ impl Model for Minute {
     }
 }
 
-/// What the network makes of a population.
+/// The population after some minutes by the network.
 fn grown<R: Real>(weights: &[R], from: f64, minutes: usize) -> R {
     let parameters = [0..8, 8..16, 16..24, 24..25].map(|part| &weights[part]);
     Rollout::new(Minute, minutes).run(&[R::lit(from)], &parameters)[0]
 }
 
-/// What the law makes of it that is to be found, `x' = x (1 - x)` an hour.
+/// The population after some minutes by the true law, `x' = x (1 - x)` per hour.
 fn counted(from: f64, minutes: f64) -> f64 {
     from / (from + (1.0 - from) * (-minutes / 60.0).exp())
 }
@@ -46,7 +46,7 @@ fn main() {
             let off = [0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5].map(off);
             Real::dot(&off, &off)
         };
-        let gradient = gradient_of(error, &weights);
+        let gradient = gradient(error, &weights);
         for i in 0..25 {
             mean[i] += 0.1 * (gradient[i] - mean[i]);
             square[i] += 0.01 * (gradient[i] * gradient[i] - square[i]);

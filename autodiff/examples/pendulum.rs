@@ -1,14 +1,13 @@
-//! Optimal control: the torques that swing a pendulum up, found by following the gradient through
-//! the whole motion.
+//! Optimal control: finds the torques that swing a pendulum up, by gradients through the whole motion.
 //!
 //! `cargo run -p cosmic-autodiff --example pendulum`
 
-use autodiff::{Function, Real, value_and_gradient};
+use autodiff::{Real, value_and_gradient};
 
 const STEPS: usize = 80;
 const STEP: f64 = 0.05;
 
-/// Angle from hanging down and angular velocity after each step, from rest, in units of the
+/// Returns the angle from hanging down and the angular velocity after all steps, from rest. Units are the
 /// pendulum's weight and length.
 fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     let (mut angle, mut velocity, step) = (R::zero(), R::zero(), R::lit(STEP));
@@ -19,15 +18,11 @@ fn swing<R: Real>(torques: &[R]) -> [R; 2] {
     [angle, velocity]
 }
 
-/// How far from standing still on top, and what the torques cost.
-struct Cost;
-
-impl Function for Cost {
-    fn eval<R: Real>(&self, torques: &[R]) -> R {
-        let [angle, velocity] = swing(torques);
-        let missed = R::one() + angle.cos() + R::lit(0.5) * velocity * velocity;
-        missed + R::lit(1e-3 * STEP) * R::dot(torques, torques)
-    }
+/// The distance from standing still on top, plus the cost of the torques.
+fn cost<R: Real>(torques: &[R]) -> R {
+    let [angle, velocity] = swing(torques);
+    let missed = R::one() + angle.cos() + R::lit(0.5) * velocity * velocity;
+    missed + R::lit(1e-3 * STEP) * R::dot(torques, torques)
 }
 
 fn main() {
@@ -35,7 +30,7 @@ fn main() {
     let mut torques = vec![0.1; STEPS];
     let (mut mean, mut square) = (vec![0.0; STEPS], vec![0.0; STEPS]);
     for iteration in 0..500 {
-        let (cost, gradient) = value_and_gradient(&Cost, &torques);
+        let (cost, gradient) = value_and_gradient(cost, &torques);
         if iteration % 100 == 0 {
             println!("{iteration}: cost {cost:.5}");
         }

@@ -1,4 +1,4 @@
-//! The Rosenbrock function of 20 variables, minimised by argmin's L-BFGS.
+//! Minimises the Rosenbrock function of 20 variables by argmin's L-BFGS.
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::{linesearch::MoreThuenteLineSearch, quasinewton::LBFGS};
 use autodiff::{Function, Real, gradient, lit};
@@ -25,7 +25,7 @@ impl Gradient for Rosenbrock {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        Ok(gradient(self, x))
+        Ok(gradient(|x| self.eval(x), x))
     }
 }
 

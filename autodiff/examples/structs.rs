@@ -1,4 +1,4 @@
-//! Parameters in nested structs: the gradient has their shape, a check calls them by their names.
+//! Parameters in nested structs: the gradient has their shape, and a check reports their names.
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Parameters, Real, parameters};
 

@@ -4,8 +4,8 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use crate::real::{Literal, Real};
 
-/// A constant in code over any [`Real`], on either side of an operator: `lit(2.0) * x + lit(1.0)`. Where
-/// a number itself is wanted, as for an argument, write [`R::lit(2.0)`](Real::lit).
+/// Makes a constant for either side of an operator in code over any [`Real`]: `lit(2.0) * x + lit(1.0)`. For
+/// an argument or a start, write [`R::lit(2.0)`](Real::lit).
 ///
 /// ```
 /// use autodiff::{Real, lit};

@@ -12,7 +12,7 @@
 //! A rule is not checked. [`check_gradient`](crate::check::check_gradient) tests whether it is correct.
 //!
 //! ```
-//! use autodiff::{Function, Real, gradient};
+//! use autodiff::{Real, gradient};
 //!
 //! /// Rounds a number in [0, 1] with the derivative of the number itself.
 //! fn round<R: Real>(x: R) -> R {
@@ -20,14 +20,11 @@
 //!     R::select(above, R::one(), R::zero()).straight_through(x)
 //! }
 //!
-//! struct Loss;
-//! impl Function for Loss {
-//!     fn eval<R: Real>(&self, x: &[R]) -> R {
-//!         R::lit(3.0) * round(x[0])
-//!     }
+//! fn loss<R: Real>(x: &[R]) -> R {
+//!     R::lit(3.0) * round(x[0])
 //! }
-//! assert_eq!(Loss.eval(&[0.7]), 3.0);
-//! assert_eq!(gradient(&Loss, &[0.7]), [3.0]);
+//! assert_eq!(loss(&[0.7]), 3.0);
+//! assert_eq!(gradient(loss, &[0.7]), [3.0]);
 //! ```
 
 use crate::dual::Dual;
@@ -53,7 +50,7 @@ pub trait Rule: Clone + Send + 'static {
 ///
 /// ```
 /// use autodiff::custom::{Rule, apply};
-/// use autodiff::{Real, gradient_of};
+/// use autodiff::{Real, gradient};
 ///
 /// /// `ln(e^a + e^b)`. Its partials are weights with the sum 1.
 /// #[derive(Clone)]
@@ -67,7 +64,7 @@ pub trait Rule: Clone + Send + 'static {
 ///         vec![(x[0] - value).exp(), (x[1] - value).exp()]
 ///     }
 /// }
-/// assert_eq!(gradient_of(|x| apply(LogSumExp, x), &[900.0, -900.0]), [1.0, 0.0]);
+/// assert_eq!(gradient(|x| apply(LogSumExp, x), &[900.0, -900.0]), [1.0, 0.0]);
 /// ```
 #[track_caller]
 pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {

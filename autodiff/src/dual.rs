@@ -1,12 +1,12 @@
-//! The pair of forward mode; its arithmetic is in `forward`.
+//! The dual number of forward mode. Its arithmetic is in `forward`.
 
 use crate::operators::by_primal;
 
 /// A value and its tangents along `N` directions at once.
 ///
 /// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
-/// [`Real::less`](crate::Real::less) compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity, tangents
-/// included.
+/// [`Real::less`](crate::Real::less) compare primals. [`Zero::is_zero`](num_traits::Zero::is_zero) also looks
+/// at the tangents.
 ///
 /// ```
 /// use autodiff::{Dual, Real};

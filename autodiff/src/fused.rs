@@ -6,10 +6,10 @@ use crate::real::{Fused, Real};
 /// A dense layer, `weights * x + biases`, as one entry on the tape. `weights` is given row by row.
 ///
 /// ```
-/// use autodiff::{Var, fused::dense, gradient_of};
+/// use autodiff::{Var, fused::dense, gradient};
 ///
 /// let weights = [1.0, 2.0, 3.0, 4.0];
-/// let by_x = gradient_of(
+/// let by_x = gradient(
 ///     |x: &[Var<f64>]| {
 ///         let y = dense(&weights.map(Var::constant), x, &[Var::constant(0.5); 2]);
 ///         y[0] * y[1]

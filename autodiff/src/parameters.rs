@@ -1,12 +1,14 @@
-//! Structures of parameters: nested structs, arrays and matrices of numbers, as they are used, in place
-//! of one long slice.
+//! Structures of parameters: nested structs, arrays and matrices of numbers instead of one long slice.
 //!
-//! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is
-//! generic over its number. The struct may also have lifetime and constant parameters, but no other type parameters. A
-//! bound on the number type must follow from [`Real`]. Fields may be numbers, other structs with `Parameters`, `Vec`s,
-//! arrays and `Option`s of these, and with the feature `nalgebra` elements, matrices and vectors. Fields without the
-//! number in their type are copied, into a gradient too. [`value_and_gradient`] then takes and returns the struct
-//! itself, and [`names`](Parameters::names) tells a gradient check what each number is called.
+//! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is generic
+//! over its number. [`value_and_gradient`] then takes and returns the struct itself, and
+//! [`names`](Parameters::names) gives a gradient check the name of each number.
+//!
+//! - The struct may also have lifetime and constant parameters, but no other type parameters.
+//! - A bound on the number type must follow from [`Real`].
+//! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays and `Option`s of these. With
+//!   the feature `nalgebra` they may be elements, matrices and vectors.
+//! - Fields without the number in their type are copied, also into a gradient.
 //!
 //! ```
 //! # #[cfg(feature = "derive")] {
@@ -23,7 +25,7 @@
 //! struct Network<R> {
 //!     hidden: Layer<R>,
 //!     output: [R; 2],
-//!     steps: usize, // no number: copied
+//!     steps: usize, // not a number: copied
 //! }
 //!
 //! fn energy<R: Real>(network: &Network<R>) -> R {
@@ -54,7 +56,7 @@
 
 use std::fmt::Write;
 
-use crate::drivers::value_and_gradient_of;
+use crate::drivers;
 use crate::real::Real;
 use crate::reverse::Var;
 
@@ -66,11 +68,11 @@ pub trait Parameters<R: Real> {
     /// The structure over another number.
     type With<S: Real>: Parameters<S>;
 
-    /// The structure with every number replaced, in one order. An implementation by hand calls
+    /// Returns the structure with every number replaced, in a fixed order. An implementation by hand calls
     /// [`Walk::field`] for each part.
     fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
 
-    /// All numbers, in order.
+    /// Returns all numbers, in order.
     fn flatten(&self) -> Vec<R> {
         let mut numbers = Vec::new();
         let visit = &mut |_: &[Step<'_>], number| {
@@ -81,7 +83,7 @@ pub trait Parameters<R: Real> {
         numbers
     }
 
-    /// The name of each number: `hidden.weights[1][0]`.
+    /// Returns the name of each number, for example `hidden.weights[1][0]`.
     fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         let visit = &mut |path: &[Step<'_>], number| {
@@ -92,10 +94,10 @@ pub trait Parameters<R: Real> {
         names
     }
 
-    /// The structure with these numbers, in the order of [`flatten`](Self::flatten).
+    /// Returns the structure with these numbers, in the order of [`flatten`](Self::flatten).
     ///
     /// # Panics
-    /// If there are more or fewer numbers than the structure has.
+    /// If the number of numbers differs from that of the structure.
     fn with<S: Real>(&self, numbers: &[S]) -> Self::With<S> {
         let mut rest = numbers.iter();
         let visit = &mut |path: &[Step<'_>], _| match rest.next() {
@@ -113,17 +115,17 @@ pub trait Parameters<R: Real> {
     }
 }
 
-/// The value and the gradient of a function of a structure, by one reverse sweep; the gradient is a
+/// Returns the value and the gradient of a function of a structure, by one reverse sweep. The gradient is a
 /// structure too.
 pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
 ) -> (R, P) {
-    let (value, gradient) = value_and_gradient_of(|x| function(&at.with(x)), &at.flatten());
+    let (value, gradient) = drivers::value_and_gradient(|x| function(&at.with(x)), &at.flatten());
     (value, at.with(&gradient))
 }
 
-/// The gradient of a function of a structure, as a structure.
+/// Returns the gradient of a function of a structure, as a structure.
 pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
     function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
     at: &P,
@@ -131,7 +133,7 @@ pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
     value_and_gradient(function, at).1
 }
 
-/// A step of the way to a number.
+/// One step of the path to a number.
 #[derive(Clone, Copy)]
 enum Step<'a> {
     Field(&'a str),
@@ -151,7 +153,7 @@ fn name(path: &[Step<'_>]) -> String {
     name
 }
 
-/// A walk through a structure, which replaces numbers of type `R` by numbers of type `S`.
+/// Walks through a structure and replaces numbers of type `R` by numbers of type `S`.
 pub struct Walk<'a, R, S> {
     path: Vec<Step<'a>>,
     visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S,

@@ -77,7 +77,7 @@ pub(crate) fn count() -> usize {
 mod tests {
     use super::{MOST, POOL, Pool, Pooled, count};
     use crate::data::{Sum, Summand};
-    use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
+    use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
 
     /// A buffer with this number of bytes. The constant `TYPE` makes different types.
     struct Bytes<const TYPE: usize>(usize);
@@ -167,15 +167,15 @@ mod tests {
             memory: Memory::All,
             ..Rollout::new(Half, numbers)
         };
-        assert!(gradient_of(|x| rollout.run(x, &[])[0], &[1.0])[0] >= 0.0);
-        assert!(gradient_of(|x| rollout.run(x, &[])[0], &[1.0f32])[0] >= 0.0);
+        assert!(gradient(|x| rollout.run(x, &[])[0], &[1.0])[0] >= 0.0);
+        assert!(gradient(|x| rollout.run(x, &[])[0], &[1.0f32])[0] >= 0.0);
         let sum = Sum::new(Line, &[[1.0], [2.0]]);
-        assert_eq!(gradient_of(|x| sum.run(x), &vec![1.0; numbers])[0], 3.0);
+        assert_eq!(gradient(|x| sum.run(x), &vec![1.0; numbers])[0], 3.0);
         let power = |x: &[Var<f64>]| (0..numbers).fold(x[0], |y, _| y * x[0]);
-        assert_eq!(gradient_of(power, &[1.0]), [numbers as f64 + 1.0]);
+        assert_eq!(gradient(power, &[1.0]), [numbers as f64 + 1.0]);
         // Selects and sums are entries too; their operands are stored elsewhere.
         let least = |x: &[Var<f32>]| (0..numbers).fold(x[0], |y, _| y.min(x[0]));
-        assert_eq!(gradient_of(least, &[1.0]), [1.0]);
+        assert_eq!(gradient(least, &[1.0]), [1.0]);
     }
 
     #[test]

@@ -62,7 +62,7 @@
 //!
 //! Second derivatives differentiate the rows of the table above literally, in all four nestings of modes:
 //! the derivative of a chosen 0 is 0. So a smooth function of a kink may have a wrong second derivative.
-//! Write the smooth function directly instead: `x * x + y * y`. `tests/second_kinks.rs` has a test per row.
+//! Write the smooth function directly instead: `x * x + y * y`. `tests/kinks.rs` has a test per row.
 //!
 //! | function | where | second derivative |
 //! | --- | --- | --- |

@@ -1,4 +1,4 @@
-//! Steps recorded by code that does not know the number type, against the same steps written out.
+//! Steps recorded without their number type, against the same steps written out.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -31,7 +31,7 @@ impl Kernel<3, 1> for Move {
     }
 }
 
-/// Masses that springs join; chosen at run time, as by a trait object.
+/// Masses joined by springs.
 #[derive(Clone)]
 struct Truss {
     graph: Graph,
@@ -100,14 +100,14 @@ impl Step for Truss {
     }
 }
 
-/// Values, gradients and second derivatives: floats in lanes; duals and tapes of duals replay recordings.
+/// Values, gradients and second derivatives. Floats run in lanes; duals and tapes of duals replay recordings.
 #[test]
 fn steps_without_a_number_type_are_the_steps_written_out() {
     assert_same(Truss::new(true));
     assert_same(Truss::new(false));
 }
 
-/// The numbers of both recordings are equal, bit for bit, whatever their type.
+/// Both recordings give bit-identical numbers in every type.
 #[test]
 fn replayed_numbers_are_those_of_the_code() {
     fn run<R: Real>(any: bool) -> Vec<R> {
@@ -121,10 +121,10 @@ fn replayed_numbers_are_those_of_the_code() {
     assert_eq!(run::<f64>(true), run::<f64>(false));
     assert_eq!(run::<f32>(true), run::<f32>(false));
     assert_eq!(run::<DoubleDouble>(true), run::<DoubleDouble>(false));
-    assert_eq!(run::<Dual<f64, 2>>(true), run::<Dual<f64, 2>>(false));
+    assert_eq!(run::<Dual<f64, 1>>(true), run::<Dual<f64, 1>>(false));
 }
 
-/// A square root by a rule of its own, of which a list of operations knows nothing.
+/// A square root by a custom rule, which a list of operations cannot contain.
 #[derive(Clone)]
 struct Root;
 
@@ -141,6 +141,7 @@ impl custom::Rule for Root {
 struct ByRule;
 
 impl Kernel<1, 1> for ByRule {
+    #[inline(always)]
     fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
         [custom::apply(Root, &x)]
     }
@@ -159,7 +160,7 @@ impl Model for Rooted {
 
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn a_kernel_that_a_list_cannot_stand_for_runs_on_floats_and_is_refused_elsewhere() {
+fn a_kernel_that_cannot_be_recorded_runs_on_floats_and_is_refused_elsewhere() {
     let rollout = Rollout::new(Rooted, 2);
     assert_eq!(rollout.run(&[16.0], &[]), [2.0]);
     let dual = || rollout.run(&[Dual::<f64, 1>::variable(16.0, 0)], &[]);

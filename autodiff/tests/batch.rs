@@ -1,40 +1,44 @@
 //! Sums of one function over many data: every mode against another.
 
-use crate::common::{forward_gradient, largest_difference};
-use autodiff::Elementary;
+use crate::common::{
+    Formula, Sym, Truth, formula, forward_gradient, hessian_rows, largest_difference,
+};
 use autodiff::custom::{Rule, apply};
 use autodiff::data::{Sum, Summand};
-use autodiff::{Dense, Function, Mask, Real, gradient, hessian};
+use autodiff::{Function, Mask, Real, gradient};
+use num_traits::{One, Zero};
 
 /// Every operation that a trace records, kinks and selections included.
-#[derive(Clone)]
-struct Everything;
+fn everything(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let [a, b, c] = [shared[0], shared[1], shared[2]];
+    let [x, y] = [datum[0], datum[1]];
+    let mut scratch = [Sym::zero(); 6];
+    scratch[0] = (a * x + b).sin() - (b - y).cos() * (Sym::lit(0.3) * x).tan();
+    scratch[1] = (a - x).tanh() + (-(b * b)).exp() / (Sym::lit(2.0) + y * y);
+    scratch[1] += (b * x).asinh() * y.cosh();
+    scratch[2] = (c * c + y * y).sqrt() * (Sym::one() + x * x).rsqrt() + c.recip();
+    scratch[3] = a.hypot(y).ln() + (b + x).atan2(c) + c.powf(a) + x.powi(2) * b.powi(3);
+    scratch[4] = (a * y).abs() + (b * x).max(c * y).min(Sym::lit(3.0)) - y.signum() * a;
+    scratch[5] = a.straight_through(b * x) * b.detach() + Sym::chain(b, x.fma(c, a));
+    let (inside, outside) = (
+        x.less(y) & !c.less_equal(x),
+        a.less_equal(x) | Truth::splat(false),
+    );
+    scratch[0] += Sym::select(inside, a * b, c * x) * Sym::select(outside, y, b);
+    // Runs of places: shared and own, own and own, own and shared, none.
+    let dots = Sym::dot(shared, &scratch[1..4]) + Sym::dot(&scratch[2..], &scratch[2..]);
+    let dots = dots + Sym::dot(datum, &shared[..2]) + Sym::dot(&[b, x], &[y, a]);
+    // Shared and own numbers, which not all data use.
+    let dots = dots + Sym::dot(&shared[..2], datum);
+    let dots = dots + Sym::select(inside, Sym::dot(&shared[1..], datum), x);
+    dots + Sym::sum_of(datum) * Sym::sum_of(&[a, y, c]) + Sym::sum_of(&scratch)
+}
 
-impl Summand for Everything {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let [a, b, c] = [shared[0], shared[1], shared[2]];
-        let [x, y] = [datum[0], datum[1]];
-        let mut scratch = [R::zero(); 6];
-        scratch[0] = (a * x + b).sin() - (b - y).cos() * (R::lit(0.3) * x).tan();
-        scratch[1] = (a - x).tanh() + (-(b * b)).exp() / (R::lit(2.0) + y * y);
-        scratch[1] += (b * x).elementary(Elementary::Asinh) * y.elementary(Elementary::Cosh);
-        scratch[2] = (c * c + y * y).sqrt() * (R::one() + x * x).rsqrt() + c.recip();
-        scratch[3] = a.hypot(y).ln() + (b + x).atan2(c) + c.powf(a) + x.powi(2) * b.powi(3);
-        scratch[4] = (a * y).abs() + (b * x).max(c * y).min(R::lit(3.0)) - y.signum() * a;
-        scratch[5] = a.straight_through(b * x) * b.detach() + R::chain(b, x.fma(c, a));
-        let (inside, outside) = (
-            x.less(y) & !c.less_equal(x),
-            a.less_equal(x) | R::Mask::splat(false),
-        );
-        scratch[0] += R::select(inside, a * b, c * x) * R::select(outside, y, b);
-        // Runs of places: shared and own, own and own, own and shared, none.
-        let dots = R::dot(shared, &scratch[1..4]) + R::dot(&scratch[2..], &scratch[2..]);
-        let dots = dots + R::dot(datum, &shared[..2]) + R::dot(&[b, x], &[y, a]);
-        // Shared and own, of which some data have no use.
-        let dots = dots + R::dot(&shared[..2], datum);
-        let dots = dots + R::select(inside, R::dot(&shared[1..], datum), x);
-        dots + R::sum_of(datum) * R::sum_of(&[a, y, c]) + R::sum_of(&scratch)
-    }
+/// A term with these numbers of shared parameters and of numbers per datum.
+fn term(function: fn(&[Sym], &[Sym]) -> Sym, shared: usize, datum: usize) -> Formula {
+    formula(shared + datum, |all| {
+        function(&all[..shared], &all[shared..])
+    })
 }
 
 struct Total<S>(Sum<S>);
@@ -45,7 +49,7 @@ impl<S: Summand> Function for Total<S> {
     }
 }
 
-/// So many data, spread over both sides of every switch.
+/// Data on both sides of every switch.
 fn data(count: usize) -> Vec<[f64; 2]> {
     let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
     (0..count)
@@ -53,7 +57,7 @@ fn data(count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// So many data, the first whole numbers by turns.
+/// Data that repeat the first whole numbers.
 fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
     (0..count).map(|i| [f64::from(i % numbers)]).collect()
 }
@@ -61,68 +65,71 @@ fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
-    // The same terms in another order, some hundreds of them.
+    // Hundreds of the same terms in another order.
     let close = got == expected || largest_difference(got, expected) <= 1e-13;
     assert!(close, "{what}: {got:?} and {expected:?}");
 }
 
-/// The gradient is that of forward mode, which replays nothing. Not of all modes of `common`: each
-/// takes seconds to compile for each summand.
+/// Asserts that the gradient is that of forward mode, which replays nothing.
 fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[f64]) {
     let total = Total(Sum::new(summand, data));
-    let (reverse, forward) = (gradient(&total, at), forward_gradient(&total, at));
+    let (reverse, forward) = (
+        gradient(|x| total.eval(x), at),
+        forward_gradient(&total, at),
+    );
     assert_close(&reverse, &forward, &format!("{} data", data.len()));
 }
 
 #[test]
 fn replayed_gradients_are_those_of_forward_mode() {
-    // Fewer data than lanes, whole blocks, and what is left over of one.
+    // Fewer data than lanes, whole blocks, and a partial block.
     for count in [1, 7, 8, 32, 33, 100] {
-        assert_modes_agree(Everything, &data(count), &AT);
+        assert_modes_agree(term(everything, 3, 2), &data(count), &AT);
     }
 }
 
 #[test]
 fn the_sum_is_that_of_its_terms() {
     let data = data(45);
-    let terms = data.iter().map(|datum| Everything.eval(&AT, datum));
+    let everything = term(everything, 3, 2);
+    let terms = data
+        .iter()
+        .map(|datum| Summand::eval(&everything, &AT, datum));
     let expected: f64 = terms.sum();
-    let total = Total(Sum::new(Everything, &data));
+    let total = Total(Sum::new(everything, &data));
     assert_close(&[Function::eval(&total, &AT)], &[expected], "value");
-    let (value, _) = autodiff::value_and_gradient(&total, &AT);
+    let (value, _) = autodiff::value_and_gradient(|x| total.eval(x), &AT);
     assert_close(&[value], &[expected], "recorded value");
 }
 
 /// Operators that assign are recorded as the others are.
-#[derive(Clone)]
-struct Assigned;
-
-impl Summand for Assigned {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let mut term = shared[0];
-        term += datum[0];
-        term -= shared[1];
-        term *= datum[1];
-        term /= shared[2];
-        term
-    }
+fn assigned(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let mut term = shared[0];
+    term += datum[0];
+    term -= shared[1];
+    term *= datum[1];
+    term /= shared[2];
+    term
 }
 
 #[test]
 fn operators_that_assign_are_recorded() {
     let data = [[3.0, 7.0], [-1.0, 5.0], [0.5, -2.0]];
-    let total = Total(Sum::new(Assigned, &data));
+    let total = Total(Sum::new(term(assigned, 3, 2), &data));
     // (a + x - b) y / c with a = 2, b = 8 and c = 4: all sums are exact.
     let at = [2.0, 8.0, 4.0];
     let terms = data.map(|[x, y]| (2.0 + x - 8.0) * y / 4.0);
     let value: f64 = terms.iter().sum();
     assert_eq!(Function::eval(&total, &at), value);
     let slope = data.iter().map(|[_, y]| y / 4.0).sum::<f64>();
-    assert_eq!(gradient(&total, &at), [slope, -slope, -value / 4.0]);
+    assert_eq!(
+        gradient(|x| total.eval(x), &at),
+        [slope, -slope, -value / 4.0]
+    );
 }
 
-/// Work that is skipped where no lane wants it, and a choice by what is zero: a record of one datum
-/// would choose for the others.
+/// Work that is skipped if no lane needs it, and a choice by `is_zero`. A record of one datum would choose for
+/// the others.
 #[derive(Clone)]
 struct Skips;
 
@@ -148,7 +155,7 @@ impl Summand for ChoosesByZero {
     }
 }
 
-/// Such terms are not replayed: each datum takes its own branch, whichever comes first.
+/// Such terms are not replayed: each datum takes its own branch, in any order of the data.
 #[test]
 fn a_replay_does_not_take_the_branch_of_another_datum() {
     let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
@@ -159,26 +166,26 @@ fn a_replay_does_not_take_the_branch_of_another_datum() {
     }
     // 3 x where it is not positive, 2 a x where it is.
     let skips = Total(Sum::new(Skips, &data));
-    assert_eq!(gradient(&skips, &[2.0]), [-12.0 + 4.0 * 2.5]);
+    assert_eq!(gradient(|x| skips.eval(x), &[2.0]), [-12.0 + 4.0 * 2.5]);
 }
 
 #[test]
 fn no_data_sum_to_zero() {
-    let total = Total(Sum::new(Everything, &data(0)));
+    let total = Total(Sum::new(term(everything, 3, 2), &data(0)));
     assert_eq!(Function::eval(&total, &AT), 0.0);
-    assert_eq!(gradient(&total, &AT), [0.0; 3]);
+    assert_eq!(gradient(|x| total.eval(x), &AT), [0.0; 3]);
 }
 
-/// Working memory goes from one gradient to the next, also of another number type and length.
+/// One gradient passes its working memory to the next, also to one of another number type and length.
 #[test]
-fn memory_that_is_used_again_changes_nothing() {
+fn reused_memory_does_not_change_results() {
     for count in [5, 70] {
-        let total = Total(Sum::new(Everything, &data(count)));
-        let first = gradient(&total, &AT);
-        hessian(&total, &AT);
+        let total = Total(Sum::new(term(everything, 3, 2), &data(count)));
+        let first = gradient(|x| total.eval(x), &AT);
+        hessian_rows(&total, &AT);
         let other = AT.map(|x| x + 0.3);
-        assert_ne!(gradient(&total, &other), first);
-        assert_eq!(gradient(&total, &AT), first);
+        assert_ne!(gradient(|x| total.eval(x), &other), first);
+        assert_eq!(gradient(|x| total.eval(x), &AT), first);
     }
 }
 
@@ -195,18 +202,19 @@ impl<S: Summand, const N: usize> Function for Terms<S, N> {
 /// The Hessian replays on duals. No differences: what is detached moves with them.
 #[test]
 fn sums_nest() {
-    let check = |got: Dense<f64>, expected: Dense<f64>| {
-        assert_close(got.as_slice(), expected.as_slice(), "hessian");
-    };
-    let total = Total(Sum::new(Everything, &data(20)));
-    check(
-        hessian(&total, &AT),
-        hessian(&Terms(Everything, data(20)), &AT),
-    );
-    let (total, at) = (Total(Sum::new(Apart, &[[2.0]])), [0.5, 0.2]);
-    let plain = Terms(Apart, vec![[2.0]]);
-    assert_close(&gradient(&total, &at), &gradient(&plain, &at), "gradient");
-    check(hessian(&total, &at), hessian(&plain, &at));
+    fn check<const N: usize>(term: Formula, data: Vec<[f64; N]>, at: &[f64]) {
+        let total = Total(Sum::new(term.clone(), &data));
+        let plain = Terms(term, data);
+        let [got, expected] = [
+            gradient(|x| total.eval(x), at),
+            gradient(|x| plain.eval(x), at),
+        ];
+        assert_close(&got, &expected, "gradient");
+        let [got, expected] = [hessian_rows(&total, at), hessian_rows(&plain, at)];
+        assert_close(&got.concat(), &expected.concat(), "hessian");
+    }
+    check(term(everything, 3, 2), data(20), &AT);
+    check(term(apart, 2, 1), vec![[2.0]], &[0.5, 0.2]);
 }
 
 /// Rounds to zero or one, with the derivative of another function.
@@ -222,7 +230,7 @@ impl Rule for Softened {
     }
 }
 
-/// Asks what no trace can answer: the derivative of a rule.
+/// Calls a rule, whose derivative a record does not contain.
 #[derive(Clone)]
 struct WithRule;
 
@@ -237,87 +245,72 @@ fn a_custom_rule_inside_keeps_its_derivative() {
     let total = Total(Sum::new(WithRule, &data(40)));
     let at = [0.9, 1.7];
     assert_modes_agree(WithRule, &data(40), &at);
-    let (value, by_shared) = autodiff::value_and_gradient(&total, &at);
+    let (value, by_shared) = autodiff::value_and_gradient(|x| total.eval(x), &at);
     assert_close(&[value], &[Function::eval(&total, &at)], "value");
-    // The rule's own derivative is zero almost everywhere: it is not what came out.
+    // The derivative of the value itself is zero almost everywhere.
     assert!(by_shared[0].abs() > 1.0);
 }
 
-/// Infinite partials at data that do not count.
-#[derive(Clone)]
-struct Guarded;
-
-impl Summand for Guarded {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let root = (shared[0] * datum[0]).sqrt();
-        let used = R::lit(0.5).less(datum[0]);
-        R::select(used, R::dot(&[root], &[root * shared[0]]), R::zero())
-    }
+/// Infinite partials at data that are not selected.
+fn guarded(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let root = (shared[0] * datum[0]).sqrt();
+    let used = Sym::lit(0.5).less(datum[0]);
+    Sym::select(used, Sym::dot(&[root], &[root * shared[0]]), Sym::zero())
 }
 
 #[test]
 fn a_term_that_is_not_selected_passes_no_infinity() {
-    assert_modes_agree(Guarded, &by_turns(50, 3), &[2.0]);
+    assert_modes_agree(term(guarded, 1, 1), &by_turns(50, 3), &[2.0]);
 }
 
-/// Products of rows with the same numbers, one after the other, which go back two at a time: equally
-/// long, shorter and longer ones, and one with the product before it; and numbers with themselves.
-#[derive(Clone)]
-struct Rows;
-
-impl Summand for Rows {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let own = [datum[0], datum[1], datum[1] * datum[0]];
-        let mut scratch = [R::zero(); 4];
-        for i in 0..3 {
-            scratch[i] = own[i] - shared[i];
-        }
-        scratch[3] = R::dot(&shared[..3], &scratch[..3]);
-        let with_the_one_before = R::dot(&shared[1..5], &scratch);
-        let elsewhere = R::dot(&shared[..2], &scratch[1..3]);
-        let then_shorter = R::dot(&shared[3..], &scratch[..3]);
-        let shorter = R::dot(&shared[2..4], &scratch[..2]);
-        let no_row = R::dot(&scratch[1..3], &scratch[..2]);
-        let alone = R::dot(&shared[1..3], &scratch[..2]);
-        let then_longer = R::dot(&shared[..2], &scratch[..2]);
-        let overlapping = R::dot(&shared[1..4], &scratch[..3]);
-        let equal = R::dot(&shared[4..], &scratch[..2]);
-        let also_equal = R::dot(&shared[1..3], &scratch[..2]);
-        scratch[3] * with_the_one_before
-            + then_shorter * shorter * elsewhere
-            + then_longer * overlapping.cos()
-            + equal.sin() * also_equal
-            + no_row * alone
-            + R::dot(&scratch[..3], &scratch[..3]) * R::dot(shared, shared)
+/// Products of rows with the same numbers, which are reversed two at a time: of equal length, shorter, longer,
+/// with the product before, and of numbers with themselves.
+fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let own = [datum[0], datum[1], datum[1] * datum[0]];
+    let mut scratch = [Sym::zero(); 4];
+    for i in 0..3 {
+        scratch[i] = own[i] - shared[i];
     }
+    scratch[3] = Sym::dot(&shared[..3], &scratch[..3]);
+    let with_the_one_before = Sym::dot(&shared[1..5], &scratch);
+    let elsewhere = Sym::dot(&shared[..2], &scratch[1..3]);
+    let then_shorter = Sym::dot(&shared[3..], &scratch[..3]);
+    let shorter = Sym::dot(&shared[2..4], &scratch[..2]);
+    let no_row = Sym::dot(&scratch[1..3], &scratch[..2]);
+    let alone = Sym::dot(&shared[1..3], &scratch[..2]);
+    let then_longer = Sym::dot(&shared[..2], &scratch[..2]);
+    let overlapping = Sym::dot(&shared[1..4], &scratch[..3]);
+    let equal = Sym::dot(&shared[4..], &scratch[..2]);
+    let also_equal = Sym::dot(&shared[1..3], &scratch[..2]);
+    scratch[3] * with_the_one_before
+        + then_shorter * shorter * elsewhere
+        + then_longer * overlapping.cos()
+        + equal.sin() * also_equal
+        + no_row * alone
+        + Sym::dot(&scratch[..3], &scratch[..3]) * Sym::dot(shared, shared)
 }
 
 #[test]
-fn rows_with_the_same_numbers_go_back_together() {
+fn rows_with_the_same_numbers_are_reversed_together() {
     let at = [0.7, -0.4, 1.2, 0.3, -0.9, 0.5];
     for count in [5, 70] {
-        assert_modes_agree(Rows, &data(count), &at);
+        assert_modes_agree(term(rows, 6, 2), &data(count), &at);
     }
 }
 
-/// Rows with a datum alone, and one with the products before it too.
-#[derive(Clone)]
-struct RowsOfArguments;
-
-impl Summand for RowsOfArguments {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let first = R::dot(&shared[..1], datum);
-        let with_the_one_before = R::dot(&shared[1..3], &[datum[0], first]);
-        let second = R::dot(&shared[2..3], datum);
-        let third = R::dot(&shared[..1], datum);
-        with_the_one_before * first + second.sin() * third
-    }
+/// Rows that read only the datum, and one that also reads the earlier products.
+fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let first = Sym::dot(&shared[..1], datum);
+    let with_the_one_before = Sym::dot(&shared[1..3], &[datum[0], first]);
+    let second = Sym::dot(&shared[2..3], datum);
+    let third = Sym::dot(&shared[..1], datum);
+    with_the_one_before * first + second.sin() * third
 }
 
 #[test]
-fn rows_of_a_datum_alone_go_back_together() {
+fn rows_that_read_only_the_datum_are_reversed_together() {
     let data: Vec<[f64; 1]> = data(40).iter().map(|&[x, _]| [x]).collect();
-    assert_modes_agree(RowsOfArguments, &data, &AT);
+    assert_modes_agree(term(rows_of_arguments, 3, 1), &data, &AT);
 }
 
 /// A term with the gradient of another sum inside, which is a constant.
@@ -336,7 +329,7 @@ struct Outer;
 impl Summand for Outer {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         let before = shared[0] * datum[0];
-        let constant = gradient(&Total(Sum::new(Inner, &[[2.0], [3.0]])), &[4.0]);
+        let constant = gradient(|x| Total(Sum::new(Inner, &[[2.0], [3.0]])).eval(x), &[4.0]);
         before.sin() * R::lit(constant[0]) + before
     }
 }
@@ -346,57 +339,45 @@ fn a_sum_s_gradient_may_be_taken_within_a_term() {
     assert_modes_agree(Outer, &[[0.3], [-0.7], [1.1]], &[0.5]);
 }
 
-/// Two rows with an infinite number where the first does not count.
-#[derive(Clone)]
-struct GuardedRows;
-
-impl Summand for GuardedRows {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let own = [datum[0].recip()];
-        let guarded = R::dot(&shared[..1], &own);
-        let plain = R::dot(&shared[1..], &own);
-        R::select(R::lit(0.5).less(datum[0]), guarded, R::zero()) + plain
-    }
+/// Two rows with an infinite number where the first row is not selected.
+fn guarded_rows(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let own = [datum[0].recip()];
+    let guarded = Sym::dot(&shared[..1], &own);
+    let plain = Sym::dot(&shared[1..], &own);
+    Sym::select(Sym::lit(0.5).less(datum[0]), guarded, Sym::zero()) + plain
 }
 
 #[test]
 fn a_row_that_is_not_selected_passes_no_infinity() {
-    let total = Total(Sum::new(GuardedRows, &by_turns(50, 3)));
-    let by_shared = gradient(&total, &[2.0, 3.0]);
+    let total = Total(Sum::new(term(guarded_rows, 2, 1), &by_turns(50, 3)));
+    let by_shared = gradient(|x| total.eval(x), &[2.0, 3.0]);
     // 1 at 17 data and 1/2 at 16; of the row that counts everywhere it is infinite.
     assert_eq!(by_shared, [17.0 + 0.5 * 16.0, f64::INFINITY]);
 }
 
+const INPUTS: usize = 9;
+const HIDDEN: usize = 11;
+const PARAMETERS: usize = HIDDEN * INPUTS + HIDDEN * (INPUTS + HIDDEN) + 2 * HIDDEN;
+
 /// A network of two layers, each row with its activation, where the second layer also sees the datum.
-#[derive(Clone)]
-struct Network;
-
-impl Network {
-    const INPUTS: usize = 9;
-    const HIDDEN: usize = 11;
-    const PARAMETERS: usize = 11 * 9 + 11 * 20 + 2 * 11;
-}
-
-impl Summand for Network {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let (first, rest) = shared.split_at(Self::HIDDEN * Self::INPUTS);
-        let (second, biases) = rest.split_at(Self::HIDDEN * (Self::INPUTS + Self::HIDDEN));
-        let mut scratch = [R::zero(); Self::INPUTS + 2 * Self::HIDDEN];
-        let (x, y) = scratch.split_at_mut(Self::INPUTS + Self::HIDDEN);
-        x[..Self::INPUTS].copy_from_slice(datum);
-        for row in 0..Self::HIDDEN {
-            let weights = &first[row * Self::INPUTS..][..Self::INPUTS];
-            x[Self::INPUTS + row] = (R::dot(weights, datum) + biases[row]).tanh();
-        }
-        for row in 0..Self::HIDDEN {
-            let weights = &second[row * x.len()..][..x.len()];
-            y[row] = R::dot(x, weights).max(R::zero());
-        }
-        R::dot(y, &biases[Self::HIDDEN..]) - R::dot(y, &first[..Self::HIDDEN])
+fn network(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let (first, rest) = shared.split_at(HIDDEN * INPUTS);
+    let (second, biases) = rest.split_at(HIDDEN * (INPUTS + HIDDEN));
+    let mut scratch = [Sym::zero(); INPUTS + 2 * HIDDEN];
+    let (x, y) = scratch.split_at_mut(INPUTS + HIDDEN);
+    x[..INPUTS].copy_from_slice(datum);
+    for row in 0..HIDDEN {
+        let weights = &first[row * INPUTS..][..INPUTS];
+        x[INPUTS + row] = (Sym::dot(weights, datum) + biases[row]).tanh();
     }
+    for row in 0..HIDDEN {
+        let weights = &second[row * x.len()..][..x.len()];
+        y[row] = Sym::dot(x, weights).max(Sym::zero());
+    }
+    Sym::dot(y, &biases[HIDDEN..]) - Sym::dot(y, &first[..HIDDEN])
 }
 
-/// So many numbers between -1 and 1.
+/// Numbers between -1 and 1.
 fn numbers(count: usize) -> Vec<f64> {
     let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() * 2.0 - 1.0;
     (0..count).map(number).collect()
@@ -404,43 +385,41 @@ fn numbers(count: usize) -> Vec<f64> {
 
 #[test]
 fn layers_of_a_network_have_the_gradient_of_their_rows() {
-    let at = numbers(Network::PARAMETERS);
+    let at = numbers(PARAMETERS);
     for count in [1, 7, 40] {
-        let data = numbers(count * Network::INPUTS);
-        let data: Vec<_> = data.chunks_exact(Network::INPUTS).collect();
-        assert_modes_agree(Network, &data, &at);
+        let data = numbers(count * INPUTS);
+        let data: Vec<_> = data.chunks_exact(INPUTS).collect();
+        assert_modes_agree(term(network, PARAMETERS, INPUTS), &data, &at);
     }
 }
 
 /// The sum over a layer of eight rows, each of whose own numbers is computed by `own`; the first row counts
 /// only where the datum is above a half.
-fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R) -> R {
-    let mut scratch = [R::zero(); 16];
+fn guarded_layer(weights: &[Sym], own: impl Fn() -> Sym, datum: Sym) -> Sym {
+    let mut scratch = [Sym::zero(); 16];
     // One operation for each: a layer's own numbers lie apart.
     for place in &mut scratch[..8] {
         *place = own();
     }
     for row in 0..8 {
-        scratch[8 + row] = R::dot(&weights[row * 8..][..8], &scratch[..8]);
+        scratch[8 + row] = Sym::dot(&weights[row * 8..][..8], &scratch[..8]);
     }
-    let sum = R::sum_of(&scratch[9..]);
-    R::select(R::lit(0.5).less(datum), scratch[8], R::zero()) + sum
+    let sum = Sym::sum_of(&scratch[9..]);
+    Sym::select(Sym::lit(0.5).less(datum), scratch[8], Sym::zero()) + sum
 }
 
 /// A layer with an infinite own number at some data, and rows that do not count there.
-#[derive(Clone)]
-struct GuardedLayer;
-
-impl Summand for GuardedLayer {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        guarded_layer(shared, || datum[0].recip(), datum[0])
-    }
+fn guarded_layer_of_data(shared: &[Sym], datum: &[Sym]) -> Sym {
+    guarded_layer(shared, || datum[0].recip(), datum[0])
 }
 
 #[test]
 fn a_layer_s_row_that_is_not_selected_passes_no_infinity() {
-    let total = Total(Sum::new(GuardedLayer, &by_turns(50, 3)));
-    let by_shared = gradient(&total, &[0.5; 64]);
+    let total = Total(Sum::new(
+        term(guarded_layer_of_data, 64, 1),
+        &by_turns(50, 3),
+    ));
+    let by_shared = gradient(|x| total.eval(x), &[0.5; 64]);
     assert_eq!(by_shared[..8], [17.0 + 0.5 * 16.0; 8]);
     assert_eq!(by_shared[8..], [f64::INFINITY; 56]);
 }
@@ -449,25 +428,20 @@ fn a_layer_s_row_that_is_not_selected_passes_no_infinity() {
 fn an_infinite_weight_of_a_row_that_is_not_selected_passes_nothing() {
     let mut at = [0.5; 65];
     at[0] = f64::INFINITY;
-    let total = Total(Sum::new(GuardedWeights, &[[0.0]; 5]));
-    assert_eq!(gradient(&total, &at)[64], 5.0 * 7.0 * 8.0 * 0.5);
+    let total = Total(Sum::new(term(guarded_layer_of_weights, 65, 1), &[[0.0]; 5]));
+    assert_eq!(gradient(|x| total.eval(x), &at)[64], 5.0 * 7.0 * 8.0 * 0.5);
 }
 
-/// The same with own numbers that depend on a parameter.
-#[derive(Clone)]
-struct GuardedWeights;
-
-impl Summand for GuardedWeights {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        guarded_layer(shared, || shared[64] + datum[0], datum[0])
-    }
+/// The same, with own numbers that depend on a parameter.
+fn guarded_layer_of_weights(shared: &[Sym], datum: &[Sym]) -> Sym {
+    guarded_layer(shared, || shared[64] + datum[0], datum[0])
 }
 
 #[test]
 fn f32_has_lanes_too() {
-    let total = Total(Sum::new(Everything, &data(100)));
-    let single = gradient(&total, &AT.map(|x| x as f32));
-    for (s, d) in single.iter().zip(gradient(&total, &AT)) {
+    let total = Total(Sum::new(term(everything, 3, 2), &data(100)));
+    let single = gradient(|x| total.eval(x), &AT.map(|x| x as f32));
+    for (s, d) in single.iter().zip(gradient(|x| total.eval(x), &AT)) {
         // A hundred terms of single precision, whose partials are as large as the sum.
         assert!(
             (f64::from(*s) - d).abs() <= 1e-4 * d.abs().max(100.0),
@@ -479,37 +453,32 @@ fn f32_has_lanes_too() {
 #[test]
 #[should_panic(expected = "differ in length")]
 fn data_of_different_lengths_are_refused() {
-    Sum::new(Everything, &[vec![1.0, 2.0], vec![1.0]]);
+    Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
 }
 
-/// The root of what is above a bound: at the bound the cotangent of the choice is infinite, in
-/// other lanes it is not and the choice another.
-#[derive(Clone)]
-struct Above;
-
-impl Summand for Above {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        (datum[0] - shared[0]).max(R::zero()).sqrt()
-    }
+/// The root of the excess over a bound. At the bound the cotangent of the choice is infinite. Other lanes choose
+/// otherwise and have finite cotangents.
+fn above(shared: &[Sym], datum: &[Sym]) -> Sym {
+    (datum[0] - shared[0]).max(Sym::zero()).sqrt()
 }
 
 #[test]
-fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
+fn an_infinite_cotangent_passes_only_the_chosen_side() {
     for count in [3, 40] {
         let data = by_turns(count, 5);
-        assert_modes_agree(Above, &data, &[0.5]);
-        assert!(gradient(&Total(Sum::new(Above, &data)), &[0.5])[0] < 0.0);
+        assert_modes_agree(term(above, 1, 1), &data, &[0.5]);
+        assert!(
+            gradient(
+                |x| Total(Sum::new(term(above, 1, 1), &data)).eval(x),
+                &[0.5]
+            )[0] < 0.0
+        );
     }
 }
 
-/// Values that pass on, with the derivative of something else or none at all.
-#[derive(Clone)]
-struct Apart;
-
-impl Summand for Apart {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        let (a, b) = (shared[0], shared[1]);
-        let soft = (a * a * a).straight_through(a * b);
-        a.detach() * b * datum[0] + soft * b
-    }
+/// Values with another derivative or none.
+fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
+    let (a, b) = (shared[0], shared[1]);
+    let soft = (a * a * a).straight_through(a * b);
+    a.detach() * b * datum[0] + soft * b
 }

@@ -7,11 +7,11 @@ use autodiff::{Function, Real, value_and_gradient};
 /// What a term is. The record also holds a layer of a network.
 #[derive(Clone, Copy, Debug)]
 enum Term {
-    /// A parameter by itself.
+    /// Only a parameter.
     Shared(usize),
-    /// A parameter alone, where other parameters are read one by one.
+    /// Only a parameter, while other parameters are read one by one.
     SharedAmongRead(usize),
-    /// A number of the datum alone.
+    /// Only a number of the datum.
     Datum(usize),
     Constant,
     /// A number that the layer reads.
@@ -79,7 +79,7 @@ fn a_term_may_be_any_number_of_its_record() {
                 |i: usize| -> Vec<f64> { (0..WIDTH).map(|k| number(i * WIDTH + k)).collect() };
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
-            let (value, gradient) = value_and_gradient(&total, &at);
+            let (value, gradient) = value_and_gradient(|x| total.eval(x), &at);
             // A few hundred terms of order one, summed in another order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");

@@ -24,7 +24,7 @@ fn is_order(report: &Report, order: f64) {
     }
 }
 
-/// Along a direction that the value hardly bends in, the term of third order shows too.
+/// Along a direction of small curvature, the term of third order shows too.
 #[test]
 fn remainders_are_of_second_order_where_the_gradient_is_right() {
     for n in [2, 7, 50] {
@@ -42,20 +42,20 @@ fn remainders_are_of_second_order_where_the_gradient_is_right() {
 #[test]
 fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     let x = point(3);
-    let right = gradient(&Smooth, &x);
+    let right = gradient(|x| Smooth.eval(x), &x);
     for wrong in [0.5, 1e-2, 1e-4] {
         let slopes: Vec<f64> = right.iter().map(|g| g * (1.0 + wrong)).collect();
         for options in seeds(20) {
             let mut report = claimed(|x| Smooth.eval(x), [&x, &slopes], &options);
             assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-            // Nearly at right angles to the error a direction hardly shows it: ten tolerances do.
+            // A direction nearly at right angles to the error does not show it.
             report.directions.retain(|row| row.error > 1e-5);
             is_order(&report, 1.0);
         }
     }
 }
 
-/// The order is that of the leading term, whatever it is.
+/// The order is that of the leading term.
 #[test]
 fn remainders_have_the_order_of_their_leading_term() {
     for power in [1.0, 1.5, 2.0, 3.0, 4.0] {
@@ -66,9 +66,9 @@ fn remainders_have_the_order_of_their_leading_term() {
     }
 }
 
-/// A kink beside the point is crossed by the larger steps alone.
+/// Only the larger steps cross a kink beside the point.
 #[test]
-fn the_smaller_steps_have_the_say() {
+fn the_smaller_steps_decide() {
     for distance in [1e-2, 1e-3, 1e-4, 1e-5] {
         for options in seeds(20) {
             let value = |x: &[f64]| x[0].exp() + (x[0] - distance).max(0.0);
@@ -108,7 +108,7 @@ fn where_all_is_rounding_there_is_no_order() {
             let report = claimed(value, [&point(3), &slopes], &options);
             assert_eq!(orders(&report), [None; 4], "{report}");
         }
-        // The values are said to be known to a part in a thousand, and bend by less.
+        // The stated noise is 1e-3, and the values bend by less.
         let noise = 1e-3;
         let report = claimed(
             |x| x[0].exp(),
@@ -123,7 +123,7 @@ fn where_all_is_rounding_there_is_no_order() {
 #[test]
 fn noise_is_no_remainder() {
     let x = point(3);
-    let right = gradient(&Smooth, &x);
+    let right = gradient(|x| Smooth.eval(x), &x);
     let single =
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
     // Noise of 1e-11.
@@ -134,7 +134,7 @@ fn noise_is_no_remainder() {
             let noise = f64::from(noise).max(options.noise);
             let report = claimed(value, [&x, &right], &Options { noise, ..options });
             let orders: Vec<f64> = orders(&report).into_iter().flatten().collect();
-            // Fewer steps are clear of it, in the larger of which the terms behind show.
+            // Only the larger steps are clear of the noise, where terms of higher order show.
             let right = |order: &f64| (1.7..3.3).contains(order);
             assert!(orders.iter().all(right), "{noise:e}\n{report}");
             assert!(orders.len() == 4 || noise > 1e-9, "{report}");
@@ -145,7 +145,7 @@ fn noise_is_no_remainder() {
 #[test]
 fn the_worst_component_has_a_name() {
     let x = point(3);
-    let mut wrong = gradient(&Smooth, &x);
+    let mut wrong = gradient(|x| Smooth.eval(x), &x);
     wrong[1] *= 1.01;
     let mut options = Options::default();
     let report = claimed(|x| Smooth.eval(x), [&x, &wrong], &options);

@@ -1,171 +1,115 @@
 //! A zero that was computed does not hide an infinite partial on the tape; a zero that was chosen stops it.
 
-use crate::common::{assert_gradient, forward_gradient, gradients};
+use crate::common::{Sym, assert_gradients, formula, forward_gradient, gradients};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::custom::{Rule, apply};
 use autodiff::trace::first_non_finite;
-use autodiff::{
-    Elementary, Function, Kernel, Model, Program, Real, Rollout, Var, gradient, gradient_of,
-    hessian, vjp_of,
-};
+use autodiff::{Function, Kernel, Model, Program, Real, Rollout, Var, gradient, hessian, lit, vjp};
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
 
-enum Overflow {
-    Resistors,
-    Reciprocals,
-    ExpOfLn,
-    Atan,
-    LnOfExp,
-    Logistic,
-    Cancelling,
-    DotOfReciprocal,
-}
-
-impl Function for Overflow {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let one = R::one();
-        match self {
-            Self::Resistors => one / (one / x[0] + one / x[1]),
-            Self::Reciprocals => x[0].recip().recip(),
-            Self::ExpOfLn => x[0].ln().exp(),
-            Self::Atan => (one / x[0]).atan(),
-            Self::LnOfExp => (one + x[0].exp()).ln(),
-            Self::Logistic => one / (one + (-x[0]).exp()),
-            Self::Cancelling => x[0].sqrt() - x[0].sqrt(),
-            Self::DotOfReciprocal => R::dot(&[x[0], x[1]], &[x[0], x[1]]).recip().recip(),
-        }
-    }
-}
-
 #[test]
 fn an_intermediate_overflow_never_gives_a_wrong_zero() {
-    let (zero, at) = ([0.0], |x: f64| [x]);
-    assert_gradient(&Overflow::Resistors, &[0.0, 2.0], &[NAN, 0.0]);
-    assert_gradient(&Overflow::Reciprocals, &zero, &[NAN]);
-    assert_gradient(&Overflow::ExpOfLn, &zero, &[NAN]);
-    assert_gradient(&Overflow::Atan, &zero, &[NAN]);
-    assert_gradient(&Overflow::LnOfExp, &at(1000.0), &[NAN]);
-    assert_gradient(&Overflow::Logistic, &at(-800.0), &[NAN]);
-    assert_gradient(&Overflow::Cancelling, &zero, &[NAN]);
+    assert_gradients(
+        |x| lit(1.0) / (lit(1.0) / x[0] + lit(1.0) / x[1]),
+        &[([0.0, 2.0], [NAN, 0.0])],
+    );
+    let overflows: [(fn(Sym) -> Sym, f64); 6] = [
+        (|x| x.recip().recip(), 0.0),
+        (|x| x.ln().exp(), 0.0),
+        (|x| (lit(1.0) / x).atan(), 0.0),
+        (|x| (lit(1.0) + x.exp()).ln(), 1000.0),
+        (|x| lit(1.0) / (lit(1.0) + (-x).exp()), -800.0),
+        (|x| x.sqrt() - x.sqrt(), 0.0),
+    ];
+    for (function, at) in overflows {
+        assert_gradients(|x| function(x[0]), &[([at], [NAN])]);
+    }
     // The zero slope of the square stops the infinity.
-    assert_gradient(&Overflow::DotOfReciprocal, &[0.0, 0.0], &[0.0, 0.0]);
+    assert_gradients(
+        |x| Real::dot(&[x[0], x[1]], &[x[0], x[1]]).recip().recip(),
+        &[([0.0, 0.0], [0.0, 0.0])],
+    );
 }
 
 /// Squares of square roots, in which the zero comes first in forward mode: the operand has a tangent of 0.
-enum Still {
-    Square,
-    Dot,
-    Sum,
-    SquarePlus,
-}
-
-impl Function for Still {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let root = match self {
-            Self::Square => (x[0] * x[0]).sqrt(),
-            Self::Dot => R::dot(x, x).sqrt(),
-            Self::Sum => (x[0] * x[0] + x[1] * x[1]).sqrt(),
-            Self::SquarePlus => (x[0] * x[0] + x[1]).sqrt(),
-        };
-        root * root
-    }
-}
-
 #[test]
 fn an_operand_that_does_not_move_has_a_slope_of_zero() {
-    assert_gradient(&Still::Square, &[0.0], &[0.0]);
-    assert_gradient(&Still::Dot, &[0.0, 0.0], &[0.0, 0.0]);
-    assert_gradient(&Still::Sum, &[0.0, 0.0], &[0.0, 0.0]);
+    let square = |root: Sym| root * root;
+    assert_gradients(|x| square((x[0] * x[0]).sqrt()), &[([0.0], [0.0])]);
+    let flat = [([0.0, 0.0], [0.0, 0.0])];
+    assert_gradients(|x| square(Sym::dot(x, x).sqrt()), &flat);
+    assert_gradients(|x| square((x[0] * x[0] + x[1] * x[1]).sqrt()), &flat);
     // By the second argument the slope is 1, which cannot be computed from the root.
-    assert_gradient(&Still::SquarePlus, &[0.0, 0.0], &[0.0, NAN]);
+    assert_gradients(
+        |x| square((x[0] * x[0] + x[1]).sqrt()),
+        &[([0.0, 0.0], [0.0, NAN])],
+    );
 }
 
-/// Choices whose side not taken has an infinite partial.
-enum Choice {
-    MaskTimes,
-    TimesMask,
-    MaskFma,
-    MaskDot,
-    MaskOver,
-    MaskDeep,
-    Signum,
-    Abs,
-    AbsOfSquare,
-    Max,
-    Min,
-    Clamp,
-    Select,
-    Branch,
-    ZerothPower,
-    TimesZero,
-}
-
-impl Function for Choice {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (zero, one, root) = (R::zero(), R::one(), x[0].sqrt());
-        let mask = R::select(x[0].less_equal(zero), zero, one);
-        match self {
-            Self::MaskTimes => mask * root,
-            Self::TimesMask => root * mask,
-            Self::MaskFma => root.fma(mask, one) + mask.fma(root, one),
-            Self::MaskDot => R::dot(&[mask, one], &[root, one]),
-            Self::MaskOver => mask / (one + root),
-            Self::MaskDeep => (mask * root).exp() + (one - mask) * one,
-            Self::Signum => x[0].signum() * root,
-            Self::Abs => root.abs(),
-            Self::AbsOfSquare => (root * root).abs() * root.abs(),
-            Self::Max => (root - one).max(zero),
-            Self::Min => (one - root).min(zero),
-            Self::Clamp => root.clamp(one, R::lit(2.0)),
-            Self::Select => R::select(x[0].less_equal(zero), one, root.recip()),
-            Self::Branch => {
-                if x[0].primal() > 0.0 {
-                    root
-                } else {
-                    zero
-                }
-            }
-            Self::ZerothPower => root.powi(0),
-            Self::TimesZero => root * R::lit(0.0),
-        }
-    }
-}
-
+/// Choices whose other side has an infinite partial. They get `x` and its root, and a mask that is 0 at 0.
 #[test]
 fn a_chosen_zero_stops_an_infinite_partial() {
-    let choices = [
-        Choice::MaskTimes,
-        Choice::TimesMask,
-        Choice::MaskFma,
-        Choice::MaskDot,
-        Choice::MaskOver,
-        Choice::MaskDeep,
-        Choice::Signum,
-        Choice::Abs,
-        Choice::AbsOfSquare,
-        Choice::Max,
-        Choice::Min,
-        Choice::Clamp,
-        Choice::Select,
-        Choice::Branch,
-        Choice::ZerothPower,
-        Choice::TimesZero,
+    let choices: [(&str, fn(Sym, Sym, Sym) -> Sym); 15] = [
+        ("mask * root", |_, root, mask| mask * root),
+        ("root * mask", |_, root, mask| root * mask),
+        ("fma", |_, root, mask| {
+            let one = Sym::lit(1.0);
+            root.fma(mask, one) + mask.fma(root, one)
+        }),
+        ("dot", |_, root, mask| {
+            Real::dot(&[mask, Sym::lit(1.0)], &[root, Sym::lit(1.0)])
+        }),
+        ("mask / root", |_, root, mask| mask / (lit(1.0) + root)),
+        ("deep", |_, root, mask| {
+            (mask * root).exp() + (lit(1.0) - mask)
+        }),
+        ("signum", |x, root, _| x.signum() * root),
+        ("abs", |_, root, _| root.abs()),
+        ("abs of a square", |_, root, _| {
+            (root * root).abs() * root.abs()
+        }),
+        ("max", |_, root, _| (root - lit(1.0)).max(Sym::lit(0.0))),
+        ("min", |_, root, _| (lit(1.0) - root).min(Sym::lit(0.0))),
+        ("clamp", |_, root, _| {
+            root.clamp(Sym::lit(1.0), Sym::lit(2.0))
+        }),
+        ("select", |x, root, _| {
+            Real::select(x.less_equal(Sym::lit(0.0)), Sym::lit(1.0), root.recip())
+        }),
+        ("powi", |_, root, _| root.powi(0)),
+        ("root * 0", |_, root, _| root * Sym::lit(0.0)),
     ];
-    for (place, choice) in choices.into_iter().enumerate() {
-        for (mode, gradient) in gradients(&choice, &[0.0]) {
+    let passes = |what: &str, choice: &dyn Fn(&[Sym]) -> Sym| {
+        for (mode, gradient) in gradients(&formula(1, choice), &[0.0]) {
             if mode.starts_with("reverse") {
-                assert_eq!(gradient, [0.0], "choice {place}, {mode}");
+                assert_eq!(gradient, [0.0], "{what}, {mode}");
             }
         }
+    };
+    for (what, choice) in choices {
+        passes(what, &|x| {
+            let [zero, one] = [0.0, 1.0].map(Sym::lit);
+            let mask = Real::select(x[0].less_equal(zero), zero, one);
+            choice(x[0], x[0].sqrt(), mask)
+        });
     }
+    // By an `if`.
+    let branch = |x: &[Var<f64>]| {
+        if x[0].primal() > 0.0 {
+            x[0].sqrt()
+        } else {
+            Var::lit(0.0)
+        }
+    };
+    assert_eq!(gradient(branch, &[0.0]), [0.0]);
 }
 
 #[test]
 fn a_cotangent_that_was_given_as_zero_stops() {
     let values = |x: &[Var<f64>]| vec![x[0].recip(), x[0]];
-    assert_eq!(vjp_of(values, &[0.0], &[0.0, 1.0]).1, [1.0]);
+    assert_eq!(vjp(values, &[0.0], &[0.0, 1.0]).1, [1.0]);
 }
 
 /// A branch that is not taken does not change other components of the gradient.
@@ -174,8 +118,8 @@ fn other_components_are_bit_identical() {
     let clean = |x: &[Var<f64>]| (x[1] * x[2]).sin() / x[2] + x[1].exp();
     let doubtful = |x: &[Var<f64>]| clean(x) + x[0].recip().recip();
     let (plain, found) = (
-        gradient_of(clean, &[0.0, 0.3, 0.7]),
-        gradient_of(doubtful, &[0.0, 0.3, 0.7]),
+        gradient(clean, &[0.0, 0.3, 0.7]),
+        gradient(doubtful, &[0.0, 0.3, 0.7]),
     );
     assert!(found[0].is_nan());
     assert_eq!(found[1..], plain[1..]);
@@ -231,83 +175,66 @@ impl Function for Hidden {
 #[test]
 fn check_and_trace_find_an_infinity_that_a_zero_hides() {
     for hidden in [Hidden::Rule, Hidden::Rollout(Rollout::new(Twice, 1))] {
-        assert_eq!(gradient(&hidden, &[0.0]), [0.0]);
+        assert_eq!(gradient(|x| hidden.eval(x), &[0.0]), [0.0]);
         let report = check_gradient(&hidden, &[0.0], &Options::default());
         assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-        let found = first_non_finite(&[0.0], |x| vec![hidden.eval(x)]).expect("1 / 0");
+        let found = first_non_finite(|x| vec![hidden.eval(x)], &[0.0]).expect("1 / 0");
         assert_eq!(found.operation, "recip", "{found}");
     }
 }
 
-/// Every function of one number, composed with every other.
-struct Chained(usize, usize);
-
-const FUNCTIONS: usize = 30;
-
-fn function<R: Real>(number: usize, x: R) -> R {
-    let one = R::one();
-    match number {
-        0 => x.recip(),
-        1 => one / x,
-        2 => x.sqrt(),
-        3 => x.rsqrt(),
-        4 => x.exp(),
-        5 => x.ln(),
-        6 => x.sin(),
-        7 => x.cos(),
-        8 => x.tan(),
-        9 => x.tanh(),
-        10 => x.atan(),
-        11 => x.powi(1),
-        12 => x.powi(2),
-        13 => x.powi(-3),
-        14 => x.powf(R::lit(1.5)),
-        15 => R::lit(2.0).powf(x),
-        16 => x.elementary(Elementary::Asin),
-        17 => x.elementary(Elementary::Acos),
-        18 => x.elementary(Elementary::Sinh),
-        19 => x.elementary(Elementary::Cosh),
-        20 => x.elementary(Elementary::Asinh),
-        21 => x.elementary(Elementary::Acosh),
-        22 => x.elementary(Elementary::Atanh),
-        23 => x.elementary(Elementary::ExpM1),
-        24 => x.elementary(Elementary::Ln1p),
-        25 => x.elementary(Elementary::Log2),
-        26 => x.elementary(Elementary::Cbrt),
-        27 => x.elementary(Elementary::Sigmoid),
-        28 => x.elementary(Elementary::Softplus),
-        _ => x.hypot(x * x),
-    }
-}
-
-impl Function for Chained {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        function(self.0, function(self.1, x[0]))
-    }
-}
+/// Functions of one number.
+const FUNCTIONS: [fn(Sym) -> Sym; 30] = [
+    |x| x.recip(),
+    |x| lit(1.0) / x,
+    |x| x.sqrt(),
+    |x| x.rsqrt(),
+    |x| x.exp(),
+    |x| x.ln(),
+    |x| x.sin(),
+    |x| x.cos(),
+    |x| x.tan(),
+    |x| x.tanh(),
+    |x| x.atan(),
+    |x| x.powi(1),
+    |x| x.powi(2),
+    |x| x.powi(-3),
+    |x| x.powf(Sym::lit(1.5)),
+    |x| Sym::lit(2.0).powf(x),
+    |x| x.asin(),
+    |x| x.acos(),
+    |x| x.sinh(),
+    |x| x.cosh(),
+    |x| x.asinh(),
+    |x| x.acosh(),
+    |x| x.atanh(),
+    |x| x.exp_m1(),
+    |x| x.ln_1p(),
+    |x| x.log2(),
+    |x| x.cbrt(),
+    |x| x.sigmoid(),
+    |x| x.softplus(),
+    |x| x.hypot(x * x),
+];
 
 /// Forward mode is the reference: where it gives NaN, no other mode gives a number; elsewhere the
-/// modes agree.
+/// modes agree. Every function is composed with every other.
 #[test]
 fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
     let points = [
         0.0, -0.0, 1.0, -1.0, 0.3, 2.0, 1000.0, -1000.0, 1e200, -1e200, 1e-200, 5e-324, INF, -INF,
         NAN,
     ];
-    for (outer, inner) in (0..FUNCTIONS * FUNCTIONS).map(|k| (k / FUNCTIONS, k % FUNCTIONS)) {
+    let count = FUNCTIONS.len();
+    for (outer, inner) in (0..count * count).map(|k| (k / count, k % count)) {
+        let chained = formula(1, |x| FUNCTIONS[outer](FUNCTIONS[inner](x[0])));
         for x in points {
-            let chained = Chained(outer, inner);
             let forward = forward_gradient(&chained, &[x])[0];
             for (mode, gradient) in gradients(&chained, &[x]) {
                 let slope = gradient[0];
                 // The partials are equal but are multiplied in another order.
                 let close = (slope - forward).abs() <= 4.0 * f64::EPSILON * forward.abs();
-                let same = slope == forward || close || slope.is_nan();
-                let same = if forward.is_nan() {
-                    slope.is_nan()
-                } else {
-                    same
-                };
+                let same = slope.is_nan() || !forward.is_nan() && (slope == forward || close);
                 assert!(
                     same,
                     "{outer} of {inner} at {x}: {slope} {mode}, {forward} forward"
@@ -319,6 +246,13 @@ fn no_mode_gives_a_number_where_forward_mode_gives_nan() {
 
 #[test]
 fn a_computed_zero_has_no_second_derivative_either() {
-    assert!(hessian(&Overflow::Reciprocals, &[0.0_f64])[0][0].is_nan());
-    assert!(hessian(&Still::Square, &[0.0_f64])[0][0].is_nan());
+    assert!(hessian(|x| x[0].recip().recip(), &[0.0_f64])[0][0].is_nan());
+    let square_of_root = hessian(
+        |x| {
+            let root = (x[0] * x[0]).sqrt();
+            root * root
+        },
+        &[0.0_f64],
+    );
+    assert!(square_of_root[0][0].is_nan());
 }

@@ -1,16 +1,15 @@
-//! Controls: parameters with values of their own in every step.
+//! Controls: parameters with one value per step.
 
 use crate::common::assert_refused;
 use crate::net::taken_from;
 use autodiff::{
     Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
-    gradient_of,
 };
 
 const MASSES: usize = 5;
 const STEPS: usize = 23;
 
-/// A mass on a spring, pushed by a force of its own and by the wind, which is the same for all.
+/// A mass on a spring, pushed by its own force and by a wind that all masses share.
 #[derive(Clone, Copy)]
 struct Pushed;
 
@@ -50,7 +49,7 @@ fn point(k: usize) -> Vec<f64> {
     (0..LENGTHS.iter().sum()).map(wave).collect()
 }
 
-/// Squares of the states after some steps, of which one is not the last.
+/// The squares of the state in the middle and at the end.
 #[derive(Clone, Copy, Default)]
 struct Squares(Memory);
 
@@ -92,8 +91,8 @@ fn in_scalars<R: Real>(x: &[R]) -> R {
 #[test]
 fn gradients_are_those_of_scalars_and_of_duals() {
     let x = point(0);
-    let by_rollout = gradient(&Squares::default(), &x);
-    let by_tape = gradient_of(in_scalars::<Var<f64>>, &x);
+    let by_rollout = gradient(|x| Squares::default().eval(x), &x);
+    let by_tape = gradient(in_scalars::<Var<f64>>, &x);
     for i in 0..x.len() {
         let lifted = |(k, &x): (usize, &f64)| Dual::<f64, 1> {
             value: x,
@@ -112,12 +111,15 @@ fn gradients_are_those_of_scalars_and_of_duals() {
 fn little_memory_gives_the_same_bits() {
     let x = point(1);
     let few = Squares(Memory::States(16));
-    assert_eq!(gradient(&few, &x), gradient(&Squares::default(), &x));
+    assert_eq!(
+        gradient(|x| few.eval(x), &x),
+        gradient(|x| Squares::default().eval(x), &x)
+    );
 }
 
-/// Each start with controls of its own, and all with the same.
+/// With controls per start, and with shared controls.
 #[test]
-fn starts_together_are_as_each_alone() {
+fn a_batch_of_starts_equals_single_runs() {
     for count in [1, 2, 3, 8, 11] {
         let points: Vec<Vec<f64>> = (0..count).map(point).collect();
         let alone = |own: bool| {
@@ -129,7 +131,7 @@ fn starts_together_are_as_each_alone() {
                     &controls.map(shared).collect::<Vec<_>>(),
                 ]
                 .concat();
-                gradient(&Squares::default(), &x)
+                gradient(|x| Squares::default().eval(x), &x)
             };
             points.iter().map(gradient_at).collect::<Vec<_>>()
         };
@@ -148,7 +150,7 @@ fn starts_together_are_as_each_alone() {
                 let squares: Vec<Var<f64>> = seen.iter().map(|seen| Var::dot(seen, seen)).collect();
                 Var::sum_of(&squares)
             };
-            gradient_of(of_all, &points.concat())
+            gradient(of_all, &points.concat())
         };
         assert_eq!(together(true), alone(true).concat(), "{count}");
         let (together, alone) = (together(false), alone(false));
@@ -169,13 +171,13 @@ fn starts_together_are_as_each_alone() {
 #[test]
 fn controls_may_be_constants() {
     let x = point(2);
-    let all = gradient(&Squares::default(), &x);
+    let all = gradient(|x| Squares::default().eval(x), &x);
     let [start, rest] = [&x[..2 * MASSES], &x[2 * MASSES..]];
     let of_start = |start: &[Var<f64>]| {
         let rest: Vec<Var<f64>> = rest.iter().map(|&x| Var::constant(x)).collect();
         Squares::default().eval(&[start, &rest[..]].concat())
     };
-    assert_eq!(gradient_of(of_start, start), all[..2 * MASSES]);
+    assert_eq!(gradient(of_start, start), all[..2 * MASSES]);
 }
 
 #[test]

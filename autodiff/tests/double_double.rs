@@ -1,6 +1,6 @@
 //! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
 
-use crate::common::{differences, forward_gradient, largest_difference, rows};
+use crate::common::{Formula, differences, formula, forward_gradient, largest_difference, rows};
 use crate::net::Loss;
 use autodiff::{DoubleDouble, Dual, Function, Real, gradient, hessian};
 use num_traits::FromPrimitive;
@@ -148,13 +148,11 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
 }
 
 /// Every elementary function, on a scale on which no term dominates.
-struct Mixed;
-
-impl Function for Mixed {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
+fn mixed() -> Formula {
+    formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0].cos();
         wave * x[1].tanh() + x[2].powf(x[1]) + x[0].hypot(x[2]).ln() + x[0].atan2(x[2]).powi(3)
-    }
+    })
 }
 
 fn wide(x: &[f64]) -> Vec<DoubleDouble> {
@@ -163,15 +161,15 @@ fn wide(x: &[f64]) -> Vec<DoubleDouble> {
 
 #[test]
 fn derivatives_are_as_precise_as_the_number_inside() {
-    let x = [0.7, 1.3, 2.1];
-    let exact = gradient(&Mixed, &wide(&x));
-    let forward = forward_gradient(&Mixed, &wide(&x));
+    let (mixed, x) = (mixed(), [0.7, 1.3, 2.1]);
+    let exact = gradient(|x| mixed.eval(x), &wide(&x));
+    let forward = forward_gradient(&mixed, &wide(&x));
     // Some twenty operations of 1e-31 to 1e-30 each, in two orders.
     assert!(largest_difference(&forward, &exact) < 1e-29);
 
     // Truncation h^2 / 6 times a third derivative of some 10, rounding 1e-31 / h.
     for i in 0..3 {
-        let slope = differences(|x| vec![Mixed.eval(x)], &wide(&x), i, 1e-10)[0];
+        let slope = differences(|x| vec![mixed.eval(x)], &wide(&x), i, 1e-10)[0];
         assert!(
             (slope - exact[i]).to_f64().abs() < 1e-18,
             "{i}: {slope:?}, {:?}",
@@ -180,9 +178,9 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     }
 
     // Twenty operations of f64: 20 * 1e-16 times a condition of order one.
-    assert!(largest_difference(&wide(&gradient(&Mixed, &x)), &exact) < 1e-14);
-    let rows = hessian(&Mixed, &wide(&x)).into_vec();
-    assert!(largest_difference(&wide(&hessian(&Mixed, &x).into_vec()), &rows) < 1e-13);
+    assert!(largest_difference(&wide(&gradient(|x| mixed.eval(x), &x)), &exact) < 1e-14);
+    let rows = hessian(|x| mixed.eval(x), &wide(&x)).into_vec();
+    assert!(largest_difference(&wide(&hessian(|x| mixed.eval(x), &x).into_vec()), &rows) < 1e-13);
     // The two halves of a Hessian are computed apart.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(largest_difference(&transposed, &rows) < 1e-29);
@@ -195,8 +193,8 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let exact = loss.eval(&wide(&x));
     // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
     assert!(largest_difference(&[DoubleDouble::from(loss.eval(&x))], &[exact]) < 1e-13);
-    let slopes = gradient(&loss, &wide(&x));
-    assert!(largest_difference(&wide(&gradient(&loss, &x)), &slopes) < 1e-12);
+    let slopes = gradient(|x| loss.eval(x), &wide(&x));
+    assert!(largest_difference(&wide(&gradient(|x| loss.eval(x), &x)), &slopes) < 1e-12);
 
     // The same sweep against forward mode, in digits that f64 does not have.
     let dual = |(i, &x)| Dual::<DoubleDouble, 1> {
@@ -233,7 +231,7 @@ fn a_sum_keeps_what_is_small() {
     assert_eq!(sum, small);
 }
 
-/// Two parts that are finite may be too much together, and nothing is left then.
+/// The sum of two finite parts may overflow.
 #[test]
 fn a_number_beyond_the_largest_is_infinite() {
     // A quarter of the distance of the last two floats; half of it rounds up.

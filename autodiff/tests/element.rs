@@ -4,12 +4,12 @@
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{DoubleDouble, Dual, Element, Function, Real, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
-/// Both traits have methods of the same names: this is the only place that sees both.
+/// Both traits have methods of the same names. Only this module sees both traits.
 mod table {
     use ::nalgebra::ComplexField as C;
     use num_traits::Float as F;
@@ -200,28 +200,23 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     );
 }
 
-/// An algorithm decides alike of a number and of a variable that has its value.
+/// An algorithm decides alike for a number and for a variable of the same value.
 #[test]
 fn zero_is_what_has_the_value_zero() {
     use num_traits::Zero;
-    struct Decides;
-    impl Function for Decides {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            assert_eq!(
-                x.iter().map(|&x| Element(x).is_zero()).collect::<Vec<_>>(),
-                [true, true, false]
-            );
-            x[0]
-        }
+    fn decides<R: Real>(x: &[R]) -> R {
+        let zeros: Vec<bool> = x.iter().map(|&x| Element(x).is_zero()).collect();
+        assert_eq!(zeros, [true, true, false]);
+        x[0]
     }
     let x = [0.0, -0.0, 1e-300];
-    assert_eq!(gradient(&Decides, &x), [1.0, 0.0, 0.0]);
-    assert_eq!(hessian(&Decides, &x), [[0.0; 3]; 3]);
+    assert_eq!(gradient(decides, &x), [1.0, 0.0, 0.0]);
+    assert_eq!(hessian(decides, &x), [[0.0; 3]; 3]);
     let moving = x.map(|x| Dual::variable(x, 0));
-    assert_eq!(Decides.eval::<Dual<f64, 1>>(&moving).tangent, [1.0]);
+    assert_eq!(decides::<Dual<f64, 1>>(&moving).tangent, [1.0]);
 }
 
-/// Newton's method for a cubic root, by someone who knows floats alone.
+/// Newton's method for a cubic root, in code over floats.
 fn cubic_root<T: Float>(x: T) -> T {
     let three = T::from(3.0).expect("a small number");
     let mut root = x.max(T::one());
@@ -233,20 +228,17 @@ fn cubic_root<T: Float>(x: T) -> T {
 
 #[test]
 fn generic_float_code_is_differentiated() {
-    struct Root;
-    impl Function for Root {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            cubic_root(Element(x[0])).0
-        }
+    fn root<R: Real>(x: &[R]) -> R {
+        cubic_root(Element(x[0])).0
     }
     // Newton's last update is exact in its first derivative: by the rounding that is left. Its
     // second derivative is that of one quadratic step.
     let x: f64 = 8.0;
-    assert!(f64::abs(Root.eval(&[x]) - 2.0) < 1e-14);
-    assert!(f64::abs(gradient(&Root, &[x])[0] - 1.0 / 12.0) < 1e-12);
-    assert!(f64::abs(hessian(&Root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
-    let root = Root.eval(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
-    assert!(f64::abs(root.to_f64()) < 1e-30);
+    assert!(f64::abs(root(&[x]) - 2.0) < 1e-14);
+    assert!(f64::abs(gradient(root, &[x])[0] - 1.0 / 12.0) < 1e-12);
+    assert!(f64::abs(hessian(root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
+    let wide = root(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
+    assert!(f64::abs(wide.to_f64()) < 1e-30);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Traits of other crates: each method against the one that f64 has.
+//! Traits of other crates: each method against the method of f64.
 
 use std::fmt::Display;
 use std::iter::Sum;
@@ -53,7 +53,7 @@ fn of_float<T: Float>(x: T, y: T) -> Vec<T> {
 fn float_is_that_of_f64() {
     for (x, y) in POINTS {
         assert_same(of_float(Element(x), Element(y)), of_float(x, y));
-        // Deprecated, and asked for all the same.
+        // Deprecated, but still part of the trait.
         #[allow(deprecated)]
         let differences = [Float::abs_sub(Element(x), Element(y)).0, x.abs_sub(y)];
         assert_eq!(differences[0], differences[1]);

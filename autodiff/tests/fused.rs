@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::common::{assert_close, assert_gradient, gradients};
+use crate::common::{Sym, assert_close, assert_gradient, formula, gradients, hessian_rows};
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::{dense, dense_batch};
 use autodiff::implicit::{Residual, root};
-use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient_of, hessian};
+use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient};
 
 /// The same sums in another order: a few roundings of terms of order 1.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -17,37 +17,29 @@ fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
     for ((_, a), (_, b)) in gradients(a, x).iter().zip(gradients(b, x)) {
         assert_close(a, &b, ROUNDING);
     }
-    for (a, b) in hessian(a, x).iter().zip(hessian(b, x).iter()) {
-        assert_close(a, b, ROUNDING);
+    for (a, b) in hessian_rows(a, x).iter().zip(hessian_rows(b, x)) {
+        assert_close(a, &b, ROUNDING);
     }
 }
 
 const POINT: [f64; 4] = [0.3, -1.2, 0.7, 2.0];
 
-/// `tanh(x . (x, constants))` and a sum, through the fused operations or written out.
-struct Slices {
-    fused: bool,
-}
-
-impl Function for Slices {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        // A variable twice, constants among variables, a constant zero.
-        let other = [x[1], R::lit(0.5), x[1], R::zero()];
-        let (dot, sum) = if self.fused {
-            (R::dot(x, &other), R::sum_of(&other))
-        } else {
-            let terms = x.iter().zip(&other).map(|(&a, &b)| a * b);
-            let dot = terms.fold(R::zero(), |sum, term| sum + term);
-            (dot, other.iter().fold(R::zero(), |sum, &term| sum + term))
-        };
-        dot.tanh() * sum
-    }
-}
-
+/// `tanh(x . (x, constants))` and a sum: a variable twice, constants among variables, a constant zero.
 #[test]
-fn dot_and_sum_are_what_they_stand_for() {
-    let (fused, plain) = (Slices { fused: true }, Slices { fused: false });
-    assert_same_derivatives(&fused, &plain, &POINT);
+fn dot_and_sum_equal_their_written_out_forms() {
+    let of = |fused: bool| {
+        formula(4, |x| {
+            let other = [x[1], Sym::lit(0.5), x[1], Sym::lit(0.0)];
+            let (dot, sum) = if fused {
+                (Sym::dot(x, &other), Sym::sum_of(&other))
+            } else {
+                let terms = x.iter().zip(&other).map(|(&a, &b)| a * b);
+                (terms.sum(), other.iter().sum())
+            };
+            dot.tanh() * sum
+        })
+    };
+    assert_same_derivatives(&of(true), &of(false), &POINT);
 }
 
 #[test]
@@ -109,40 +101,41 @@ impl Fused for MatVec {
     }
 }
 
-/// `sum_i sin((M x)_i)`, matrix and vector out of the variables, or the matrix constant.
+/// `sin(y_1) y_2` for `y = M x`, with matrix and vector made of the variables or the matrix constant. The first
+/// output is unused; it must not hide the entry of the other outputs.
 struct Network {
-    fused: bool,
     constant_matrix: bool,
+}
+
+impl Network {
+    fn matrix<R: Real>(&self, x: &[R]) -> [R; 6] {
+        let m = [x[0], x[1] * x[2], R::lit(2.0), x[3], R::one(), x[0]];
+        if self.constant_matrix {
+            m.map(R::detach)
+        } else {
+            m
+        }
+    }
 }
 
 impl Function for Network {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let mut m = [x[0], x[1] * x[2], R::lit(2.0), x[3], R::one(), x[0]];
-        if self.constant_matrix {
-            m = m.map(R::detach);
-        }
-        let x = &x[1..3];
-        let product = if self.fused {
-            let reversed = Arc::new(AtomicUsize::new(0));
-            R::fused(MatVec { reversed }, &[&m, x])
-        } else {
-            m.chunks_exact(2)
-                .map(|row| row[0] * x[0] + row[1] * x[1])
-                .collect()
-        };
-        // The first output is left unused: it must not hide the others' entry.
+        let reversed = Arc::new(AtomicUsize::new(0));
+        let product = R::fused(MatVec { reversed }, &[&self.matrix(x), &x[1..3]]);
         product[1].sin() * product[2]
     }
 }
 
 #[test]
-fn a_fused_function_is_what_it_stands_for() {
+fn a_fused_function_equals_its_written_out_form() {
     for constant_matrix in [false, true] {
-        let network = |fused| Network {
-            fused,
-            constant_matrix,
-        };
-        assert_same_derivatives(&network(true), &network(false), &POINT);
+        let network = Network { constant_matrix };
+        let plain = formula(4, |x| {
+            let m = network.matrix(x);
+            let row = |i: usize| m[2 * i] * x[1] + m[2 * i + 1] * x[2];
+            row(1).sin() * row(2)
+        });
+        assert_same_derivatives(&network, &plain, &POINT);
     }
 }
 
@@ -163,7 +156,7 @@ fn a_fused_entry_without_cotangent_is_not_reversed() {
     assert_eq!(reversed.load(Ordering::Relaxed), 1);
 }
 
-/// A thread keeps the memory of its last tape, and nothing that a function on it owns.
+/// A thread keeps the memory of its last tape, but nothing that a function on the tape owns.
 #[test]
 fn what_a_function_owns_is_given_back() {
     let reversed = Arc::new(AtomicUsize::new(0));
@@ -173,11 +166,11 @@ fn what_a_function_owns_is_given_back() {
         };
         Var::fused(function, &[&x[..1], &x[1..]])[0]
     };
-    assert_eq!(gradient_of(product, &[2.0, 3.0]), [3.0, 2.0]);
+    assert_eq!(gradient(product, &[2.0, 3.0]), [3.0, 2.0]);
     assert_eq!(Arc::strong_count(&reversed), 1);
 }
 
-/// The identity, whose cotangent is bounded on the way back.
+/// The identity, with a bound on its cotangent.
 struct Bounded(f64);
 
 impl Fused for Bounded {
@@ -202,7 +195,7 @@ impl Fused for Bounded {
 #[test]
 fn a_reverse_rule_may_bound_the_cotangent() {
     let through = |bound| {
-        gradient_of(
+        gradient(
             |x| {
                 let y = Var::fused(Bounded(bound), &[x]);
                 Var::lit(3.0) * y[0] + Var::lit(4.0) * y[1]
@@ -229,26 +222,24 @@ impl Rule for LogSumExp {
     }
 }
 
-struct Softest {
-    rule: bool,
-}
+struct Softest;
 
 impl Function for Softest {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let scaled: Vec<R> = x.iter().map(|&x| x * R::lit(0.5)).collect();
-        let value = if self.rule {
-            apply(LogSumExp, &scaled)
-        } else {
-            LogSumExp.value(&scaled)
-        };
+        let value = apply(LogSumExp, &scaled);
         value * value
     }
 }
 
 #[test]
 fn a_rule_gives_all_modes_and_their_nestings() {
-    let (rule, plain) = (Softest { rule: true }, Softest { rule: false });
-    assert_same_derivatives(&rule, &plain, &POINT);
+    let plain = formula(4, |x| {
+        let scaled: Vec<Sym> = x.iter().map(|&x| x * Sym::lit(0.5)).collect();
+        let value = LogSumExp.value(&scaled);
+        value * value
+    });
+    assert_same_derivatives(&Softest, &plain, &POINT);
     let mut tape = Tape::new();
     tape.record(&POINT, |x| apply(LogSumExp, x));
     assert_eq!(tape.len(), POINT.len() + 1, "a rule is one entry");
@@ -276,40 +267,36 @@ fn a_rule_meets_zero_cotangents_as_functions_do() {
     assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
 }
 
-/// Two layers of a network on `x`, with weights that depend on it too; fused or written out.
-struct Layers {
-    fused: bool,
+/// Weights, numbers and biases to the results of a layer.
+type Layer<R> = fn(&[R], &[R], &[R]) -> Vec<R>;
+
+/// Two layers of a network on `x`, with weights that depend on it too.
+fn layers<R: Real>(x: &[R], layer: Layer<R>) -> R {
+    let constants: Vec<R> = (0..8).map(|k| R::lit(0.3 * f64::from(k) - 1.0)).collect();
+    let hidden = layer(&constants, x, &[x[0], R::lit(0.2)]);
+    let hidden: Vec<R> = hidden.into_iter().map(R::tanh).collect();
+    let out = layer(&[x[1], x[2], x[1], R::one()], &hidden, &[R::zero(), x[3]]);
+    out[0] * out[1]
 }
 
-impl Layers {
-    fn layer<R: Real>(&self, weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
-        if self.fused {
-            return dense(weights, x, biases);
-        }
-        let row = |(row, &bias): (&[R], &R)| {
-            row.iter()
-                .zip(x)
-                .fold(R::zero(), |sum, (&w, &x)| sum + w * x)
-                + bias
-        };
-        weights.chunks_exact(x.len()).zip(biases).map(row).collect()
-    }
-}
+struct Layers;
 
 impl Function for Layers {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let constants: Vec<R> = (0..8).map(|k| R::lit(0.3 * f64::from(k) - 1.0)).collect();
-        let hidden = self.layer(&constants, x, &[x[0], R::lit(0.2)]);
-        let hidden: Vec<R> = hidden.into_iter().map(R::tanh).collect();
-        let out = self.layer(&[x[1], x[2], x[1], R::one()], &hidden, &[R::zero(), x[3]]);
-        out[0] * out[1]
+        layers(x, dense)
     }
 }
 
 #[test]
-fn a_dense_layer_is_what_it_stands_for() {
-    let (fused, plain) = (Layers { fused: true }, Layers { fused: false });
-    assert_same_derivatives(&fused, &plain, &POINT);
+fn a_dense_layer_equals_its_written_out_form() {
+    let written_out: Layer<Sym> = |weights, x, biases| {
+        let row = |(row, &bias): (&[Sym], &Sym)| {
+            row.iter().zip(x).map(|(&w, &x)| w * x).sum::<Sym>() + bias
+        };
+        weights.chunks_exact(x.len()).zip(biases).map(row).collect()
+    };
+    let plain = formula(4, |x| layers(x, written_out));
+    assert_same_derivatives(&Layers, &plain, &POINT);
     assert_eq!(dense::<f64>(&[], &[], &[2.0, 3.0]), [2.0, 3.0]);
 }
 
@@ -381,35 +368,30 @@ fn constants_of_an_inner_tape_keep_their_outer_derivative() {
             };
             w[0] * y
         };
-        gradient_of(of, &[R::one()])[0]
+        gradient(of, &[R::one()])[0]
     }
     let y = Bisected.value(&[2.7]);
     let slope = Bisected.partials(&[2.7], y)[0];
     for rule in [true, false] {
         let dual = inner(Dual::<f64, 1>::variable(2.7, 0), rule);
-        let taped = gradient_of(|p| inner(p[0], rule), &[2.7])[0];
+        let taped = gradient(|p| inner(p[0], rule), &[2.7])[0];
         for by_p in [dual.tangent[0], taped] {
             assert!((by_p - slope).abs() < 1e-13, "{rule}: {by_p}, {slope}");
         }
     }
 }
 
-/// The sum of squares of a layer's results for some vectors, one by one or as a batch.
-struct Layer {
-    vectors: usize,
-    batch: bool,
+/// The sum of squares of a layer's results for a batch of vectors.
+struct Batch(usize);
+
+fn batch_parts<R>(x: &[R], vectors: usize) -> [&[R]; 3] {
+    [&x[..6], &x[6..8], &x[8..][..3 * vectors]]
 }
 
-impl Function for Layer {
+impl Function for Batch {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (weights, rest) = x.split_at(6);
-        let (biases, x) = rest.split_at(2);
-        let y = if self.batch {
-            dense_batch(weights, &x[..3 * self.vectors], biases)
-        } else {
-            let vectors = x[..3 * self.vectors].chunks_exact(3);
-            vectors.flat_map(|x| dense(weights, x, biases)).collect()
-        };
+        let [weights, biases, x] = batch_parts(x, self.0);
+        let y = dense_batch(weights, x, biases);
         R::dot(&y, &y)
     }
 }
@@ -418,14 +400,20 @@ impl Function for Layer {
 fn a_batch_is_its_vectors_one_by_one() {
     let x: Vec<f64> = (0..8 + 3 * 9).map(|i| (0.7 * f64::from(i)).sin()).collect();
     for vectors in [0, 1, 3, 9] {
-        let [batch, single] = [true, false].map(|batch| Layer { vectors, batch });
-        assert_same_derivatives(&batch, &single, &x);
+        let single = formula(x.len(), |x| {
+            let [weights, biases, x] = batch_parts(x, vectors);
+            let row = |x: &[Sym], row: usize| Sym::dot(&weights[3 * row..][..3], x) + biases[row];
+            let y = x.chunks_exact(3).flat_map(|x| [0, 1].map(|i| row(x, i)));
+            let y: Vec<Sym> = y.collect();
+            Sym::dot(&y, &y)
+        });
+        assert_same_derivatives(&Batch(vectors), &single, &x);
     }
 }
 
 #[test]
 fn an_infinite_number_of_a_batch_meets_no_zero_cotangent() {
-    let by_weights = gradient_of(
+    let by_weights = gradient(
         |weights| {
             let mut x = [Var::lit(1.0); 8];
             x[0] = Var::lit(f64::INFINITY);

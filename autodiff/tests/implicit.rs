@@ -1,84 +1,127 @@
 //! Roots differentiated through their equations, against the iterations and differences.
 
-use crate::common::{assert_close, differences, gradients};
+use crate::common::{Sym, assert_close, differences, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
-    DoubleDouble, Dual, Function, Real, Tape, Var, VectorFunction, gradient, hessian, jacobian, vjp,
+    DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian_vector, jacobian,
+    jacobian_reverse,
 };
 
-/// Three coupled equations that lean on their diagonal, with two parameters.
+/// Three coupled equations that lean on their diagonal. They are algebraic, because each mode compiles them.
 #[derive(Clone)]
 struct Coupled;
 
 impl Residual for Coupled {
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let lit = R::lit;
         vec![
-            R::lit(4.0) * x[0] + (x[1] * p[0]).sin() - p[1],
+            lit(4.0) * x[0] + x[1] * p[0] / (lit(1.0) + x[1] * x[1]) - p[1],
             // The largest entries of the Jacobian lie off the diagonal: rows must be exchanged.
-            x[2] * R::lit(5.0) + x[0] * x[0] - p[0] * p[1],
-            x[1] * R::lit(3.0) + x[1].powi(3) + x[2] * p[1] - p[0].exp(),
+            x[2] * lit(5.0) + x[0] * x[0] - p[0] * p[1],
+            x[1] * lit(3.0) + x[1] * x[1] * x[1] + x[2] * p[1] - lit(1.5) - p[0] * p[0],
         ]
     }
 }
 
-/// The root, solved by a contraction in the numbers of `p` themselves.
-fn iterated<R: Real>(p: &[R]) -> Vec<R> {
-    let mut x = vec![R::zero(); 3];
-    for _ in 0..200 {
-        let f = Coupled.eval(&x, p);
-        x[0] -= R::lit(0.25) * f[0];
-        x[2] -= R::lit(0.2) * f[1];
-        x[1] -= R::lit(0.125) * f[2];
+/// Equations of an unknown and its neighbours in a ring.
+#[derive(Clone)]
+struct Ring(usize);
+
+impl Residual for Ring {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let entry = |i: usize| {
+            let (before, after) = (x[(i + self.0 - 1) % self.0], x[(i + 1) % self.0]);
+            let pull = p[0] * after / (R::one() + after * after);
+            R::lit(4.0) * x[i] + pull - p[1] * before - R::lit(i as f64)
+        };
+        (0..self.0).map(entry).collect()
     }
-    x
 }
 
-/// By the equations, or through all iterations.
-#[derive(Clone, Copy)]
-struct Solution {
+/// The root of some equations, by the equations or by a contraction in the numbers of `p` themselves.
+#[derive(Clone)]
+struct Solution<F> {
+    equations: F,
+    /// For each equation, the unknown that it moves, and by how much.
+    contraction: Vec<(usize, f64)>,
     implicit: bool,
 }
 
-impl VectorFunction for Solution {
-    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
+impl<F: Residual> Solution<F> {
+    fn both(equations: F, contraction: &[(usize, f64)]) -> [Self; 2] {
+        [true, false].map(|implicit| Self {
+            equations: equations.clone(),
+            contraction: contraction.to_vec(),
+            implicit,
+        })
+    }
+
+    fn iterated<R: Real>(&self, p: &[R]) -> Vec<R> {
+        let mut x = vec![R::zero(); self.contraction.len()];
+        for _ in 0..200 {
+            let residual = self.equations.eval(&x, p);
+            for (&(place, by), f) in self.contraction.iter().zip(residual) {
+                x[place] -= R::lit(by) * f;
+            }
+        }
+        x
+    }
+
+    fn unknowns<R: Real>(&self, p: &[R]) -> Vec<R> {
         if !self.implicit {
-            return iterated(p);
+            return self.iterated(p);
         }
         let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        root(Coupled, &iterated(&held), p).expect("a regular root")
+        root(self.equations.clone(), &self.iterated(&held), p).expect("a regular root")
     }
 }
 
 /// A scalar of the root and the parameters.
-impl Function for Solution {
+impl Function for Solution<Coupled> {
     fn eval<R: Real>(&self, p: &[R]) -> R {
-        let x = VectorFunction::eval(self, p);
-        (x[0] * x[1]).exp() + x[2] * p[0]
+        let x = self.unknowns(p);
+        x[0] * x[0] * x[1] + x[2] * p[0]
     }
 }
 
+/// The solution of [`Coupled`], implicit and unrolled.
+fn both() -> [Solution<Coupled>; 2] {
+    Solution::both(Coupled, &[(0, 0.25), (2, 0.2), (1, 0.125)])
+}
+
 const POINT: [f64; 2] = [0.6, 1.1];
-const IMPLICIT: Solution = Solution { implicit: true };
-const UNROLLED: Solution = Solution { implicit: false };
 
 /// Rounding of some fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
+fn assert_same_jacobians<F: Residual>([implicit, unrolled]: [Solution<F>; 2], tolerance: f64) {
+    let expected = jacobian(|p| unrolled.unknowns(p), &POINT).into_vec();
+    let forward = jacobian(|p| implicit.unknowns(p), &POINT).into_vec();
+    assert_close(&forward, &expected, tolerance);
+    let reverse = jacobian_reverse(|p| implicit.unknowns(p), &POINT).into_vec();
+    assert_close(&reverse, &expected, tolerance);
+}
+
+/// By forward and by reverse mode. The Jacobian by the unknowns takes several passes where there are many, of
+/// which the last is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
-    let unrolled = jacobian(&UNROLLED, &POINT).into_vec();
-    assert_close(&jacobian(&IMPLICIT, &POINT).into_vec(), &unrolled, ROUNDING);
-    let weights = [0.3, -1.0, 2.0];
-    let (_, p_bar) = vjp(&IMPLICIT, &POINT, &weights);
-    assert_close(&p_bar, &vjp(&UNROLLED, &POINT, &weights).1, ROUNDING);
+    assert_same_jacobians(both(), ROUNDING);
+    for n in [1, 4, 5, 8, 11] {
+        let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
+        // Sums of as many terms.
+        let tolerance = n as f64 * ROUNDING;
+        assert_same_jacobians(Solution::both(Ring(n), &contraction), tolerance);
+    }
 }
 
 #[test]
 fn gradients_agree_with_differences_in_every_mode_and_nesting() {
-    let value = |p: &[f64]| vec![Function::eval(&UNROLLED, p)];
+    let [implicit, unrolled] = both();
+    let value = |p: &[f64]| vec![unrolled.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
-    for (_, gradient) in gradients(&IMPLICIT, &POINT) {
+    for (_, gradient) in gradients(&implicit, &POINT) {
         // Truncation h^2 and rounding eps / h, 4e-11 each.
         assert_close(&gradient, &slopes, 1e-9);
     }
@@ -86,137 +129,76 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
 
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    let unrolled = hessian(&UNROLLED, &POINT).into_vec();
-    assert_close(&hessian(&IMPLICIT, &POINT).into_vec(), &unrolled, ROUNDING);
-
-    let third = |solution: &Solution| {
+    // Products with a direction, in duals along another: second and third derivatives.
+    let of = |solution: Solution<Coupled>| -> [Vec<f64>; 2] {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
-        let rows = hessian(solution, &p).into_vec();
-        rows.iter().map(|h| h.tangent[0]).collect::<Vec<f64>>()
+        let direction = [1.0, -0.5].map(Dual::constant);
+        let (_, product) = hessian_vector(|p| solution.eval(p), &p, &direction);
+        [
+            product.iter().map(|h| h.value).collect(),
+            product.iter().map(|h| h.tangent[0]).collect(),
+        ]
     };
-    assert_close(&third(&IMPLICIT), &third(&UNROLLED), 10.0 * ROUNDING);
-}
-
-/// So many equations, each of an unknown and its neighbours in a ring.
-#[derive(Clone, Copy)]
-struct Ring {
-    unknowns: usize,
-    implicit: bool,
-}
-
-impl Residual for Ring {
-    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        let n = self.unknowns;
-        let entry = |i: usize| {
-            let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
-            R::lit(4.0) * x[i] + p[0] * after.sin() - p[1] * before - R::lit(i as f64)
-        };
-        (0..n).map(entry).collect()
-    }
-}
-
-impl VectorFunction for Ring {
-    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
-        let iterated = |p: &[R]| {
-            (0..200).fold(vec![R::zero(); self.unknowns], |x, _| {
-                let f = Residual::eval(self, &x, p);
-                let moved = x.iter().zip(f).map(|(&x, f)| x - R::lit(0.25) * f);
-                moved.collect::<Vec<R>>()
-            })
-        };
-        if !self.implicit {
-            return iterated(p);
-        }
-        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        root(*self, &iterated(&held), p).expect("a regular root")
-    }
-}
-
-/// The Jacobian by the unknowns takes several passes, of which the last is not full.
-#[test]
-fn there_may_be_many_unknowns() {
-    for unknowns in [1, 4, 5, 8, 11] {
-        let [implicit, unrolled] = [true, false].map(|implicit| Ring { unknowns, implicit });
-        let weights: Vec<f64> = (0..unknowns).map(|i| (i as f64).cos()).collect();
-        let by_weights = |ring| vjp(&ring, &POINT, &weights).1;
-        // Sums of as many terms.
-        let tolerance = unknowns as f64 * ROUNDING;
-        assert_close(&by_weights(implicit), &by_weights(unrolled), tolerance);
-        let [implicit, unrolled] = [implicit, unrolled].map(|ring| jacobian(&ring, &POINT));
-        assert_close(implicit.as_slice(), unrolled.as_slice(), tolerance);
-    }
+    let [implicit, unrolled] = both().map(of);
+    assert_close(&implicit[0], &unrolled[0], ROUNDING);
+    assert_close(&implicit[1], &unrolled[1], 10.0 * ROUNDING);
 }
 
 #[test]
 fn wide_numbers_give_wide_derivatives() {
     let p = POINT.map(DoubleDouble::from);
+    let [implicit, unrolled] = both().map(|solution| {
+        let rows = jacobian(|p| solution.unknowns(p), &p).into_vec();
+        [gradient(|p| solution.eval(p), &p), rows].concat()
+    });
     // Rounding of double-doubles, as above.
-    assert_close(&gradient(&IMPLICIT, &p), &gradient(&UNROLLED, &p), 1e-29);
-    let [implicit, unrolled] = [IMPLICIT, UNROLLED].map(|solution| jacobian(&solution, &p));
-    assert_close(implicit.as_slice(), unrolled.as_slice(), 1e-29);
+    assert_close(&implicit, &unrolled, 1e-29);
 }
 
 #[test]
 fn the_tape_takes_the_root_as_one_entry() {
+    let [implicit, unrolled] = both();
     let mut tape = Tape::new();
-    let x = tape.record(&POINT, |p| VectorFunction::eval(&IMPLICIT, p));
+    let x = tape.record(&POINT, |p| implicit.unknowns(p));
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");
     let values: Vec<f64> = x.iter().map(|x| x.value()).collect();
-    assert_eq!(values, iterated(&POINT));
+    assert_eq!(values, unrolled.unknowns(&POINT));
     // Parameters that are constants pass nothing and record nothing.
     let constant = [Var::constant(1.0); 2];
-    assert!(VectorFunction::eval(&IMPLICIT, &constant)[0].is_constant());
+    assert!(implicit.unknowns(&constant)[0].is_constant());
 }
 
 #[test]
 fn a_singular_root_is_an_error() {
-    #[derive(Clone)]
-    struct Double;
-    impl Residual for Double {
-        fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-            vec![x[0] - p[0], (x[1] - x[0]) * (x[1] - p[0])]
-        }
-    }
-    let error = root(Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
+    let double = formulas(3, |x| vec![x[0] - x[2], (x[1] - x[0]) * (x[1] - x[2])]);
+    let error = root(double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
     assert_eq!(error, NoRoot::Singular { unknown: 1 });
     assert!(error.to_string().contains("unknown 1 depends"), "{error}");
 }
 
-/// Two equations in units of their own, two unknowns too.
-#[derive(Clone)]
-struct InUnits([f64; 2], [f64; 2]);
-
-impl Residual for InUnits {
-    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        let [[e, f], [a, b]] = [self.0, self.1].map(|units| units.map(R::lit));
-        let (x, y) = (a * x[0], b * x[1]);
-        vec![e * (x + y - p[0]), f * (x - y)]
-    }
-}
-
 #[test]
-fn neither_units_of_equations_nor_of_unknowns_make_a_root_singular() {
+fn units_of_equations_and_unknowns_do_not_make_a_root_singular() {
     for size in [1e-200, 1e-16, 1.0, 1e16, 1e200] {
-        for (equations, unknowns) in [([1.0, size], [1.0; 2]), ([1.0; 2], [1.0, size])] {
-            let residual = InUnits(equations, unknowns);
+        for ([e, f], [a, b]) in [([1.0, size], [1.0; 2]), ([1.0; 2], [1.0, size])] {
+            let in_units = formulas(3, |all| {
+                let [e, f, a, b] = [e, f, a, b].map(Sym::lit);
+                let (x, y) = (a * all[0], b * all[1]);
+                vec![e * (x + y - all[2]), f * (x - y)]
+            });
             let p = [Dual::<f64, 1>::variable(2.0, 0)];
-            let x = [1.0, 1.0 / unknowns[1]].map(Dual::constant);
-            let root = root(residual, &x, &p).expect("half of it each");
-            let slope = [root[0].tangent[0], root[1].tangent[0] * unknowns[1]];
+            let x = [1.0, 1.0 / b].map(Dual::constant);
+            let root = root(in_units, &x, &p).expect("half of it each");
+            let slope = [root[0].tangent[0], root[1].tangent[0] * b];
             assert_close(&slope, &[0.5, 0.5], ROUNDING);
         }
     }
     // Nearly the same equation twice stays singular in any units.
-    #[derive(Clone)]
-    struct Twice(f64);
-    impl Residual for Twice {
-        fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-            let sum = R::lit(0.1) * x[0] + R::lit(0.3) * x[1] - p[0];
-            vec![sum, R::lit(self.0) * sum]
-        }
-    }
     for size in [1e-200, 0.7, 1e200] {
-        let error = root(Twice(size), &[1.0, 1.0], &[0.4]).expect_err("one equation");
+        let twice = formulas(3, |x| {
+            let sum = Sym::lit(0.1) * x[0] + Sym::lit(0.3) * x[1] - x[2];
+            vec![sum, Sym::lit(size) * sum]
+        });
+        let error = root(twice, &[1.0, 1.0], &[0.4]).expect_err("one equation");
         assert_eq!(error, NoRoot::Singular { unknown: 1 });
     }
 }
@@ -229,7 +211,7 @@ fn a_point_that_is_no_root_is_refused() {
     assert!(at([0.8 + 1e-6, 0.6]).is_ok());
     let error = at([0.8, 0.6 + 1e-4]).expect_err("a tenth of a thousandth away");
     assert!(matches!(error, NoRoot::Far { unknown: 1, .. }), "{error}");
-    assert!(error.to_string().contains("no root"), "{error}");
+    assert!(error.to_string().contains("not a root"), "{error}");
     assert!(root_within(Turned, &[0.8, 0.6 + 1e-4], &[0.5], 1e-3).is_ok());
     assert!(at([f64::NAN, 0.6]).is_err());
     // Singles have fewer digits.

@@ -1,9 +1,9 @@
-//! Where the arrays of a step lie, and what is refused because it would lie nowhere.
+//! Where the arrays of a step lie, and which sizes are refused.
 
 use crate::common::{assert_refused, panic_message};
 use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
-/// Lanes that are set out are written whole: what is declared next begins behind them.
+/// Spread lanes are written whole. The next array begins behind them.
 #[derive(Clone)]
 struct SetOutBefore;
 
@@ -21,6 +21,7 @@ impl Model for SetOutBefore {
 struct Halve;
 
 impl Kernel<1, 1> for Halve {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [R::lit(0.5) * x]
     }
@@ -63,7 +64,7 @@ impl Model for Many {
     }
 }
 
-/// A rollout may take over the memory of the thread's last one, whatever that has left there.
+/// A rollout may reuse the memory of the thread's last rollout. This fills it with NaN.
 fn leave_nan() {
     Tape::new().record(&[f64::NAN; 1 << 12], |x| {
         Rollout::new(Many, 3).run(x, &[]);
@@ -94,7 +95,7 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
     }
 }
 
-/// Half the second differences along a chain, whose nodes are the state and fill no register.
+/// Half the second differences along a chain whose nodes fill no register.
 #[derive(Clone)]
 struct Chain;
 
@@ -107,9 +108,9 @@ impl Model for Chain {
     }
 }
 
-/// Registers of edges reach past the nodes: into the step's results, and what was left behind them.
+/// Registers of edges reach past the nodes, into the results of the step and into old memory.
 #[test]
-fn what_lies_behind_the_nodes_of_edges_does_not_matter() {
+fn numbers_behind_the_nodes_do_not_matter() {
     const TWICE: [f64; 5] = [0.25, -1.0, 1.5, -1.0, 0.25];
     for count in 1..=16 {
         leave_nan();
@@ -140,7 +141,7 @@ impl Model for Huge {
     }
 }
 
-/// A matrix whose size is a multiple of what a `usize` counts to.
+/// A matrix whose size overflows a `usize` to 0.
 #[derive(Clone)]
 struct HugeMatrix;
 
@@ -152,7 +153,7 @@ impl Model for HugeMatrix {
     }
 }
 
-/// A state beside inputs of no memory's length.
+/// A state, and more inputs than any memory holds.
 #[derive(Clone)]
 struct ManyInputs;
 

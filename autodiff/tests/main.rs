@@ -40,7 +40,6 @@ mod recorded;
 mod rollout;
 mod rounding;
 mod rules;
-mod second_kinks;
 mod sparse;
 mod trace;
 mod weighted;

@@ -1,4 +1,4 @@
-//! The price of a rollout's memory budget: how often a step is done again, counted exactly.
+//! The cost of a rollout's memory budget: counts how often steps are repeated.
 
 use std::cell::Cell;
 use std::panic::catch_unwind;
@@ -18,24 +18,26 @@ thread_local! {
 struct Widen;
 
 impl Kernel<1, 3> for Widen {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 3] {
-        // The reverse sweep evaluates duals, once a step whatever the budget.
+        // The reverse sweep evaluates duals, once per step for every budget.
         if !std::any::type_name::<R>().contains("Dual") {
             EVALUATIONS.set(EVALUATIONS.get() + 1);
         }
-        [x.sin(), x * x, x]
+        [x / (R::one() + x * x), x * x, x]
     }
 }
 
 struct Join;
 
 impl Kernel<3, 1> for Join {
-    fn eval<R: Real>(&self, [sine, square, x]: [R; 3]) -> [R; 1] {
-        [x + R::lit(0.1) * sine - R::lit(0.05) * square]
+    #[inline(always)]
+    fn eval<R: Real>(&self, [wave, square, x]: [R; 3]) -> [R; 1] {
+        [x + R::lit(0.1) * wave - R::lit(0.05) * square]
     }
 }
 
-/// A step of so many numbers.
+/// A step of this many numbers.
 #[derive(Clone)]
 struct Step(usize);
 
@@ -48,14 +50,14 @@ impl Model for Step {
     }
 }
 
-/// How often the kernel is evaluated forward for a gradient.
+/// The number of forward evaluations of the kernel for a gradient.
 fn evaluations(steps: usize, memory: Memory) -> usize {
     EVALUATIONS.set(0);
     gradient::<f64>((steps, STATE), memory, 1);
     EVALUATIONS.get()
 }
 
-/// By the start, of a rollout of so many steps and numbers; and from as many such starts.
+/// The gradient by the start, for a rollout of `steps` and `len` numbers from a number of equal starts.
 fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize) -> Vec<R> {
     let rollout = Rollout {
         memory,
@@ -79,7 +81,7 @@ fn least(refused: impl FnOnce()) -> usize {
     least.parse().expect("a number")
 }
 
-/// How many steps are done forward for a gradient, in a rollout of so many.
+/// The number of forward steps for the gradient of a rollout.
 fn steps_done(steps: usize, memory: Memory) -> usize {
     evaluations(steps, memory) / evaluations(1, Memory::All)
 }
@@ -106,7 +108,7 @@ fn back(s: usize, t: usize) -> usize {
 
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn no_step_is_done_oftener_than_the_rule_says() {
+fn steps_are_repeated_as_often_as_the_rule_says() {
     let row = row();
     for checkpoints in 2..row {
         for repetitions in 1..5 {
@@ -150,11 +152,11 @@ fn half_of_a_budget_keeps_rows() {
     assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
 }
 
-/// Operations put their numbers into whole registers, of which small states fill little: what a
-/// budget takes differs between number types, machines and numbers of starts, and a refusal says it.
+/// Operations use whole registers, and small states fill only a part. So the smallest budget depends on the number
+/// type, the machine and the number of starts. The message says it.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn the_least_budget_is_what_a_refusal_says() {
+fn the_message_names_the_smallest_budget() {
     fn check<R: Real + PartialEq>() {
         for (len, starts) in [(1, 1), (2, 1), (2, 2), (7, 1), (17, 2)] {
             for steps in [1, 2, 50] {
@@ -173,10 +175,10 @@ fn the_least_budget_is_what_a_refusal_says() {
     check::<f32>();
 }
 
-/// Starts side by side fill registers better than one alone does.
+/// Several starts fill registers better than one.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn what_does_for_one_start_does_for_several() {
+fn a_budget_for_one_start_is_enough_for_several() {
     let least = least(|| _ = gradient::<f32>((50, 17), Memory::States(1), 1));
     for starts in 1..20 {
         let of = |memory| gradient::<f32>((50, 17), memory, starts);

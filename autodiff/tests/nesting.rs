@@ -1,45 +1,41 @@
 //! Derivatives of derivatives: no mode may confuse its own perturbation with another's.
 
 use crate::common::{
-    assert_close, assert_gradient, differences, forward_gradient, gradients, unit,
+    Formula, Sym, assert_close, assert_gradient, differences, formula, formulas, forward_gradient,
+    gradients, unit,
 };
 use autodiff::{
-    Dual, Function, Real, Tape, Var, VectorFunction, gradient, gradient_of, hessian,
-    hessian_vector, jacobian, jvp, vjp,
+    Dual, Function, Real, Tape, Var, gradient, hessian, hessian_vector, jacobian, jacobian_reverse,
+    jvp, vjp,
 };
 
 /// Smooth, not separable, with every second derivative different.
-struct Mixed;
-
-impl Function for Mixed {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
+fn mixed() -> Formula {
+    formula(3, |x| {
         let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0];
-        wave * x[1].tanh() + x[2].powf(x[1]) + R::dot(x, x).sqrt() + x[0].atan2(x[2])
-    }
+        wave * x[1].tanh() + x[2].powf(x[1]) + Sym::dot(x, x).sqrt() + x[0].atan2(x[2])
+    })
 }
 
-/// Three functions of two variables, or the other way round.
-struct Rectangle {
-    values: usize,
-}
-
-impl VectorFunction for Rectangle {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let sum = R::sum_of(x);
-        let value = |i: usize| (sum * R::lit(i as f64 + 1.0)).sin() * x[i % x.len()];
-        (0..self.values).map(value).collect()
-    }
+/// A vector function of this shape.
+fn rectangle(values: usize, arguments: usize) -> Formula {
+    formulas(arguments, |x| {
+        let sum = Sym::sum_of(x);
+        let value = |i: usize| (sum * Sym::lit(i as f64 + 1.0)).sin() * x[i % x.len()];
+        (0..values).map(value).collect()
+    })
 }
 
 const POINT: [f64; 3] = [0.7, 1.3, 2.1];
 
-/// Rounding of a dozen operations, none of which cancels much at `POINT`.
+/// Rounding of a dozen operations, without much cancellation at `POINT`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 #[test]
-fn the_outer_mode_leaves_the_inner_result_alone() {
-    let reference = gradient(&Mixed, &POINT);
-    for (_, gradient) in gradients(&Mixed, &POINT) {
+fn the_outer_mode_does_not_change_the_inner_result() {
+    let mixed = mixed();
+    let reference = gradient(|x| mixed.eval(x), &POINT);
+    for (_, gradient) in gradients(&mixed, &POINT) {
         assert_close(&gradient, &reference, ROUNDING);
     }
 }
@@ -55,33 +51,27 @@ fn perturbations_are_not_confused() {
 
     let reverse = |x: Var<f64>| {
         let outer = x;
-        x * gradient_of(|y| Var::constant(outer) + y[0], &[Var::lit(1.0)])[0]
+        x * gradient(|y| Var::constant(outer) + y[0], &[Var::lit(1.0)])[0]
     };
-    assert_eq!(gradient_of(|x| reverse(x[0]), &[1.0]), [1.0]);
+    assert_eq!(gradient(|x| reverse(x[0]), &[1.0]), [1.0]);
 }
 
 #[test]
 fn hessians_agree_in_all_four_nestings() {
-    let forward_over_reverse = hessian(&Mixed, &POINT);
-    struct Slope<const FORWARD: bool>;
-    impl<const FORWARD: bool> VectorFunction for Slope<FORWARD> {
-        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-            if FORWARD {
-                forward_gradient(&Mixed, x)
-            } else {
-                gradient(&Mixed, x)
-            }
-        }
-    }
-    for i in 0..POINT.len() {
+    let mixed = mixed();
+    let forward_over_reverse = hessian(|x| mixed.eval(x), &POINT);
+    for (i, row) in forward_over_reverse.iter().enumerate() {
         let unit = unit(POINT.len(), i);
-        let row = &forward_over_reverse[i];
-        assert_close(&hessian_vector(&Mixed, &POINT, &unit).1, row, 0.0);
-        assert_close(&jvp(&Slope::<true>, &POINT, &unit).1, row, ROUNDING);
-        assert_close(&vjp(&Slope::<true>, &POINT, &unit).1, row, ROUNDING);
-        assert_close(&vjp(&Slope::<false>, &POINT, &unit).1, row, ROUNDING);
-
-        let slopes = differences(|x| gradient(&Mixed, x), &POINT, i, f64::EPSILON.cbrt());
+        let (_, product) = hessian_vector(|x| mixed.eval(x), &POINT, &unit);
+        assert_close(&product, row, 0.0);
+        let (_, forward) = jvp(|x| forward_gradient(&mixed, x), &POINT, &unit);
+        assert_close(&forward, row, ROUNDING);
+        let (_, over_forward) = vjp(|x| forward_gradient(&mixed, x), &POINT, &unit);
+        assert_close(&over_forward, row, ROUNDING);
+        let (_, reverse) = vjp(|x| gradient(|x| mixed.eval(x), x), &POINT, &unit);
+        assert_close(&reverse, row, ROUNDING);
+        let slopes = |x: &[f64]| gradient(|x| mixed.eval(x), x);
+        let slopes = differences(slopes, &POINT, i, f64::EPSILON.cbrt());
         // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
         assert_close(&slopes, row, 1e-9);
     }
@@ -89,26 +79,22 @@ fn hessians_agree_in_all_four_nestings() {
 
 #[test]
 fn jacobians_agree_by_rows_and_by_columns() {
-    // Sizes on both sides of the switch, and beyond one chunk of columns.
+    // Within and beyond one chunk of columns.
     for (values, arguments) in [(2, 3), (3, 2), (9, 9), (1, 6), (11, 6)] {
-        let function = Rectangle { values };
+        let function = rectangle(values, arguments);
         let x: Vec<f64> = (0..arguments).map(|i| 0.3 + 0.1 * i as f64).collect();
-        let jacobian = jacobian(&function, &x);
+        let jacobian = jacobian(|x| function.values(x), &x);
         assert_eq!(jacobian.rows(), values);
+        let reverse = jacobian_reverse(|x| function.values(x), &x);
+        assert_close(reverse.as_slice(), jacobian.as_slice(), ROUNDING);
         for i in 0..values {
-            assert_close(
-                &vjp(&function, &x, &unit(values, i)).1,
-                &jacobian[i],
-                ROUNDING,
-            );
+            let (_, row) = vjp(|x| function.values(x), &x, &unit(values, i));
+            assert_eq!(row, reverse[i]);
         }
         for j in 0..arguments {
             let column: Vec<f64> = jacobian.iter().map(|row| row[j]).collect();
-            assert_close(
-                &jvp(&function, &x, &unit(arguments, j)).1,
-                &column,
-                ROUNDING,
-            );
+            let (_, single) = jvp(|x| function.values(x), &x, &unit(arguments, j));
+            assert_eq!(single, column);
         }
     }
 }
@@ -116,22 +102,19 @@ fn jacobians_agree_by_rows_and_by_columns() {
 #[test]
 fn several_directions_at_once_are_several_single_ones() {
     let x: Vec<Dual<f64, 3>> = (0..3).map(|i| Dual::variable(POINT[i], i)).collect();
-    let together = Mixed.eval(&x).tangent;
-    assert_eq!(together.to_vec(), forward_gradient(&Mixed, &POINT));
+    let together = mixed().eval(&x).tangent;
+    assert_eq!(together.to_vec(), forward_gradient(&mixed(), &POINT));
 }
 
 #[test]
 fn straight_through_and_detach_hold_at_every_level() {
-    struct Stepped;
-    impl Function for Stepped {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            let hard = R::select(R::zero().less(x[0]), R::one(), R::zero());
-            hard.straight_through(x[0] * x[0]) * x[0].detach()
-        }
-    }
-    assert_gradient(&Stepped, &[3.0], &[18.0]);
+    let stepped = formula(1, |x| {
+        let hard = Sym::select(Sym::lit(0.0).less(x[0]), Sym::lit(1.0), Sym::lit(0.0));
+        hard.straight_through(x[0] * x[0]) * x[0].detach()
+    });
+    assert_gradient(&stepped, &[3.0], &[18.0]);
     // The slope 2 x of the soft part, times a constant 3.
-    assert_eq!(hessian(&Stepped, &[3.0]), [[6.0]]);
+    assert_eq!(hessian(|x| stepped.eval(x), &[3.0]), [[6.0]]);
 }
 
 #[test]
@@ -146,43 +129,32 @@ fn a_tape_may_be_swept_again_and_recorded_again() {
 }
 
 /// Sums with constants, and squares, take a shorter way onto the tape.
-struct Moved;
-
-impl Function for Moved {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (half, three) = (R::lit(0.5), R::lit(3.0));
+#[test]
+fn numbers_moved_by_constants_keep_their_derivative() {
+    let moved = formula(2, |x| {
+        let (half, three) = (Sym::lit(0.5), Sym::lit(3.0));
         let square = (x[0] + half) * (x[0] - three) * (three - x[0]);
         let joined = x[0].fma(x[0] + half, x[1]) + x[1].fma(x[1], three);
         square * joined * (half + x[1]) + x[0] * x[0]
-    }
-}
-
-#[test]
-fn numbers_moved_by_constants_keep_their_derivative() {
+    });
     let x = [0.75, -1.25];
-    let expected = forward_gradient::<f64>(&Moved, &x);
+    let expected = forward_gradient::<f64>(&moved, &x);
     // The argument's halves and quarters: every product is exact.
-    assert_gradient(&Moved, &x, &expected);
+    assert_gradient(&moved, &x, &expected);
     let rows = [0, 1].map(|i| {
         let mut point = x.map(Dual::<f64, 1>::constant);
         point[i].tangent[0] = 1.0;
-        let row = forward_gradient(&Moved, &point);
+        let row = forward_gradient(&moved, &point);
         [0, 1].map(|j| row[j].tangent[0])
     });
-    assert_eq!(hessian(&Moved, &x), rows);
+    assert_eq!(hessian(|x| moved.eval(x), &x), rows);
 }
 
 /// Passes have a fixed number of directions, which the arguments need not fill.
 #[test]
 fn a_hessian_has_a_row_for_each_argument() {
-    struct Product;
-    impl Function for Product {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            x.iter().fold(R::one(), |product, &x| product * x)
-        }
-    }
     for n in [1, 4, 5, 9] {
-        let rows = hessian(&Product, &vec![1.0; n]);
+        let rows = hessian(|x| x.iter().product(), &vec![1.0; n]);
         for i in 0..n {
             let expected = |j| if i == j { 0.0 } else { 1.0 };
             assert_eq!(rows[i], (0..n).map(expected).collect::<Vec<_>>());

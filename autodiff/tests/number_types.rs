@@ -1,5 +1,5 @@
-//! Tapes of more number types than a variable has bits for. A binary of its own:
-//! types are counted for the whole process.
+//! Tapes of more number types than a variable has bits for. This is a separate binary, because types are counted
+//! for the whole process.
 
 use std::panic::catch_unwind;
 

@@ -141,10 +141,13 @@ fn tape_variables_have_the_values_of_floats() {
 fn traced_numbers_have_the_values_of_floats() {
     check("Traced", 0.0, |point| {
         let mut seen = Vec::new();
-        first_non_finite(&point, |x| {
-            seen = values([x[0], x[1], x[2]], Traced::value);
-            x.to_vec()
-        });
+        first_non_finite(
+            |x| {
+                seen = values([x[0], x[1], x[2]], Traced::value);
+                x.to_vec()
+            },
+            &point,
+        );
         seen
     });
 }

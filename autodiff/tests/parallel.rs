@@ -1,17 +1,15 @@
 //! The drivers on several threads against the serial ones, to the bit.
 
 use autodiff::sparse::{Pattern, sparse_jacobian};
-use autodiff::{
-    Dense, Dual, Function, Real, VectorFunction, gradient_of, hessian, jacobian, parallel,
-};
+use autodiff::{Dense, Dual, Real, gradient, hessian, jacobian, jacobian_reverse, parallel};
 
-/// So many values of all arguments.
+/// A vector function with this number of values, each of all arguments.
 struct Waves {
     values: usize,
 }
 
-impl VectorFunction for Waves {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+impl Waves {
+    fn values<R: Real>(&self, x: &[R]) -> Vec<R> {
         let term = |(j, &x): (usize, &R), i: usize| (x * R::lit((1 + i * j) as f64)).sin();
         let value = |i| {
             x.iter()
@@ -23,9 +21,10 @@ impl VectorFunction for Waves {
     }
 }
 
-impl Function for Waves {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let y = VectorFunction::eval(self, x);
+impl Waves {
+    /// The length of the vector of values.
+    fn length<R: Real>(&self, x: &[R]) -> R {
+        let y = self.values(x);
         R::dot(&y, &y).sqrt()
     }
 }
@@ -48,9 +47,19 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
     in_pools(|| {
         for (values, arguments) in [(30, 7), (7, 30), (1, 1), (0, 3)] {
             let (function, x) = (Waves { values }, point(arguments));
-            assert_eq!(parallel::jacobian(&function, &x), jacobian(&function, &x));
+            assert_eq!(
+                parallel::jacobian(|x| function.values(x), &x),
+                jacobian(|x| function.values(x), &x)
+            );
+            assert_eq!(
+                parallel::jacobian_reverse(|x| function.values(x), &x),
+                jacobian_reverse(|x| function.values(x), &x)
+            );
             if values > 0 {
-                assert_eq!(parallel::hessian(&function, &x), hessian(&function, &x));
+                assert_eq!(
+                    parallel::hessian(|x| function.length(x), &x),
+                    hessian(|x| function.length(x), &x)
+                );
             }
         }
     });
@@ -59,18 +68,14 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sparse_jacobians_too() {
-    struct Pairs;
-    impl VectorFunction for Pairs {
-        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-            let spread = |i: usize| (i.saturating_sub(4)..(i + 5).min(x.len())).map(|j| x[j]);
-            (0..x.len())
-                .map(|i| spread(i).fold(x[i], |a, b| (a * b).sin() + a))
-                .collect()
-        }
+    fn pairs<R: Real>(x: &[R]) -> Vec<R> {
+        let spread = |i: usize| (i.saturating_sub(4)..(i + 5).min(x.len())).map(|j| x[j]);
+        let value = |i| spread(i).fold(x[i], |a, b| (a * b).sin() + a);
+        (0..x.len()).map(value).collect()
     }
     let (pattern, x) = (Pattern::banded(50, 4, 4), point(50));
-    let serial = sparse_jacobian(&Pairs, &x, &pattern);
-    in_pools(|| assert_eq!(parallel::sparse_jacobian(&Pairs, &x, &pattern), serial));
+    let serial = sparse_jacobian(pairs, &x, &pattern);
+    in_pools(|| assert_eq!(parallel::sparse_jacobian(pairs, &x, &pattern), serial));
 }
 
 #[test]
@@ -85,16 +90,19 @@ fn nested_duals_go_through_and_an_outer_tape_is_refused() {
             .map(|entry| entry.tangent)
             .collect()
     };
-    let serial = tangents(jacobian(&function, &moving));
-    assert_eq!(tangents(parallel::jacobian(&function, &moving)), serial);
+    let serial = tangents(jacobian(|x| function.values(x), &moving));
+    assert_eq!(
+        tangents(parallel::jacobian(|x| function.values(x), &moving)),
+        serial
+    );
 
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(2)
         .build()
         .expect("a pool");
     let outer = || {
-        gradient_of(
-            |x| pool.install(|| parallel::hessian(&function, x)[0][0]),
+        gradient(
+            |x| pool.install(|| parallel::hessian(|x| function.length(x), x)[0][0]),
             &x,
         )
     };

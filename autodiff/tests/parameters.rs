@@ -74,8 +74,8 @@ fn a_gradient_has_the_shape_of_its_structure() {
         }
     }
     let energy = Energy(robot);
-    assert_eq!(gradient(&energy, &numbers), expected);
-    assert_eq!(hessian(&energy, &numbers)[3][3], 6.0);
+    assert_eq!(gradient(|x| energy.eval(x), &numbers), expected);
+    assert_eq!(hessian(|x| energy.eval(x), &numbers)[3][3], 6.0);
     let moving: Robot<Dual<f64, 1>> = energy.0.with(
         &numbers
             .iter()

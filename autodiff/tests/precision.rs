@@ -1,39 +1,25 @@
 //! Values, slopes and second derivatives against mpmath, from the smallest subnormal to 1e300, in four
 //! modes.
 
-use autodiff::{Elementary, Function, Real, gradient, gradient_of, hessian};
+use autodiff::{Function, Real, gradient, hessian};
 
-use crate::common::{forward_gradient, rows};
+use crate::common::{Formula, Sym, formula, forward_gradient, rows};
 
-/// A function of the table below, by its name.
-#[derive(Clone, Copy)]
-struct Named<'a>(&'a str);
+/// A name, how many ulps the value, the slopes and the second derivatives may be off at a point, and the
+/// function.
+type Row = (&'static str, fn(f64, f64) -> [f64; 3], fn(Sym, Sym) -> Sym);
 
-/// The functions: a name, how many ulps the value, the slopes and the second derivatives may be off, and
-/// the formula. The names are those of `data/precision/generate.py`.
+/// Rows of functions of `x` and `y`: the first and the last argument. The names are those of
+/// `data/precision/generate.py`.
 macro_rules! functions {
     (|$x:ident, $y:ident, $one:ident, $lit:ident| $($name:literal: $ulps:expr => $value:expr;)*) => {
-        const NAMES: &[&str] = &[$($name),*];
-
-        impl Named<'_> {
-            fn allowed(self, x: &[f64]) -> [f64; 3] {
-                let ($x, $y) = (x[0], x[x.len() - 1]);
-                match self.0 {
-                    $($name => $ulps,)*
-                    other => panic!("no function is called {other}"),
-                }
-            }
-        }
-
-        impl Function for Named<'_> {
-            fn eval<R: Real>(&self, x: &[R]) -> R {
-                let ($x, $y, $one, $lit) = (x[0], x[x.len() - 1], R::one(), R::lit);
-                match self.0 {
-                    $($name => $value,)*
-                    other => panic!("no function is called {other}"),
-                }
-            }
-        }
+        #[allow(unused_variables)]
+        const FUNCTIONS: &[Row] = &[$(
+            ($name, |$x, $y| $ulps, |$x, $y| {
+                let ($one, $lit) = (Sym::lit(1.0), Sym::lit);
+                $value
+            }),
+        )*];
     };
 }
 
@@ -86,20 +72,20 @@ functions! {
     "powf_1.5": FEW => x.powf(lit(1.5));
     "powf_m2.5": FEW => x.powf(lit(-2.5));
     "two_to_x": FEW => lit(2.0).powf(x);
-    "asin": FEW => x.elementary(Elementary::Asin);
-    "acos": FEW => x.elementary(Elementary::Acos);
-    "sinh": FEW => x.elementary(Elementary::Sinh);
-    "cosh": FEW => x.elementary(Elementary::Cosh);
-    "asinh": FEW => x.elementary(Elementary::Asinh);
-    "acosh": FEW => x.elementary(Elementary::Acosh);
-    "atanh": FEW => x.elementary(Elementary::Atanh);
-    "exp_m1": FEW => x.elementary(Elementary::ExpM1);
-    "ln_1p": FEW => x.elementary(Elementary::Ln1p);
-    "log2": FEW => x.elementary(Elementary::Log2);
-    "log10": FEW => x.elementary(Elementary::Log10);
-    "cbrt": FEW => x.elementary(Elementary::Cbrt);
-    "sigmoid": FEW => x.elementary(Elementary::Sigmoid);
-    "softplus": FEW => x.elementary(Elementary::Softplus);
+    "asin": FEW => x.asin();
+    "acos": FEW => x.acos();
+    "sinh": FEW => x.sinh();
+    "cosh": FEW => x.cosh();
+    "asinh": FEW => x.asinh();
+    "acosh": FEW => x.acosh();
+    "atanh": FEW => x.atanh();
+    "exp_m1": FEW => x.exp_m1();
+    "ln_1p": FEW => x.ln_1p();
+    "log2": FEW => x.log2();
+    "log10": FEW => x.log10();
+    "cbrt": FEW => x.cbrt();
+    "sigmoid": FEW => x.sigmoid();
+    "softplus": FEW => x.softplus();
     "sinc": FEW => x.sinc();
     "sinhc": FEW => x.sinhc();
     "add": FEW => x + y;
@@ -108,7 +94,7 @@ functions! {
     "div": FEW => x / y;
     "max": FEW => x.max(y);
     "min": FEW => x.min(y);
-    "dot": FEW => R::dot(&[x, y], &[y, x]);
+    "dot": FEW => Sym::dot(&[x, y], &[y, x]);
     "atan2": [2.0, 3.0, 8.0] => x.atan2(y);
     "hypot": [2.0, 3.0, 8.0] => x.hypot(y);
     // The slope of a slope is a power, whose exponent is rounded: an error of `ln x` times that. So is the
@@ -119,33 +105,33 @@ functions! {
     "x_to_x": [2.0, 4.0, 8.0] => x.powf(x);
     "x_to_minus_x": [2.0, 4.0, 8.0] => x.powf(-x);
     // Formulas in which nothing cancels.
-    "softplus_by_halves": FEW => R::select(
-        x.less(R::zero()),
-        x.exp().elementary(Elementary::Ln1p),
-        x + (-x).exp().elementary(Elementary::Ln1p),
+    "softplus_by_halves": FEW => Sym::select(
+        x.less(lit(0.0)),
+        x.exp().ln_1p(),
+        x + (-x).exp().ln_1p(),
     );
     "x_exp_minus_x": FEW => x * (-x).exp();
     "rsqrt_1px2": FEW => (one + x * x).rsqrt();
     "x_abs_x": FEW => x * x.abs();
     "x_ln_x": FEW => x * x.ln();
-    "entropy": FEW => -(x * x.ln()) - (one - x) * (-x).elementary(Elementary::Ln1p);
-    "logit": FEW => x.ln() - (-x).elementary(Elementary::Ln1p);
+    "entropy": FEW => -(x * x.ln()) - (one - x) * (-x).ln_1p();
+    "logit": FEW => x.ln() - (-x).ln_1p();
     "versine": FEW => lit(2.0) * (x * lit(0.5)).sin().powi(2);
-    "cosh_m1": FEW => lit(2.0) * (x * lit(0.5)).elementary(Elementary::Sinh).powi(2);
+    "cosh_m1": FEW => lit(2.0) * (x * lit(0.5)).sinh().powi(2);
     "sin_squared": FEW => x.sin().powi(2);
     "sin_of_square": FEW => (x * x).sin();
     "exp_of_sin": FEW => x.sin().exp();
     "coth": FEW => x.tanh().recip();
-    "sech": FEW => x.elementary(Elementary::Cosh).recip();
+    "sech": FEW => x.cosh().recip();
     "sec": FEW => x.cos().recip();
     "gudermann": FEW => lit(2.0) * (x * lit(0.5)).tanh().atan2(one);
     "root_difference": FEW => ((x + one).sqrt() + x.sqrt()).recip();
-    "cbrt_squared": FEW => x.elementary(Elementary::Cbrt).powi(2);
+    "cbrt_squared": FEW => x.cbrt().powi(2);
     "horner": FEW => ((x + lit(2.0)) * x + lit(3.0)) * x + lit(4.0);
     "lennard_jones": FEW => x.powi(-12) - x.powi(-6);
-    "morse": FEW => (one - x).elementary(Elementary::ExpM1).powi(2);
+    "morse": FEW => (one - x).exp_m1().powi(2);
     "gelu": FEW => x * lit(0.5) * (one + (lit(0.75) * (x + x.powi(3) / lit(32.0))).tanh());
-    "ln_sum_exp": FEW => x.max(y) + (x.min(y) - x.max(y)).exp().elementary(Elementary::Ln1p);
+    "ln_sum_exp": FEW => x.max(y) + (x.min(y) - x.max(y)).exp().ln_1p();
     "softmax": FEW => (one + (y - x).exp()).recip();
     "parallel": FEW => x * y / (x + y);
     "contrast": FEW => (x - y) / (x + y);
@@ -157,7 +143,7 @@ functions! {
     "quotient_of_logs": FEW => x.ln() / y.ln();
     "boltzmann": FEW => (-(x / y)).exp();
     "elastic": FEW => y * lit(0.5) * (x.hypot(one) - one).powi(2);
-    "log_sigmoid": FEW => -(-x).exp().elementary(Elementary::Ln1p);
+    "log_sigmoid": FEW => -(-x).exp().ln_1p();
     "gaussian": FEW => (-(x * x)).exp();
     // `sin^2` and `cos^2` may be nearly the same.
     "sin_cos": [2.0, 8.0, 3.0] => x.sin() * x.cos();
@@ -173,21 +159,21 @@ functions! {
     "pseudo_huber": [2.0, 4.0, 8.0 + 4.0 * x * x] => x * x / (one + (one + x * x).sqrt());
     // Terms with `1/x` and `1/x^2` cancel where `x` is small.
     "tanhc": [3.0, 32.0, 96.0] => x.tanh() / x;
-    "exp_m1_over_x": [3.0, 16.0, 256.0] => x.elementary(Elementary::ExpM1) / x;
+    "exp_m1_over_x": [3.0, 16.0, 256.0] => x.exp_m1() / x;
     // A point is near a zero: of the value,
     "ln_of_ln": [16.0, 4.0, 8.0] => x.ln().ln();
     "ln_cosh": [16.0, 3.0, 4.0] =>
-        x.abs() + (lit(-2.0) * x.abs()).exp().elementary(Elementary::Ln1p) - lit(2.0).ln();
+        x.abs() + (lit(-2.0) * x.abs()).exp().ln_1p() - lit(2.0).ln();
     "one_minus_cos": [16.0, 3.0, 4.0] => one - x.cos();
     // of the second derivative,
     "silu": [2.0, 4.0, 32.0] => x / (one + (-x).exp());
     "maxwell": [2.0, 4.0, 32.0] => x * x * (-x).exp();
-    "ln_1p_x2": [2.0, 4.0, 32.0] => (x * x).elementary(Elementary::Ln1p);
+    "ln_1p_x2": [2.0, 4.0, 32.0] => (x * x).ln_1p();
     "lorentz": [2.0, 4.0, 32.0] => one / (one + x * x);
-    "ln_1p_over_x": [2.0, 4.0, 32.0] => x.elementary(Elementary::Ln1p) / x;
+    "ln_1p_over_x": [2.0, 4.0, 32.0] => x.ln_1p() / x;
     "ln_squared": [2.0, 4.0, 32.0] => x.ln() * x.ln();
     "sqrt_ln": [2.0, 4.0, 32.0] => x.sqrt() * x.ln();
-    "planck": [3.0, 4.0, 128.0] => x.powi(3) / x.elementary(Elementary::ExpM1);
+    "planck": [3.0, 4.0, 128.0] => x.powi(3) / x.exp_m1();
     "potential": [3.0, 4.0, 128.0] => (x * x + y * y).rsqrt();
     // of both.
     "cosine_of_angle": [2.0, 4.0 + 2.0 * squared_ratio(x, y), 256.0] => x / x.hypot(y);
@@ -231,31 +217,31 @@ fn case(line: &str) -> Case {
 }
 
 /// The same numbers as in the table, in one mode.
-type Mode = fn(Named, &[f64]) -> Vec<f64>;
+type Mode = fn(&Formula, &[f64]) -> Vec<f64>;
 
 /// The value of plain code with slopes by forward and by reverse mode; slopes and second derivatives by
 /// forward over reverse and by reverse over reverse mode.
 const MODES: [(&str, Mode); 4] = [
     ("forward", |f, x| {
-        [vec![f.eval(x)], forward_gradient(&f, x)].concat()
+        [vec![f.eval(x)], forward_gradient(f, x)].concat()
     }),
     ("reverse", |f, x| {
-        [vec![f.eval(x)], gradient(&f, x)].concat()
+        [vec![f.eval(x)], gradient(|x| f.eval(x), x)].concat()
     }),
     ("forward over reverse", |f, x| {
-        let rows = hessian(&f, x);
+        let rows = hessian(|x| f.eval(x), x);
         with_triangle(f, x, |i| rows[i].to_vec())
     }),
     ("reverse over reverse", |f, x| {
-        with_triangle(f, x, |i| gradient_of(|x| gradient(&f, x)[i], x))
+        with_triangle(f, x, |i| gradient(|x| gradient(|x| f.eval(x), x)[i], x))
     }),
 ];
 
-fn with_triangle(f: Named, x: &[f64], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
+fn with_triangle(f: &Formula, x: &[f64], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
     let second = (0..x.len()).flat_map(|i| row(i).split_off(i));
     [f.eval(x)]
         .into_iter()
-        .chain(gradient(&f, x))
+        .chain(gradient(|x| f.eval(x), x))
         .chain(second)
         .collect()
 }
@@ -269,14 +255,17 @@ fn ulps(found: f64, expected: f64) -> f64 {
 }
 
 impl Case {
-    /// What is off in some mode, and by how many ulps.
+    /// The numbers that are off in some mode, and by how many ulps.
     fn mistakes(&self) -> Vec<String> {
-        let (f, arguments) = (Named(&self.function), self.x.len());
-        let allowed = f.allowed(&self.x);
+        let row = FUNCTIONS.iter().find(|row| row.0 == self.function);
+        let (_, allowed, function) = row.expect("a function of the table");
+        let (arguments, last) = (self.x.len(), self.x.len() - 1);
+        let allowed = allowed(self.x[0], self.x[last]);
+        let f = formula(arguments, |x| function(x[0], x[last]));
         let mut mistakes = Vec::new();
         for (mode, of) in MODES {
             for (place, (found, &expected)) in
-                of(f, &self.x).into_iter().zip(&self.expected).enumerate()
+                of(&f, &self.x).into_iter().zip(&self.expected).enumerate()
             {
                 let order = place.min(1) + usize::from(place > arguments);
                 let error = ulps(found, expected);
@@ -306,7 +295,7 @@ impl Case {
 #[test]
 fn values_slopes_and_second_derivatives_are_within_their_ulps_in_four_modes() {
     let cases = cases();
-    for name in NAMES {
+    for (name, ..) in FUNCTIONS {
         assert!(
             cases.iter().any(|case| case.function == *name),
             "no case of {name}"

@@ -1,11 +1,10 @@
-//! Programs of shapes that neither the net of springs nor drawn programs have, against the same steps
-//! written out.
+//! Programs of shapes that the net of springs and drawn programs do not have, against the same steps written out.
 
 use crate::common::gradients;
 use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{
-    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
+    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
 };
 
 // Miri is slow: as few as suffice.
@@ -16,6 +15,7 @@ const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 struct Pull;
 
 impl Kernel<2, 1> for Pull {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         [k * d * R::lit(0.1)]
     }
@@ -26,12 +26,13 @@ impl Kernel<2, 1> for Pull {
 struct Plus;
 
 impl Kernel<2, 1> for Plus {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, f]: [R; 2]) -> [R; 1] {
         [x + f]
     }
 }
 
-/// Edges of so many directions, each a group of its own.
+/// Edges of several directions, each of which is a group.
 #[derive(Clone)]
 struct Directions {
     edges: Vec<[usize; 2]>,
@@ -186,7 +187,7 @@ fn declarations_may_come_in_any_order() {
     assert_same(AsNeeded);
 }
 
-/// A kernel of which nothing comes.
+/// A kernel without results.
 #[derive(Clone, Copy)]
 struct Nothing;
 
@@ -261,7 +262,7 @@ fn arrays_may_be_empty() {
         given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
         assert_eq!(rollout.run_batch(&slices, &given), alone);
         let gradient = |together: bool| {
-            gradient_of(
+            gradient(
                 |x: &[Var<f64>]| {
                     let bias = [Var::lit(0.4); NODES];
                     let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
@@ -280,7 +281,7 @@ fn arrays_may_be_empty() {
     }
 }
 
-/// No state at all, whatever the memory.
+/// Without any state, for every memory.
 #[test]
 fn a_program_may_have_no_state() {
     #[derive(Clone)]

@@ -1,18 +1,17 @@
 //! A function recorded once, against the tape at every point.
 
-use crate::common::{assert_close, assert_refused};
+use crate::common::{Formula, Sym, assert_close, assert_refused, formula};
 use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, lit, value_and_gradient};
 
 /// Every kind of operation, with a kink between the points.
-struct Mixed;
-
-impl Function for Mixed {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let inside = R::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
-        let sums = R::dot(&x[..2], &x[1..3]) + R::sum_of(x) + x[3].sigmoid().ln_1p();
-        inside.fma(x[3], sums.tanh()) + x[2].max(lit(0.5) * x[0]).powi(3) - x[1].hypot(x[3])
-    }
+fn mixed() -> Formula {
+    formula(4, |x| {
+        let inside = Sym::select(x[0].less(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
+        let sums = Sym::dot(&x[..2], &x[1..3]) + Sym::sum_of(x) + x[3].sigmoid().ln_1p();
+        let bounded = x[2].max(lit(0.5) * x[0]);
+        inside.fma(x[3], sums.tanh()) + bounded.powi(3) - x[1].hypot(x[3])
+    })
 }
 
 fn points(count: usize) -> Vec<[f64; 4]> {
@@ -22,14 +21,15 @@ fn points(count: usize) -> Vec<[f64; 4]> {
 
 #[test]
 fn a_recording_serves_all_points() {
-    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    let mixed = mixed();
+    let recorded = Recorded::new(&mixed, 4).expect("no values");
     // None, part of a register, several blocks and a rest; both branches are among them.
     for count in [0, 1, 7, 100] {
         let points = points(count);
         let both = recorded.values_and_gradients(&points);
         assert_eq!(both.len(), count);
         for (x, (value, gradient)) in points.iter().zip(&both) {
-            let (expected, slope) = value_and_gradient(&Mixed, x);
+            let (expected, slope) = value_and_gradient(|x| mixed.eval(x), x);
             // Multiply-adds round once in lanes, twice on the tape: some ten operations.
             let tolerance = 20.0 * f64::EPSILON;
             assert_close(&[*value], &[expected], tolerance);
@@ -39,27 +39,20 @@ fn a_recording_serves_all_points() {
         }
     }
     // What one replay leaves in memory is not the next one's.
-    let first = Recorded::new(&First, 3).expect("no values");
+    let first = Recorded::new(&formula(3, |x| x[0]), 3).expect("no values");
     assert_eq!(
         first.value_and_gradient(&[2.0, 3.0, 4.0]),
         (2.0, vec![1.0, 0.0, 0.0])
     );
 }
 
-struct First;
-
-impl Function for First {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        x[0]
-    }
-}
-
 #[test]
 fn recordings_nest_and_run_in_singles() {
-    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    let mixed = mixed();
+    let recorded = Recorded::new(&mixed, 4).expect("no values");
     let x = points(1)[0];
     let moving = x.map(|x| Dual::<f64, 1>::variable(x, 0));
-    let (_, expected) = value_and_gradient(&Mixed, &moving);
+    let (_, expected) = value_and_gradient(|x| mixed.eval(x), &moving);
     let (_, second) = recorded.value_and_gradient(&moving);
     for (a, b) in second.iter().zip(expected) {
         assert_close(&[a.value, a.tangent[0]], &[b.value, b.tangent[0]], 1e-13);
@@ -67,10 +60,10 @@ fn recordings_nest_and_run_in_singles() {
     let singles = x.map(|x| x as f32);
     let (_, slope) = recorded.value_and_gradient(&singles);
     let slope: Vec<f64> = slope.into_iter().map(f64::from).collect();
-    assert_close(&slope, &value_and_gradient(&Mixed, &x).1, 1e-4);
+    assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
 }
 
-/// `Mixed` over points that are variables, column by column.
+/// `mixed` over points that are variables, column by column.
 struct Summed(Recorded);
 
 impl Function for Summed {
@@ -80,27 +73,26 @@ impl Function for Summed {
     }
 }
 
-/// The same, point by point.
-struct OneByOne;
-
-impl Function for OneByOne {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let count = x.len() / 4;
-        let term = |k: usize| Mixed.eval(&[0, 1, 2, 3].map(|i| x[i * count + k]));
-        R::sum_of(&(0..count).map(term).collect::<Vec<R>>())
-    }
+/// The same sum, point by point.
+fn one_by_one(count: usize) -> Formula {
+    let mixed = mixed();
+    formula(4 * count, |x| {
+        let term = |k: usize| mixed.eval(&[0, 1, 2, 3].map(|i| x[i * count + k]));
+        Sym::sum_of(&(0..count).map(term).collect::<Vec<_>>())
+    })
 }
 
 #[test]
 fn a_total_is_the_sum_over_points_that_are_variables() {
-    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    let mixed = mixed();
+    let recorded = Recorded::new(&mixed, 4).expect("no values");
     for count in [1, 7, 50] {
         let points = points(count);
         let column = |i: usize| points.iter().map(move |x| x[i]);
         let x: Vec<f64> = (0..4).flat_map(column).collect();
-        let summed = Summed(recorded.clone());
-        let (expected, slope) = value_and_gradient(&OneByOne, &x);
-        let (value, gradient) = value_and_gradient(&summed, &x);
+        let (summed, one_by_one) = (Summed(recorded.clone()), one_by_one(count));
+        let (expected, slope) = value_and_gradient(|x| one_by_one.eval(x), &x);
+        let (value, gradient) = value_and_gradient(|x| summed.eval(x), &x);
         // The same terms in another order, fifty of them.
         assert_close(&[value, summed.eval(&x)], &[expected; 2], 1e-13);
         assert_close(&gradient, &slope, 1e-13);
@@ -113,8 +105,8 @@ fn a_total_is_the_sum_over_points_that_are_variables() {
         let second = |f: &dyn Fn() -> Vec<Dual<f64, 1>>| -> Vec<f64> {
             f().iter().map(|bar| bar.tangent[0]).collect()
         };
-        let expected = second(&|| value_and_gradient(&OneByOne, &moving).1);
-        let got = second(&|| value_and_gradient(&summed, &moving).1);
+        let expected = second(&|| value_and_gradient(|x| one_by_one.eval(x), &moving).1);
+        let got = second(&|| value_and_gradient(|x| summed.eval(x), &moving).1);
         assert_close(&got, &expected, 1e-12);
     }
     assert_eq!(recorded.total(&[&[] as &[f64]; 4]), 0.0);
@@ -138,7 +130,8 @@ impl Function for Halving {
 fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
     let error = Recorded::new(&Halving, 1).expect_err("a loop over values");
     assert!(error.to_string().contains("primal"), "{error}");
-    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    let mixed = mixed();
+    let recorded = Recorded::new(&mixed, 4).expect("no values");
     assert_refused("3 numbers for a function of 4 arguments", || {
         recorded.value_and_gradient(&[1.0; 3])
     });

@@ -4,11 +4,11 @@ use crate::common::{assert_refused, differences, forward_gradient, largest_diffe
 use crate::net::{Loss, NODES, Net};
 use approx::assert_relative_eq;
 use autodiff::{
-    CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
-    gradient_of, value_and_gradient, value_and_gradient_of,
+    CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
+    value_and_gradient,
 };
 
-/// So many steps, or the few that Miri has time for.
+/// This number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
@@ -18,7 +18,7 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     // 37 steps: batches of outer products end full and partly filled.
     let loss = Loss::new(steps(37));
     let x = loss.point();
-    let (value, gradient) = value_and_gradient(&loss, &x);
+    let (value, gradient) = value_and_gradient(|x| loss.eval(x), &x);
     let relative = (value - loss.eval(&x)).abs() / value.abs();
     assert!(relative < 1e-15, "recording changes the value: {relative}");
 
@@ -43,13 +43,13 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
 fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
     let loss = Loss::new(steps(9));
     let x = loss.point();
-    let (_, fused) = value_and_gradient(&loss, &x);
+    let (_, fused) = value_and_gradient(|x| loss.eval(x), &x);
     // Duals have no fused rollout: their tape of scalars is the plain program's.
     let in_duals = |x: &[Var<f64>]| {
         let dual: Vec<Dual<_, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
         loss.eval(&dual).value
     };
-    let scalars = gradient_of(in_duals, &x);
+    let scalars = gradient(in_duals, &x);
     assert!(largest_difference(&fused, &scalars) < 1e-13);
 }
 
@@ -57,9 +57,9 @@ fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
 fn single_precision_gradient_is_single_precise() {
     let loss = Loss::new(steps(20));
     let x = loss.point();
-    let (_, double) = value_and_gradient(&loss, &x);
+    let (_, double) = value_and_gradient(|x| loss.eval(x), &x);
     let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
-    let single = gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+    let single = gradient(|x: &[Var<f32>]| loss.eval(x), &single);
     let single: Vec<f64> = single.into_iter().map(f64::from).collect();
     // 20 steps of sums of some 20 terms at 2^-24 each.
     assert!(largest_difference(&single, &double) < 1e-5);
@@ -69,11 +69,11 @@ fn single_precision_gradient_is_single_precise() {
 fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     let loss = Loss::new(steps(19));
     let x = loss.point();
-    let (_, all) = value_and_gradient(&loss, &x);
+    let (_, all) = value_and_gradient(|x| loss.eval(x), &x);
     let [k, w, w1, ..] = loss.rollout.model.shapes();
     let weights = 2 * NODES + k + w..2 * NODES + k + w + w1;
     let given = x.clone();
-    let only_weights = gradient_of(
+    let only_weights = gradient(
         |part: &[Var<f64>]| {
             let mut whole: Vec<Var<f64>> = given.iter().map(|&x| Var::lit(x)).collect();
             whole[weights.clone()].copy_from_slice(part);
@@ -84,7 +84,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     assert_eq!(only_weights, all[weights.clone()]);
 }
 
-/// Cotangents are held back to this norm, and checked after so many steps.
+/// A bound on the norm of cotangents, checked every few steps.
 fn bound(norm: f64, every: usize) -> Option<CotangentBound> {
     Some(CotangentBound { norm, every })
 }
@@ -93,21 +93,21 @@ fn bound(norm: f64, every: usize) -> Option<CotangentBound> {
 fn cotangent_bound_holds_back_and_is_off_by_default() {
     let mut loss = Loss::new(steps(30));
     let x = loss.point();
-    let (_, exact) = value_and_gradient(&loss, &x);
+    let (_, exact) = value_and_gradient(|x| loss.eval(x), &x);
     loss.rollout.cotangent_bound = bound(1e9, 3);
-    assert_eq!(value_and_gradient(&loss, &x).1, exact);
+    assert_eq!(value_and_gradient(|x| loss.eval(x), &x).1, exact);
     let norm = |gradient: &[f64]| {
         let squares = gradient[..2 * NODES].iter().map(|g| g * g);
         squares.sum::<f64>().sqrt()
     };
     loss.rollout.cotangent_bound = bound(0.5, 1);
-    let (_, bounded) = value_and_gradient(&loss, &x);
+    let (_, bounded) = value_and_gradient(|x| loss.eval(x), &x);
     assert_relative_eq!(norm(&bounded), 0.5, max_relative = 1e-12);
-    // At the start alone: up to the bound nothing is held back.
+    // Checked only at the start: below the bound nothing changes.
     let free = norm(&exact);
     for limit in [0.9 * free, 1.1 * free] {
         loss.rollout.cotangent_bound = bound(limit, 31);
-        let (_, bounded) = value_and_gradient(&loss, &x);
+        let (_, bounded) = value_and_gradient(|x| loss.eval(x), &x);
         assert_relative_eq!(norm(&bounded), free.min(limit), max_relative = 1e-12);
     }
 }
@@ -131,14 +131,14 @@ fn observed_steps_ascend_to_the_last_at_most() {
     }
 }
 
-/// An infinite cotangent is no zero.
+/// An infinite cotangent is not bounded to zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
     let mut loss = Loss::new(steps(12));
     let x = loss.point();
     loss.rollout.cotangent_bound = bound(3.0, 4);
     let huge = |x: &[Var<f64>]| loss.eval(x) * Var::lit(f64::INFINITY);
-    let gradient = gradient_of(huge, &x);
+    let gradient = gradient(huge, &x);
     assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
 }
 
@@ -161,14 +161,13 @@ impl Model for Times {
     }
 }
 
-/// The cotangents of starts side by side, whose last states have these, after so many steps; with
-/// a bound at the start.
+/// The cotangents of a batch of starts, given those of the last states, with a bound at the start.
 fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
     let rollout = Rollout {
         cotangent_bound: bound(norm, steps + 1),
         ..Rollout::new(Times(10.0), steps)
     };
-    let gradient = gradient_of(
+    let gradient = gradient(
         |x: &[Var<R>]| {
             let starts: Vec<&[Var<R>]> = x.chunks(3).collect();
             let seen = rollout.run_batch(&starts, &[]).concat();
@@ -231,7 +230,7 @@ fn ordinary_cotangents_are_scaled_by_one_factor() {
     check::<f32>();
 }
 
-/// A cotangent that shrinks on its way back is held back where it is checked, and nowhere else.
+/// A cotangent that shrinks in the sweep is bounded only where it is checked.
 #[test]
 fn a_cotangent_is_checked_after_so_many_steps() {
     for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
@@ -239,25 +238,25 @@ fn a_cotangent_is_checked_after_so_many_steps() {
             cotangent_bound: bound(8.0, every),
             ..Rollout::new(Times(0.5), 4)
         };
-        let gradient = gradient_of(|x| rollout.run(x, &[])[0] * Var::lit(64.0), &[1.0; 3]);
+        let gradient = gradient(|x| rollout.run(x, &[])[0] * Var::lit(64.0), &[1.0; 3]);
         // Powers of two are exact.
         assert_eq!(gradient, [expected, 0.0, 0.0], "every {every} steps");
     }
 }
 
-/// A rollout is refused alone and on the tape.
+/// Asserts that a rollout is refused on floats and on the tape.
 #[track_caller]
 fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
     let mut loss = Loss::new(1);
     loss.rollout = rollout;
     let x = loss.point();
     assert_refused(sentence, || loss.eval(&x));
-    assert_refused(sentence, || value_and_gradient(&loss, &x));
+    assert_refused(sentence, || value_and_gradient(|x| loss.eval(x), &x));
 }
 
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn bounds_that_hold_nothing_back_are_refused() {
+fn invalid_bounds_are_refused() {
     for bound in [-1.0, f64::NAN] {
         let mut rollout = Loss::new(2).rollout;
         rollout.state_bound = Some(bound);
@@ -288,10 +287,10 @@ fn too_few_inputs_are_told() {
 #[should_panic(expected = "steps do not fit into memory: give the rollout a budget")]
 fn more_steps_than_any_memory_keeps_are_refused() {
     let rollout = Rollout::new(Times(1.0), 1 << (usize::BITS - 2));
-    gradient_of(|x| rollout.run(x, &[])[0], &[1.0; 3]);
+    gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
-/// Nothing wanted is nothing seen, from one start or several.
+/// Without observed steps or entries nothing is returned, from one start or several.
 #[test]
 fn nothing_may_be_observed() {
     let starts = [[1.0, 2.0, 3.0]; 5];
@@ -311,7 +310,7 @@ fn nothing_may_be_observed() {
             assert_eq!(seen, vec![Vec::<f64>::new(); count]);
         }
         let none = |x: &[Var<f64>]| Var::sum_of(&rollout.run_batch(&[x, x, x], &[]).concat());
-        assert_eq!(gradient_of(none, starts[0]), [0.0; 3]);
+        assert_eq!(gradient(none, starts[0]), [0.0; 3]);
     }
 }
 
@@ -320,14 +319,17 @@ fn any_memory_gives_the_same_bits() {
     // 61 steps in stretches of various lengths; no power of two, and no multiple of a batch.
     let mut loss = Loss::new(steps(61));
     let x = loss.point();
-    let all = value_and_gradient(&loss, &x);
+    let all = value_and_gradient(|x| loss.eval(x), &x);
     for states in [12, 13, 20, 57, 200, 100_000] {
         loss.rollout.memory = Memory::States(states);
-        assert!(value_and_gradient(&loss, &x) == all, "{states} states");
+        assert!(
+            value_and_gradient(|x| loss.eval(x), &x) == all,
+            "{states} states"
+        );
     }
 }
 
-/// A tape can be pulled back more than once, from whatever its rollout has kept.
+/// A tape can be pulled back more than once, for every memory of its rollout.
 #[test]
 fn a_second_pullback_has_the_same_bits() {
     let mut loss = Loss::new(steps(40));
@@ -341,21 +343,20 @@ fn a_second_pullback_has_the_same_bits() {
     }
 }
 
-/// A thread keeps the rows of its last sweep for the next one, which may be longer or shorter or of
-/// another number type.
+/// A thread reuses the rows of its last sweep for the next one, which may have another length or number type.
 #[test]
 #[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     fn gradient(steps: usize) -> (f64, Vec<f64>) {
         let loss = Loss::new(steps);
-        value_and_gradient(&loss, &loss.point())
+        value_and_gradient(|x| loss.eval(x), &loss.point())
     }
     for count in [3, 7, 2, 5].map(steps) {
         let first = std::thread::spawn(move || gradient(count)).join().unwrap();
         assert!(gradient(count) == first, "{count} steps");
         let loss = Loss::new(count);
         let single: Vec<f32> = loss.point().iter().map(|&x| x as f32).collect();
-        gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+        autodiff::gradient(|x: &[Var<f32>]| loss.eval(x), &single);
         assert!(
             gradient(count) == first,
             "{count} steps after others in f32"
@@ -388,12 +389,12 @@ impl Model for Grows {
 }
 
 #[test]
-fn floats_alone_and_on_the_tape_run_what_a_model_records_for_them() {
+fn floats_run_the_program_that_a_model_records_for_them() {
     let rollout = Rollout::new(Grows, 1);
     assert_eq!(rollout.run(&[1.0_f64], &[]), [3.0]);
     assert_eq!(rollout.run(&[1.0_f32], &[]), [5.0]);
     let dual = rollout.run(&[Dual::<f64, 1>::variable(1.0, 0)], &[])[0];
     assert_eq!((dual.value, dual.tangent), (2.0, [2.0]));
     let slope = |x: &[Var<f64>]| rollout.run(x, &[])[0];
-    assert_eq!(value_and_gradient_of(slope, &[1.0]), (3.0, vec![3.0]));
+    assert_eq!(value_and_gradient(slope, &[1.0]), (3.0, vec![3.0]));
 }

@@ -1,6 +1,6 @@
 //! Rounding and remainders of elements, bit by bit against those of floats.
 
-use autodiff::{DoubleDouble, Element, Function, Real, gradient, hessian};
+use autodiff::{DoubleDouble, Element, Real, gradient, hessian};
 use num_traits::Float;
 
 /// To the last bit, however far apart the two are; and the derivative for the whole quotient.
@@ -33,18 +33,15 @@ fn remainders_are_exact() {
             }
         }
     }
-    struct Remainder;
-    impl Function for Remainder {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            (Element(x[0]) % Element(x[1])).0
-        }
+    fn remainder<R: Real>(x: &[R]) -> R {
+        (Element(x[0]) % Element(x[1])).0
     }
     // 1 is 9 times 0.1 and a rest: the float is a little more than a tenth.
-    assert_eq!(gradient(&Remainder, &[1.0, 0.1]), [1.0, -9.0]);
-    assert_eq!(gradient(&Remainder, &[-7.5, 2.0]), [1.0, 3.0]);
-    assert_eq!(gradient(&Remainder, &[7.5, -2.0]), [1.0, 3.0]);
-    assert_eq!(gradient(&Remainder, &[3.0, f64::INFINITY]), [1.0, 0.0]);
-    assert_eq!(hessian(&Remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
+    assert_eq!(gradient(remainder, &[1.0, 0.1]), [1.0, -9.0]);
+    assert_eq!(gradient(remainder, &[-7.5, 2.0]), [1.0, 3.0]);
+    assert_eq!(gradient(remainder, &[7.5, -2.0]), [1.0, 3.0]);
+    assert_eq!(gradient(remainder, &[3.0, f64::INFINITY]), [1.0, 0.0]);
+    assert_eq!(hessian(remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
 }
 
 /// To the last bit, from zeros of both signs to the largest floats.

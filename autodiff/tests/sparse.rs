@@ -1,14 +1,12 @@
 //! Compressed Jacobians against dense ones, and the number of directions they take.
 
 use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
-use autodiff::{
-    Dense, Dual, Function, Real, VectorFunction, custom, gradient_of, hessian, jacobian, lit,
-};
+use autodiff::{Dense, Dual, Real, custom, gradient, hessian, jacobian, lit};
 
 /// Every value by a few arguments, the same ones as the pattern's row.
 struct Local<'a>(&'a Pattern);
 
-impl VectorFunction for Local<'_> {
+impl Local<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let value = |i: usize| {
             let terms = self.0.row(i).iter().enumerate();
@@ -68,13 +66,13 @@ fn patterns() -> Vec<(Pattern, usize)> {
 fn compressed_and_dense_jacobians_are_equal_to_the_bit() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
-        let entries = sparse_jacobian(&function, &x, &pattern);
+        let entries = sparse_jacobian(|x| function.eval(x), &x, &pattern);
         // Forward by columns, one at a time: the same operations on the same numbers.
         assert_eq!(pattern.to_dense(&entries), dense_by_columns(&function, &x));
     }
 }
 
-fn dense_by_columns(function: &impl VectorFunction, x: &[f64]) -> Dense<f64> {
+fn dense_by_columns(function: &Local, x: &[f64]) -> Dense<f64> {
     let column = |j: usize| {
         let mut x: Vec<Dual<f64, 1>> = x.iter().copied().map(Dual::constant).collect();
         x[j].tangent[0] = 1.0;
@@ -90,9 +88,9 @@ fn dense_by_columns(function: &impl VectorFunction, x: &[f64]) -> Dense<f64> {
 fn rows_are_gradients_by_reverse_mode() {
     let pattern = Pattern::banded(12, 2, 1);
     let (function, x) = (Local(&pattern), point(12));
-    let dense = pattern.to_dense(&sparse_jacobian(&function, &x, &pattern));
+    let dense = pattern.to_dense(&sparse_jacobian(|x| function.eval(x), &x, &pattern));
     for (i, row) in dense.iter().enumerate() {
-        let gradient = gradient_of(|x| function.eval(x)[i], &x);
+        let gradient = gradient(|x| function.eval(x)[i], &x);
         for (a, b) in row.iter().zip(gradient) {
             // Four factors, multiplied in two orders.
             assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
@@ -121,10 +119,10 @@ fn few_colors_serve_and_no_two_columns_of_a_row_share_one() {
 fn a_pattern_is_found_by_tracing() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
-        assert_eq!(Pattern::traced(&function, &x), pattern);
+        assert_eq!(Pattern::traced(|x| function.eval(x), &x), pattern);
         // Where every derivative vanishes, too.
         assert_eq!(
-            Pattern::traced(&Squares(&pattern), &vec![0.0; x.len()]),
+            Pattern::traced(|x| Squares(&pattern).eval(x), &vec![0.0; x.len()]),
             pattern
         );
     }
@@ -133,7 +131,7 @@ fn a_pattern_is_found_by_tracing() {
 /// Each value the sum of the squares of its row's arguments, in one of three ways.
 struct Squares<'a>(&'a Pattern);
 
-impl VectorFunction for Squares<'_> {
+impl Squares<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let value = |i: usize| {
             let row: Vec<R> = self.0.row(i).iter().map(|&j| x[j]).collect();
@@ -160,24 +158,20 @@ impl custom::Rule for SumOfSquares {
 }
 
 /// The product of neighbours, squared, and a linear term in the last.
-struct Neighbours;
-
-impl Function for Neighbours {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
-        pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
-    }
+fn neighbours<R: Real>(x: &[R]) -> R {
+    let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
+    pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
 }
 
 #[test]
 fn sparse_hessians_are_the_dense_ones() {
     let x = point(9);
-    let pattern = Pattern::traced_hessian(&Neighbours, &x);
+    let pattern = Pattern::traced_hessian(neighbours, &x);
     assert_eq!(pattern, Pattern::banded(9, 1, 1));
     assert_eq!(pattern.row_starts()[..3], [0, 2, 5]);
     assert_eq!(pattern.column_indices()[..5], [0, 1, 0, 1, 2]);
-    let entries = sparse_hessian(&Neighbours, &x, &pattern);
-    let (sparse, dense) = (pattern.to_dense(&entries), hessian(&Neighbours, &x));
+    let entries = sparse_hessian(neighbours, &x, &pattern);
+    let (sparse, dense) = (pattern.to_dense(&entries), hessian(neighbours, &x));
     for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
         // Two orders of the same few products.
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
@@ -193,7 +187,7 @@ fn a_missing_column_whose_color_is_taken_is_noticed() {
     rows[4] = vec![3, 4];
     let wrong = Pattern::new(8, &rows);
     assert_eq!(wrong.colors(), 3);
-    sparse_jacobian(&Local(&all), &point(8), &wrong);
+    sparse_jacobian(|x| Local(&all).eval(x), &point(8), &wrong);
 }
 
 #[test]
@@ -203,7 +197,7 @@ fn an_entry_outside_the_pattern_is_noticed() {
         Pattern::banded(4, 1, 1),
         Pattern::new(4, &[vec![0, 1], vec![0, 1, 2], vec![1, 2, 3], vec![3]]),
     );
-    sparse_jacobian(&Local(&wide), &point(4), &narrow);
+    sparse_jacobian(|x| Local(&wide).eval(x), &point(4), &narrow);
 }
 
 #[test]
@@ -217,8 +211,8 @@ fn nested_numbers_pass_through() {
     let pattern = Pattern::banded(5, 1, 1);
     let function = Local(&pattern);
     let x: Vec<Dual<f64, 1>> = point(5).into_iter().map(|x| Dual::variable(x, 0)).collect();
-    let second = sparse_jacobian(&function, &x, &pattern);
-    let dense = jacobian(&function, &x).into_vec();
+    let second = sparse_jacobian(|x| function.eval(x), &x, &pattern);
+    let dense = jacobian(|x| function.eval(x), &x).into_vec();
     let dense: Vec<_> = dense.iter().filter(|entry| entry.value != 0.0).collect();
     assert_eq!(second.len(), dense.len());
     for (a, b) in second.iter().zip(dense) {

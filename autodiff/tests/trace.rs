@@ -1,6 +1,6 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
-use autodiff::Elementary;
+use crate::common::{Sym, formula};
 use autodiff::custom::{Rule, apply};
 use autodiff::implicit::{Residual, root};
 use autodiff::simd::{Lane, Vectorized};
@@ -10,7 +10,7 @@ use autodiff::{
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
-    first_non_finite(x, |x| vec![function.eval(x)])
+    first_non_finite(|x| vec![function.eval(x)], x)
 }
 
 struct Chain;
@@ -31,7 +31,7 @@ impl Function for Chain {
 #[test]
 fn the_first_of_many_nans_is_named() {
     let found = origin(&Chain, &[1.0, 2.0]).expect("a NaN");
-    let by: Vec<f64> = gradient(&Chain, &[1.0, 2.0]);
+    let by: Vec<f64> = gradient(|x| Chain.eval(x), &[1.0, 2.0]);
     assert!(by[0].is_nan());
     assert_eq!((found.operation, found.number, found.step), ("ln", 4, None));
     assert_eq!(
@@ -52,90 +52,60 @@ fn an_argument_is_named_by_its_place() {
     assert_eq!(found.place.file(), file!());
 }
 
-/// The argument's root, or where that has no slope a line.
-struct Guarded {
-    from: f64,
-}
-
-impl Function for Guarded {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        R::select(x[0].less(R::lit(self.from)), x[0], x[0].sqrt()) + x[0].min(R::lit(f64::INFINITY))
-    }
-}
-
 #[test]
-fn what_is_left_aside_is_not_blamed() {
-    let guarded = Guarded { from: 1e-9 };
+fn the_side_that_is_not_chosen_is_not_blamed() {
+    // The argument's root, or below some bound a line.
+    let root = |from: f64| {
+        formula(1, |x| {
+            let root = Sym::select(x[0].less(Sym::lit(from)), x[0], x[0].sqrt());
+            root + x[0].min(Sym::lit(f64::INFINITY))
+        })
+    };
+    let guarded = root(1e-9);
     assert_eq!(origin(&guarded, &[0.0]), None);
-    assert_eq!(gradient(&guarded, &[0.0]), [2.0]);
-    let bare = Guarded { from: -1.0 };
+    assert_eq!(gradient(|x| guarded.values(x)[0], &[0.0]), [2.0]);
+    let bare = root(-1.0);
     let found = origin(&bare, &[0.0]).expect("an infinite partial");
     assert_eq!(found.operation, "sqrt");
-    assert_eq!(gradient(&bare, &[0.0]), [f64::INFINITY]);
+    assert_eq!(gradient(|x| bare.values(x)[0], &[0.0]), [f64::INFINITY]);
 }
 
-/// One operation of each kind where it has no finite derivative or value.
-struct Kink(usize);
-
-const KINKS: [(&str, f64); 14] = [
-    ("sqrt", 0.0),
-    ("rsqrt", 0.0),
-    ("recip", 0.0),
-    ("ln", 0.0),
-    ("exp", 1000.0),
-    ("powi", 0.0),
-    ("powf", 0.0),
-    ("quotient", 0.0),
-    ("product", 1e200),
-    ("sum", 1e308),
-    ("asin", 1.0),
-    ("cbrt", 0.0),
-    ("multiply-add", 1e200),
-    ("difference", 1.7e308),
+/// Operations, and an argument at which each has no finite derivative or value.
+const KINKS: [(&str, f64, fn(Sym) -> Sym); 14] = [
+    ("sqrt", 0.0, |x| x.sqrt()),
+    ("rsqrt", 0.0, |x| x.rsqrt()),
+    ("recip", 0.0, |x| x.recip()),
+    ("ln", 0.0, |x| x.ln()),
+    ("exp", 1000.0, |x| x.exp()),
+    ("powi", 0.0, |x| x.powi(-2)),
+    ("powf", 0.0, |x| x.powf(Sym::lit(0.5))),
+    ("quotient", 0.0, |x| Sym::lit(1.0) / x),
+    ("product", 1e200, |x| x * x),
+    ("sum", 1e308, |x| x + x),
+    ("asin", 1.0, |x| x.asin()),
+    ("cbrt", 0.0, |x| x.cbrt()),
+    ("multiply-add", 1e200, |x| Sym::dot(&[x, x], &[x, x])),
+    ("difference", 1.7e308, |x| x - Sym::lit(-1e308)),
 ];
-
-impl Function for Kink {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let x = x[0];
-        match KINKS[self.0].0 {
-            "sqrt" => x.sqrt(),
-            "rsqrt" => x.rsqrt(),
-            "recip" => x.recip(),
-            "ln" => x.ln(),
-            "exp" => x.exp(),
-            "powi" => x.powi(-2),
-            "powf" => x.powf(R::lit(0.5)),
-            "quotient" => R::one() / x,
-            "product" => x * x,
-            "sum" => x + x,
-            "asin" => x.elementary(Elementary::Asin),
-            "cbrt" => x.elementary(Elementary::Cbrt),
-            "multiply-add" => R::dot(&[x, x], &[x, x]),
-            _ => x - R::lit(-1e308),
-        }
-    }
-}
 
 #[test]
 fn every_operation_is_judged_by_value_and_partial() {
-    for (i, (operation, x)) in KINKS.into_iter().enumerate() {
-        let found = origin(&Kink(i), &[x]).expect(operation);
+    for (operation, x, function) in KINKS {
+        let kink = formula(1, |x| function(x[0]));
+        let found = origin(&kink, &[x]).expect(operation);
         assert_eq!((found.operation, found.number), (operation, 1));
-        assert_eq!(found.place.file(), file!());
-        let (value, gradient) = value_and_gradient(&Kink(i), &[x]);
-        assert!(
-            !value.is_finite() || !gradient[0].is_finite(),
-            "{operation}"
-        );
+        let (value, gradient) = value_and_gradient(|x| kink.values(x)[0], &[x]);
+        let sound = value.is_finite() && gradient[0].is_finite();
+        assert!(!sound, "{operation}");
         // At an argument between those, all is well.
-        assert_eq!(origin(&Kink(i), &[0.7]), None, "{operation}");
+        assert_eq!(origin(&kink, &[0.7]), None, "{operation}");
     }
 }
 
 #[test]
 fn constants_and_detached_numbers_have_no_partials() {
     let of = |function: fn(Traced<f64>) -> Traced<f64>| {
-        first_non_finite(&[0.0], |x| vec![function(x[0])])
+        first_non_finite(|x| vec![function(x[0])], &[0.0])
     };
     assert_eq!(of(|x| x + Traced::lit(0.0).sqrt()), None);
     assert_eq!(of(|x| x + x.sqrt().detach()), None);
@@ -153,11 +123,14 @@ fn constants_and_detached_numbers_have_no_partials() {
 #[test]
 fn tracing_nests_and_follows_derivatives_inside() {
     let x = Dual::<f64, 1>::variable(0.0, 0);
-    let found = first_non_finite(&[x], |x| {
-        let inner = first_non_finite(&[1.0], |y| vec![y[0].ln().ln()]);
-        assert_eq!(inner.expect("ln of 0").number, 2);
-        vec![x[0].sqrt()]
-    });
+    let found = first_non_finite(
+        |x| {
+            let inner = first_non_finite(|y| vec![y[0].ln().ln()], &[1.0]);
+            assert_eq!(inner.expect("ln of 0").number, 2);
+            vec![x[0].sqrt()]
+        },
+        &[x],
+    );
     assert_eq!(found.expect("a slope of sqrt").number, 1);
 }
 
@@ -180,7 +153,7 @@ impl Rule for Magnitude {
 #[test]
 fn a_custom_rule_is_judged_by_its_own_partials() {
     let of =
-        |slope_at_zero, x| first_non_finite(&[x], |x| vec![apply(Magnitude { slope_at_zero }, x)]);
+        |slope_at_zero, x| first_non_finite(|x| vec![apply(Magnitude { slope_at_zero }, x)], &[x]);
     assert_eq!(of(0.0, 0.0), None);
     assert_eq!(of(f64::NAN, 2.0), None);
     // Where both are unsound the line inside is named.
@@ -195,7 +168,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
             vec![x[0].recip()]
         }
     }
-    let found = first_non_finite(&[0.0], |x| vec![apply(Smooth, x)]).expect("1 / 0");
+    let found = first_non_finite(|x| vec![apply(Smooth, x)], &[0.0]).expect("1 / 0");
     assert_eq!(found.operation, "fused function");
     assert_eq!(found.place.file(), file!());
 }
@@ -207,6 +180,7 @@ struct Falling;
 #[derive(Clone, Copy)]
 struct Fall;
 impl Kernel<1, 1> for Fall {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.sqrt() - R::lit(0.5)]
     }
@@ -221,7 +195,7 @@ impl Model for Falling {
 }
 
 #[test]
-fn a_rollout_says_in_which_step() {
+fn a_rollout_reports_the_step() {
     let rollout = Rollout::new(Falling, 9);
     let mut x: f64 = 1.0;
     let mut step = 0;
@@ -229,7 +203,7 @@ fn a_rollout_says_in_which_step() {
         x = x.sqrt() - 0.5;
         step += 1;
     }
-    let found = first_non_finite(&[1.0], |x| rollout.run(x, &[])).expect("a root of less than 0");
+    let found = first_non_finite(|x| rollout.run(x, &[]), &[1.0]).expect("a root of less than 0");
     assert_eq!((found.operation, found.step), ("sqrt", Some(step)));
     assert!(
         found.to_string().contains(&format!("in step {step}: of -")),
@@ -239,12 +213,15 @@ fn a_rollout_says_in_which_step() {
 }
 
 #[test]
-fn what_follows_a_rollout_is_in_none_of_its_steps() {
+fn operations_after_a_rollout_have_no_step() {
     let rollout = Rollout::new(Falling, 2);
-    let found = first_non_finite(&[1.0], |x| {
-        let end = rollout.run(x, &[])[0];
-        vec![(end - end).sqrt()]
-    });
+    let found = first_non_finite(
+        |x| {
+            let end = rollout.run(x, &[])[0];
+            vec![(end - end).sqrt()]
+        },
+        &[1.0],
+    );
     let found = found.expect("a root of 0");
     assert_eq!((found.operation, found.step), ("sqrt", None));
 }
@@ -259,7 +236,7 @@ impl Residual for Cubic {
     }
 }
 
-/// The identity, the value of which does not show the argument.
+/// The identity, with a value that does not depend on the argument.
 #[derive(Clone)]
 struct Held;
 
@@ -273,7 +250,7 @@ impl Rule for Held {
 }
 
 #[test]
-fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
+fn the_trace_passes_through_roots_and_rules() {
     fn through<R: Real>(p: R, rule: bool) -> R {
         if rule {
             return apply(Held, &[p]);
@@ -281,8 +258,8 @@ fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
         root(Cubic, &[R::zero()], &[p]).expect("an increasing residual")[0]
     }
     for rule in [true, false] {
-        let after = first_non_finite(&[0.0], |x| vec![through(x[0], rule).sqrt()]);
-        let before = first_non_finite(&[0.0], |x| vec![through(x[0].sqrt(), rule)]);
+        let after = first_non_finite(|x| vec![through(x[0], rule).sqrt()], &[0.0]);
+        let before = first_non_finite(|x| vec![through(x[0].sqrt(), rule)], &[0.0]);
         for found in [after, before] {
             assert_eq!(
                 found.expect("an infinite slope").operation,
@@ -291,23 +268,23 @@ fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
             );
         }
         assert_eq!(
-            first_non_finite(&[0.0], |x| vec![through(x[0], rule)]),
+            first_non_finite(|x| vec![through(x[0], rule)], &[0.0]),
             None
         );
     }
 }
 
 #[test]
-fn what_is_made_of_constants_is_a_constant() {
+fn results_of_constants_are_constants() {
     // Its root has no partial: nothing depends on it.
     let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
-    assert_eq!(first_non_finite(&[1.0], |x| held(x[0])), None);
+    assert_eq!(first_non_finite(|x| held(x[0]), &[1.0]), None);
     let solved = |x: Traced<f64>| {
         let zero = Traced::lit(0.0);
         let solution = root(Cubic, &[zero], &[zero]).expect("an increasing residual");
         vec![x + solution[0].sqrt()]
     };
-    assert_eq!(first_non_finite(&[1.0], |x| solved(x[0])), None);
+    assert_eq!(first_non_finite(|x| solved(x[0]), &[1.0]), None);
 }
 
 /// The operation that is blamed where every other lane is the root of an argument, or the argument of
@@ -324,7 +301,7 @@ impl Vectorized<f64> for ChoicesByLanes {
         let mut blamed = Vec::new();
         for choose in choose {
             let of = |function: &dyn Fn(Traced<L>) -> Traced<L>| {
-                first_non_finite(&[x], |x| vec![function(x[0])]).map(|found| found.operation)
+                first_non_finite(|x| vec![function(x[0])], &[x]).map(|found| found.operation)
             };
             // The root comes first, or the choice does.
             blamed.push(of(&|x| choose(small, x.sqrt(), one)));
@@ -339,18 +316,19 @@ fn a_choice_by_lanes_is_blamed_for_either_side() {
     assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
 
-/// Code that asks what is zero goes the way that it goes with variables: they are not zero, whatever
-/// their value; constants are.
+/// `is_zero` answers as for variables: a variable is never zero, a constant may be.
 #[test]
-fn what_is_zero_is_so_for_variables_too() {
-    struct Asks;
-    impl Function for Asks {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            let zeros = [x[0].is_zero(), R::zero().is_zero(), R::one().is_zero()];
-            assert_eq!(zeros, [false, true, false]);
-            x[0].sqrt()
-        }
+fn is_zero_answers_as_for_variables() {
+    fn asks<R: Real>(x: &[R]) -> R {
+        let zeros = [x[0].is_zero(), R::zero().is_zero(), R::one().is_zero()];
+        assert_eq!(zeros, [false, true, false]);
+        x[0].sqrt()
     }
-    assert_eq!(gradient(&Asks, &[0.0]), [f64::INFINITY]);
-    assert_eq!(origin(&Asks, &[0.0]).expect("a slope").operation, "sqrt");
+    assert_eq!(gradient(asks, &[0.0]), [f64::INFINITY]);
+    assert_eq!(
+        first_non_finite(|x| vec![asks(x)], &[0.0])
+            .expect("a slope")
+            .operation,
+        "sqrt"
+    );
 }

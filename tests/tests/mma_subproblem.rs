@@ -1,7 +1,7 @@
 //! The subproblem of the method of moving asymptotes, solved for random problems: does the point
 //! that comes back satisfy the optimality conditions of the model as the papers write it?
 
-use autodiff::{Dense, Real, VectorFunction, jacobian};
+use autodiff::{Dense, Real, jacobian};
 use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
 use cosmic::scene::MmaSettings;
 use rand::rngs::ChaCha8Rng;
@@ -161,7 +161,7 @@ impl Models<'_> {
     }
 }
 
-impl VectorFunction for Models<'_> {
+impl Models<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let model = |value: f64, gradient: &[f64]| {
             (0..x.len())
@@ -189,7 +189,7 @@ const TOLERANCE: f64 = 1e-8;
 fn fault(situation: &Situation, state: &MmaState, update: &Update) -> Option<String> {
     let models = Models { situation, state };
     let values = models.eval(&update.point);
-    let slopes = jacobian(&models, &update.point);
+    let slopes = jacobian(|x| models.eval(x), &update.point);
     let row = |i: usize| row_fault(situation, update, (i, values[1 + i]));
     let variable = |j: usize| variable_fault(&models, update, (j, &slopes));
     (0..situation.constraints.len())

@@ -2,7 +2,7 @@
 //! finite differences, at the designs and weights of the reference cases.
 
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Real, VectorFunction, jvp, vjp};
+use autodiff::{Function, Real, jvp, vjp};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::{Ground, Vector, flat, from_flat};
@@ -15,10 +15,15 @@ use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
 
+/// A vector function of a vector, generic over its numbers.
+trait Values {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
+}
+
 /// A vector function made scalar by fixed weights of both signs.
 struct Weighted<F>(F);
 
-impl<F: VectorFunction> Function for Weighted<F> {
+impl<F: Values> Function for Weighted<F> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let y = self.0.eval(x);
         let weights: Vec<R> = (0..y.len())
@@ -37,7 +42,7 @@ fn cases() -> Vec<Case> {
     small
 }
 
-fn smooth<F: VectorFunction>(function: F, x: &[f64]) {
+fn smooth<F: Values>(function: F, x: &[f64]) {
     let report = check_gradient(&Weighted(function), x, &Options::default());
     assert_eq!(report.verdict, Verdict::Smooth, "{report}");
 }
@@ -49,7 +54,7 @@ fn shares<R: Real>(mixtures: &[Mixture<R>]) -> Vec<R> {
 /// The mixtures of a design.
 struct Mixtures<'a>(&'a Case, Projection);
 
-impl VectorFunction for Mixtures<'_> {
+impl Values for Mixtures<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Case {
             sharpness, lattice, ..
@@ -100,8 +105,8 @@ fn stability_projections() {
         let function = Mixtures(&case, Projection::Stability);
         let direction: Vec<f64> = (0..z.len()).map(|i| (2.3 * i as f64).sin()).collect();
         let cotangent: Vec<f64> = (0..z.len()).map(|i| (1.1 * i as f64).cos()).collect();
-        let (_, tangent) = jvp(&function, &z, &direction);
-        let (_, gradient) = vjp(&function, &z, &cotangent);
+        let (_, tangent) = jvp(|x| function.eval(x), &z, &direction);
+        let (_, gradient) = vjp(|x| function.eval(x), &z, &cotangent);
         let (forward, reverse) = (dot(&cotangent, &tangent), dot(&gradient, &direction));
         // Some hundred terms of order one, each rounded at 1e-16.
         assert!((forward - reverse).abs() < 1e-12, "{forward} and {reverse}");
@@ -118,7 +123,7 @@ const OBSERVED: usize = 40;
 /// The loss of a trajectory by the positions in it.
 struct Losses(Displacement);
 
-impl VectorFunction for Losses {
+impl Values for Losses {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let steps = self.0.observed(OBSERVED);
         let nodes = x.len() / (2 * steps.len());
@@ -164,7 +169,7 @@ fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
 /// Masses, and strains and stiffnesses of the size of masses, of a design.
 struct Bodies<'a>(&'a Case);
 
-impl VectorFunction for Bodies<'_> {
+impl Values for Bodies<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
         let design = Design::Undecided(performance(case, x));
@@ -187,7 +192,7 @@ fn bodies() {
 /// Volumes, measures and the augmented terms of a design.
 struct Objectives<'a>(&'a Case);
 
-impl VectorFunction for Objectives<'_> {
+impl Values for Objectives<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
         let m = measures(&performance(case, x), case.sharpness.delta);
@@ -232,7 +237,7 @@ impl Activations<'_> {
     }
 }
 
-impl VectorFunction for Activations<'_> {
+impl Values for Activations<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (controller, state) = self.read(x);
         let ground = Ground::from(&self.0.physics);
@@ -244,7 +249,7 @@ impl VectorFunction for Activations<'_> {
 /// The folded first layer by the weights that are folded.
 struct FoldedWeights<'a>(Activations<'a>);
 
-impl VectorFunction for FoldedWeights<'_> {
+impl Values for FoldedWeights<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0.0;
         let (controller, _) = self.0.read(x);
@@ -270,7 +275,7 @@ fn activations_and_folded_weights() {
 /// A term with a wrong derivative: what the checks above would not notice, they would not check.
 struct Wrong<'a>(Bodies<'a>);
 
-impl VectorFunction for Wrong<'_> {
+impl Values for Wrong<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let mut y = self.0.eval(x);
         y[0] = y[0].straight_through(y[0] * R::lit(1.01));

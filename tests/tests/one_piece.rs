@@ -1,7 +1,7 @@
 //! Nodes that count as much as their edges are solid: gradients, the snap, and nodes without a bar.
 
 use autodiff::check::{Options, Verdict};
-use autodiff::{Real, Var, gradient_of};
+use autodiff::{Real, Var, gradient};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::geometry::{Vector, flat, from_flat};
@@ -144,7 +144,7 @@ fn nodes_without_a_bar_are_no_part_of_the_robot() {
     }
     let task = case.task();
     let start: Vec<f64> = flat(&case.start.x);
-    let gradient = gradient_of(
+    let gradient = gradient(
         |x: &[Var<f64>]| {
             let mut start = case.start.map(Var::constant);
             start.x = from_flat(x);

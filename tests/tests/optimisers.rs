@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 
-use autodiff::{Real, Var, VectorFunction, gradient_of, jacobian};
+use autodiff::{Real, Var, gradient, jacobian};
 use cosmic::objective::AugmentedLagrangian;
 use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaState};
 use cosmic::scene::MmaSettings;
@@ -110,10 +110,10 @@ impl Optimiser for Moving {
         Self::method::<P>().init(&P::START)
     }
     fn update<P: Problem>(state: &mut MmaState, x: &mut [f64]) {
-        let jacobian = jacobian(&Constraints::<P>(PhantomData), x);
+        let jacobian = jacobian(|x| Constraints::<P>(PhantomData).eval(x), x);
         let at = Linearisation {
             point: x,
-            objective_gradient: &gradient_of(P::objective, x),
+            objective_gradient: &gradient(P::objective, x),
             constraints: &P::constraints(x),
             jacobian: &jacobian.iter().map(<[f64]>::to_vec).collect::<Vec<_>>(),
         };
@@ -150,7 +150,7 @@ impl Optimiser for Adaptive {
     fn update<P: Problem>((adam, augmented, last): &mut Self::State, x: &mut [f64]) {
         let objective =
             |x: &[Var<f64>]| augmented.objective(P::objective(x), violations::<P, _>(x));
-        let slopes = gradient_of(objective, x);
+        let slopes = gradient(objective, x);
         let done = adam.updates as f64 / Self::UPDATES as f64;
         let rate = 0.02 * (1.0 - done);
         (Adam::default().update(adam, x, &slopes, rate)).expect("a finite gradient");
@@ -174,7 +174,7 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
 /// A problem's constraints as the drivers take them.
 struct Constraints<P>(PhantomData<P>);
 
-impl<P: Problem> VectorFunction for Constraints<P> {
+impl<P: Problem> Constraints<P> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         P::constraints(x)
     }

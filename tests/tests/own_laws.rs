@@ -2,7 +2,7 @@
 //! the field, and by the check of gradients.
 
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Real, Var, gradient_of};
+use autodiff::{Function, Real, Var, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
@@ -395,7 +395,7 @@ fn robots_of_a_batch_may_differ_in_their_surroundings() {
                 let gradient = |together| {
                     let sum =
                         |x: &[Var<f64>]| by_number.ends(x, together).iter().map(|end| end[0]).sum();
-                    gradient_of(sum, &values)
+                    gradient(sum, &values)
                 };
                 assert_eq!(gradient(false), gradient(true), "{name}");
             }

@@ -1,4 +1,4 @@
-//! `#[derive(Parameters)]` for structures of numbers; documented with the trait in `autodiff`.
+//! `#[derive(Parameters)]` for structures of numbers. The trait in `autodiff` has the documentation.
 
 use proc_macro::TokenStream;
 use proc_macro2::{TokenStream as Code, TokenTree};
@@ -20,8 +20,8 @@ pub fn parameters(input: TokenStream) -> TokenStream {
 fn implementation(input: &DeriveInput) -> Result<Code, Error> {
     let name = &input.ident;
     let Data::Struct(data) = &input.data else {
-        let refused = "Parameters can be derived for structs; enums and unions have no fixed number of \
-                       parameters";
+        let refused = "Parameters can only be derived for structs; enums and unions have no fixed number \
+                       of parameters";
         return Err(Error::new(name.span(), refused));
     };
     let number = number(input)?;

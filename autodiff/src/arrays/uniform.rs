@@ -19,7 +19,7 @@ pub type Uniforms<R> = [R; MOST_UNIFORMS];
 ///
 /// ```
 /// use autodiff::arrays::{UniformKernel, Uniforms};
-/// use autodiff::{Model, Program, Real, Rollout, Var, gradient_of};
+/// use autodiff::{Model, Program, Real, Rollout, Var, gradient};
 ///
 /// struct Decay;
 ///
@@ -47,7 +47,7 @@ pub type Uniforms<R> = [R; MOST_UNIFORMS];
 /// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
 /// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
 /// // The sum is 24 (1 - rate)^2.
-/// assert_eq!(gradient_of(sum, &[0.5]), [-24.0]);
+/// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
 /// ```
 pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
@@ -253,7 +253,7 @@ impl UniformInputs {
 mod tests {
     use crate::arrays::{UniformKernel, Uniforms};
     use crate::check::{Options, Verdict, check_gradient};
-    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient_of};
+    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient};
 
     /// A spring of stiffness `u[0]` that pulls harder by `u[1]` at each length.
     #[derive(Clone)]
@@ -344,10 +344,7 @@ mod tests {
                 let ends = rollout().run_batch(&vec![&start[..]; count], &given);
                 ends.iter().map(|end| weighted(end)).sum()
             };
-            let [alone, together] = [
-                gradient_of(alone, &of_robots),
-                gradient_of(together, &of_robots),
-            ];
+            let [alone, together] = [gradient(alone, &of_robots), gradient(together, &of_robots)];
             assert_eq!(alone, together);
         }
     }

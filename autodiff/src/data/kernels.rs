@@ -4,8 +4,8 @@ use crate::arrays::{Kernel, Pullback};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// The values of a kernel at `count` points, in lanes: `output(i, y)` is called for `i = 0, 1, ...`
-/// with the values at the point `input(i)`.
+/// Evaluates a kernel at `count` points, in lanes. Calls `output(i, y)` for `i = 0, 1, ...` with the values
+/// at the point `input(i)`.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, data};
@@ -38,12 +38,11 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     });
 }
 
-/// The Jacobians of a kernel at `count` points, in lanes: `output(i, jacobian)` is called for
+/// Computes the Jacobians of a kernel at `count` points, in lanes. Calls `output(i, jacobian)` for
 /// `i = 0, 1, ...` with values and partials at the point `input(i)`.
 ///
-/// Where the inputs of each kernel are `I` of many variables, this is a sparse Jacobian with `I` entries
-/// in each row. The inputs are seeded with the same `I` directions at every point, whichever variables
-/// they are: column compression without a colouring.
+/// If the inputs are `I` of many variables, this is a sparse Jacobian with `I` entries in each row. The same
+/// `I` directions serve at every point, which is column compression without a colouring.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, data};
@@ -75,7 +74,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     });
 }
 
-/// Values and partials of a kernel at one point.
+/// The values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
     /// Per result and input: the partial in each lane.
@@ -94,19 +93,19 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
         values
     }
 
-    /// A result.
+    /// Returns a result.
     #[inline(always)]
     pub fn value(&self, result: usize) -> R {
         self.values[result][self.lane]
     }
 
-    /// The derivative of a result by an input.
+    /// Returns the derivative of a result by an input.
     #[inline(always)]
     pub fn partial(&self, result: usize, input: usize) -> R {
         self.partials[result][input][self.lane]
     }
 
-    /// The derivatives of a result by all inputs.
+    /// Returns the derivatives of a result by all inputs.
     #[inline(always)]
     pub fn row(&self, result: usize) -> [R; I] {
         let mut row = [R::zero(); I];
@@ -117,8 +116,7 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     }
 }
 
-/// The inputs of `L::N` points from the first on; points past the last there is repeat it. `rows` is
-/// working memory.
+/// The inputs of `L::N` points from `first` on; places past `last` repeat it. `rows` is working memory.
 #[inline(always)]
 fn gather<R: Real, L: Lane<R>, const I: usize>(
     input: &impl Fn(usize) -> [R; I],
@@ -138,7 +136,7 @@ fn gather<R: Real, L: Lane<R>, const I: usize>(
     x
 }
 
-/// The rows of the identity, whose cotangents are a Jacobian.
+/// The rows of the identity: as cotangents they give a Jacobian.
 #[inline(always)]
 fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     let mut rows = [[L::zero(); O]; O];
@@ -148,7 +146,7 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all, or none.
+/// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all or none.
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

@@ -7,11 +7,11 @@ use crate::drivers::Function;
 use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
 
-/// A function recorded once, without values, and replayed forward and back at any number of points, in
+/// A function that is recorded once, without values, and replayed forward and back at any number of points, in
 /// lanes over the points.
 ///
-/// Code without values cannot take another branch at another point: what it would need for that, the
-/// primal of a number, is refused when it is recorded.
+/// A record holds for all points, so the function must not branch on values. Asking for the primal of a
+/// number while recording is refused.
 ///
 /// ```
 /// use autodiff::data::Recorded;
@@ -36,9 +36,9 @@ pub struct Recorded {
     plan: Arc<Plan>,
 }
 
-/// The function asks for values, and so cannot be recorded without them: by
-/// [`primal`](crate::Real::primal), by `is_zero`, by [`Mask::any`](crate::Mask::any) or
-/// [`all`](crate::Mask::all), or in a [fused](crate::Real::fused) function, whose derivative is its own.
+/// The function asks for values and so cannot be recorded without them: it calls
+/// [`primal`](crate::Real::primal), `is_zero`, [`Mask::any`](crate::Mask::any) or
+/// [`all`](crate::Mask::all), or a [fused](crate::Real::fused) function, which has its own derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct NeedsValues {}
@@ -46,8 +46,8 @@ pub struct NeedsValues {}
 impl fmt::Display for NeedsValues {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(
-            "the function asks for values, by primal, is_zero, any or all, or calls a fused function: \
-             its recording could not stand for other points",
+            "the function cannot be recorded for other points: it asks for values by primal, is_zero, any \
+             or all, or it calls a fused function",
         )
     }
 }
@@ -55,10 +55,10 @@ impl fmt::Display for NeedsValues {
 impl std::error::Error for NeedsValues {}
 
 impl Recorded {
-    /// Records a function of so many arguments.
+    /// Records a function with this number of arguments.
     ///
     /// # Errors
-    /// If it asks for values.
+    /// If the function asks for values.
     pub fn new(function: &impl Function, arguments: usize) -> Result<Self, NeedsValues> {
         let plan = Plan::record([arguments, 0], |x, _| vec![function.eval(x)]);
         Ok(Self {
@@ -67,19 +67,19 @@ impl Recorded {
         })
     }
 
-    /// The value and the gradient at a point.
+    /// Returns the value and the gradient at a point.
     ///
     /// # Panics
-    /// If the point has not as many numbers as the function has arguments.
+    /// If the point does not have one number per argument.
     pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
         let mut both = self.values_and_gradients(&[x]);
         both.remove(0)
     }
 
-    /// The values and gradients at many points.
+    /// Returns the value and the gradient at each point.
     ///
     /// # Panics
-    /// If a point has not as many numbers as the function has arguments.
+    /// If a point does not have one number per argument.
     pub fn values_and_gradients<R: Real>(&self, points: &[impl AsRef<[R]>]) -> Vec<(R, Vec<R>)> {
         let mut columns = vec![Vec::with_capacity(points.len()); self.arguments];
         for point in points {
@@ -100,13 +100,13 @@ impl Recorded {
         values.map(|(k, &value)| (value, gradient(k))).collect()
     }
 
-    /// The sum of the function's values at many points, whose numbers are variables: on the reverse tape one
-    /// entry. A column holds the numbers of one argument at all points. Of a [`Sum`](super::Sum) the points
-    /// are data.
+    /// Returns the sum of the function's values at many points that are variables, as one entry of the
+    /// reverse tape. A column holds the numbers of one argument at all points. In a [`Sum`](super::Sum) the
+    /// points are data instead.
     ///
     /// ```
     /// use autodiff::data::Recorded;
-    /// use autodiff::{Function, Real, gradient_of};
+    /// use autodiff::{Function, Real, gradient};
     ///
     /// struct Exponential;
     /// impl Function for Exponential {
@@ -116,13 +116,13 @@ impl Recorded {
     /// }
     ///
     /// let exponential = Recorded::new(&Exponential, 1)?;
-    /// let softmax = gradient_of(|x| exponential.total(&[x]).ln(), &[0.0, 0.0, 2f64.ln()]);
+    /// let softmax = gradient(|x| exponential.total(&[x]).ln(), &[0.0, 0.0, 2f64.ln()]);
     /// assert_eq!(softmax, [0.25, 0.25, 0.5]);
     /// # Ok::<(), autodiff::data::NeedsValues>(())
     /// ```
     ///
     /// # Panics
-    /// Unless there is a column for each argument, and all columns have the same length.
+    /// If there is not one column per argument, or the columns differ in length.
     pub fn total<R: Real>(&self, columns: &[&[R]]) -> R {
         let (given, arguments) = (columns.len(), self.arguments);
         assert!(
@@ -152,10 +152,10 @@ fn replayed<R: Real>(plan: &Plan, columns: &[&[R]], wanted: Wanted<R>) -> Replay
 struct Total(Arc<Plan>);
 
 impl Total {
-    /// The sum, and for each column its gradient if that is wanted.
+    /// The sum, and for each column its gradient if wanted.
     fn run<R: Real>(&self, columns: &[&[R]], wanted: Wanted<R>) -> (Vec<R>, Vec<Vec<R>>) {
         let replayed = replayed(&self.0, columns, wanted);
-        // Several sums, whose additions need not wait for one another.
+        // Several independent sums hide the latency of the additions.
         let mut sums = [R::zero(); 16];
         for terms in replayed.results[0].chunks(sums.len()) {
             for (sum, &term) in sums.iter_mut().zip(terms) {

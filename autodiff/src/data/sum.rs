@@ -2,35 +2,35 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::drivers::value_and_gradient_of;
+use crate::drivers::value_and_gradient;
 use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Wanted};
 use crate::reverse::Var;
 
 /// A function of parameters that all data share and of one datum: a term of a [`Sum`].
 pub trait Summand: Send + Sync + 'static {
-    /// The term for one datum.
+    /// Returns the term of one datum.
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R;
 }
 
 /// The sum of a [`Summand`] over data.
 ///
 /// The summand is recorded once, without values, and replayed over blocks of data in lanes, also for its
-/// gradient: on the reverse tape the whole sum is one fused entry. A summand that calls fused functions
-/// ([`Real::fused`], [`Mask::any`] or `is_zero` likewise) cannot be recorded so. It takes an ordinary tape,
-/// datum by datum, which is much slower.
+/// gradient. On the reverse tape the whole sum is one fused entry. A summand that calls [`Real::fused`],
+/// [`Mask::any`] or `is_zero` cannot be recorded without values. It runs on an ordinary tape, datum by
+/// datum, which is much slower.
 ///
 /// [`Mask::any`]: crate::Mask::any
 ///
-/// A network's layers are found in the record: dot products of rows of parameters with the same other numbers,
-/// [`R::dot(row, x)`](Real::dot) for one row after the other, whatever happens to each product in between.
-/// They are computed as products of matrices over a block of data. Rows of one length, evenly spaced, make
-/// a layer; `x` may be in a few evenly spaced parts. The rule that a zero cotangent passes zero holds
-/// here too. A mini-batch that is a matrix already can go through [`dense_batch`](crate::fused::dense_batch).
+/// The record is searched for the layers of a network: dot products of rows of parameters with the same
+/// numbers, [`R::dot(row, x)`](Real::dot) for one row after the other. They are computed as matrix products
+/// over a block of data. Rows of one length, evenly spaced, make a layer; `x` may consist of a few evenly
+/// spaced parts, and the code may use each product before it computes the next. A zero cotangent passes zero
+/// here too. For a mini-batch that is already a matrix, use [`dense_batch`](crate::fused::dense_batch).
 ///
 /// ```
 /// use autodiff::data::{Sum, Summand};
-/// use autodiff::{Real, gradient_of};
+/// use autodiff::{Real, gradient};
 ///
 /// /// The squared distance of a line from a point.
 /// struct Misfit;
@@ -43,7 +43,7 @@ pub trait Summand: Send + Sync + 'static {
 ///
 /// let points = Sum::new(Misfit, &[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]);
 /// assert_eq!(points.run(&[1.0, 1.0]), 2.0);
-/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
+/// assert_eq!(gradient(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
 /// ```
 #[derive(Debug)]
 pub struct Sum<S>(Arc<Terms<S>>);
@@ -63,7 +63,7 @@ struct Terms<S> {
     recorded: Mutex<Option<Recorded>>,
 }
 
-/// The summand for so many shared parameters; `None` if it cannot be recorded.
+/// The plan of the summand for this number of shared parameters; `None` if it cannot be recorded.
 #[derive(Clone, Debug)]
 struct Recorded {
     shared: usize,
@@ -71,7 +71,7 @@ struct Recorded {
 }
 
 impl<S: Summand> Sum<S> {
-    /// A sum over data, which all have the same length.
+    /// Creates a sum over data of one length.
     ///
     /// # Panics
     /// If the data differ in length.
@@ -93,12 +93,12 @@ impl<S: Summand> Sum<S> {
         }))
     }
 
-    /// The sum, given the shared parameters.
+    /// Returns the sum at these shared parameters.
     pub fn run<R: Real>(&self, shared: &[R]) -> R {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// The summand's plan; recorded again only if the number of shared parameters has changed.
+    /// The summand's plan. It is recorded again only if the number of shared parameters has changed.
     fn plan(&self, shared: usize) -> Option<Arc<Plan>> {
         let terms = &*self.0;
         let recorded = || {
@@ -123,11 +123,11 @@ impl<S: Summand> Sum<S> {
         plan
     }
 
-    /// The sum, and its gradient if that is wanted.
+    /// The sum, and its gradient if wanted.
     fn total<R: Real>(&self, shared: &[R], wanted: Wanted<R>) -> (R, Vec<R>) {
         let Terms { count, columns, .. } = &*self.0;
         if *count == 0 {
-            // Without a datum its length is not known, and the summand cannot be recorded.
+            // Without data the length of a datum is unknown, and the summand cannot be recorded.
             return (R::zero(), vec![R::zero(); shared.len()]);
         }
         let Some(plan) = self.plan(shared.len()) else {
@@ -158,7 +158,7 @@ impl<S: Summand> Sum<S> {
         } = &*self.0;
         for i in 0..*count {
             let datum: Vec<Var<R>> = columns.iter().map(|c| Var::lit(c[i])).collect();
-            let (term, bars) = value_and_gradient_of(|shared| summand.eval(shared, &datum), shared);
+            let (term, bars) = value_and_gradient(|shared| summand.eval(shared, &datum), shared);
             total += term;
             for (sum, bar) in gradient.iter_mut().zip(bars) {
                 *sum += bar;

@@ -1,4 +1,4 @@
-//! Instruments: is a gradient right, where did a NaN come from, what does rounding do.
+//! Instruments: checks of gradients, origins of NaN, rounding errors.
 
 pub mod check;
 pub mod double_double;

@@ -4,14 +4,14 @@ use std::ops::Index;
 
 /// A dense matrix, row by row in one vector: a Jacobian or a Hessian.
 ///
-/// `m[i][j]` is an entry and `m[i]` a row. [`as_slice`](Self::as_slice) is what other crates' matrices
-/// are made of: `DMatrix::from_row_slice(m.rows(), m.columns(), m.as_slice())` in nalgebra, and
+/// `m[i][j]` is an entry and `m[i]` a row. To make a matrix of another crate:
+/// `DMatrix::from_row_slice(m.rows(), m.columns(), m.as_slice())` in nalgebra,
 /// `Array2::from_shape_vec((m.rows(), m.columns()), m.into_vec())` in ndarray.
 ///
 /// ```
-/// use autodiff::{Dense, jacobian_of};
+/// use autodiff::{Dense, jacobian};
 ///
-/// let m: Dense<f64> = jacobian_of(|x| vec![x[0] * x[1], x[0] - x[1]], &[2.0, 3.0]);
+/// let m: Dense<f64> = jacobian(|x| vec![x[0] * x[1], x[0] - x[1]], &[2.0, 3.0]);
 /// assert_eq!((m.rows(), m.columns()), (2, 2));
 /// assert_eq!(m, [[3.0, 2.0], [1.0, -1.0]]);
 /// assert_eq!((m[0][1], &m[1]), (2.0, &[1.0, -1.0][..]));
@@ -25,16 +25,16 @@ pub struct Dense<R> {
 }
 
 impl<R> Dense<R> {
-    /// A matrix of these entries, row by row.
+    /// Creates a matrix of entries given row by row.
     ///
     /// # Panics
-    /// If their number is not that of the places.
+    /// If there are not `rows * columns` entries.
     pub fn new(rows: usize, columns: usize, entries: Vec<R>) -> Self {
         let places = rows * columns;
         let count = entries.len();
         assert!(
             count == places,
-            "a matrix of {rows} rows and {columns} columns has {places} entries, not {count}"
+            "a matrix of {rows} rows and {columns} columns needs {places} entries, found {count}"
         );
         Self {
             rows,
@@ -43,18 +43,18 @@ impl<R> Dense<R> {
         }
     }
 
-    /// A matrix of rows of one length.
+    /// Creates a matrix of rows of one length.
     pub(crate) fn of_rows(columns: usize, rows: Vec<Vec<R>>) -> Self {
         let count = rows.len();
         Self::new(count, columns, rows.into_iter().flatten().collect())
     }
 
-    /// How many rows.
+    /// The number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// How many columns.
+    /// The number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -79,7 +79,10 @@ impl<R> Index<usize> for Dense<R> {
     type Output = [R];
     fn index(&self, row: usize) -> &[R] {
         let rows = self.rows;
-        assert!(row < rows, "there is no row {row} in a matrix of {rows}");
+        assert!(
+            row < rows,
+            "row {row} is out of range: the matrix has {rows} rows"
+        );
         &self.entries[row * self.columns..][..self.columns]
     }
 }
@@ -90,7 +93,7 @@ impl<R: PartialEq, const M: usize, const N: usize> PartialEq<[[R; N]; M]> for De
     }
 }
 
-/// Row by row, as nalgebra lays out none of its own.
+/// Copies, because nalgebra stores its matrices by columns.
 #[cfg(feature = "nalgebra")]
 impl<R: nalgebra::Scalar> From<Dense<R>> for nalgebra::DMatrix<R> {
     fn from(matrix: Dense<R>) -> Self {

@@ -1,111 +1,65 @@
-//! Gradients, by one reverse sweep.
+//! Gradients: by one reverse sweep, or by forward passes.
 
 use super::seed::{CHUNK, seeded};
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
-/// A scalar function of a vector.
+/// A scalar function of a vector, generic over its numbers. Drivers take closures; only what evaluates
+/// a function in several number types, such as [`check_gradient`](crate::check::check_gradient), takes
+/// this trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a `Function`, which is generic over its numbers",
-    note = "a closure, or a function `fn f<R: Real>(x: &[R]) -> R`, goes to the driver whose name ends in `_of`"
+    note = "write a type with `impl Function`: a closure has one number type, and this needs several"
 )]
 pub trait Function {
-    /// The value at `x`.
+    /// Returns the value at `x`.
     fn eval<R: Real>(&self, x: &[R]) -> R;
 }
 
-/// The gradient, by one reverse sweep.
+/// Returns the gradient at `x`, by one reverse sweep.
 ///
 /// ```
-/// use autodiff::{Function, Real, gradient};
+/// use autodiff::{Real, gradient};
 ///
-/// struct Rosenbrock;
-/// impl Function for Rosenbrock {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         let (valley, slope) = (x[1] - x[0] * x[0], R::one() - x[0]);
-///         R::lit(100.0) * valley * valley + slope * slope
-///     }
-/// }
-/// assert_eq!(gradient(&Rosenbrock, &[1.0, 1.0]), [0.0, 0.0]);
+/// assert_eq!(gradient(|x| 3.0 * x[0] * x[1].sin() + 1.0, &[2.0, 0.0]), [0.0, 6.0]);
 /// ```
-pub fn gradient<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
+pub fn gradient<R: Real>(function: impl FnOnce(&[Var<R>]) -> Var<R>, x: &[R]) -> Vec<R> {
     value_and_gradient(function, x).1
 }
 
-/// The value and the gradient, by one reverse sweep.
+/// Returns the value and the gradient at `x`, by one reverse sweep.
 ///
 /// ```
-/// use autodiff::{Function, Real, value_and_gradient};
+/// use autodiff::{Real, value_and_gradient};
 ///
-/// struct Product;
-/// impl Function for Product {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         x[0] * x[1]
-///     }
-/// }
-/// assert_eq!(value_and_gradient(&Product, &[2.0, 3.0]), (6.0, vec![3.0, 2.0]));
-/// ```
-pub fn value_and_gradient<R: Real>(function: &impl Function, x: &[R]) -> (R, Vec<R>) {
-    value_and_gradient_of(|x| function.eval(x), x)
-}
-
-/// The gradient of a closure, by one reverse sweep: shorter than a type with [`Function`] where
-/// no other mode is needed.
-///
-/// ```
-/// use autodiff::{Real, gradient_of};
-///
-/// assert_eq!(gradient_of(|x| 3.0 * x[0] * x[1].sin() + 1.0, &[2.0, 0.0]), [0.0, 6.0]);
-/// ```
-pub fn gradient_of<R: Real>(function: impl FnOnce(&[Var<R>]) -> Var<R>, x: &[R]) -> Vec<R> {
-    value_and_gradient_of(function, x).1
-}
-
-/// The value and the gradient of a closure, by one reverse sweep.
-///
-/// ```
-/// use autodiff::{Real, value_and_gradient_of};
-///
-/// let (value, gradient) = value_and_gradient_of(|x| x[0] * x[1].exp(), &[2.0, 0.0]);
+/// let (value, gradient) = value_and_gradient(|x| x[0] * x[1].exp(), &[2.0, 0.0]);
 /// assert_eq!((value, gradient), (2.0, vec![1.0, 2.0]));
 /// ```
-pub fn value_and_gradient_of<R: Real>(
+pub fn value_and_gradient<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
 ) -> (R, Vec<R>) {
+    swept(Box::new(function), x)
+}
+
+/// Records and sweeps. Compiled once per number type, not once per closure.
+fn swept<R: Real>(function: Box<dyn FnOnce(&[Var<R>]) -> Var<R> + '_>, x: &[R]) -> (R, Vec<R>) {
     with_tape(|tape| {
         let y = tape.record(x, function);
         (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
     })
 }
 
-/// The gradient by forward passes, each over four arguments: no tape, and so faster than [`gradient`] for
-/// a handful of arguments.
+/// Returns the gradient at `x` by forward passes over four arguments each. It needs no tape, and is
+/// faster than [`gradient`] for a handful of arguments.
 ///
 /// ```
-/// use autodiff::{Function, Real, gradient_forward};
+/// use autodiff::{Real, gradient_forward};
 ///
-/// struct Product;
-/// impl Function for Product {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         x[0] * x[1]
-///     }
-/// }
-/// assert_eq!(gradient_forward(&Product, &[2.0, 3.0]), [3.0, 2.0]);
+/// assert_eq!(gradient_forward(|x| x[0] * x[1].exp(), &[2.0, 0.0]), [1.0, 2.0]);
 /// ```
-pub fn gradient_forward<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
-    gradient_forward_of(|x| function.eval(x), x)
-}
-
-/// The gradient of a closure by forward passes, each over four arguments.
-///
-/// ```
-/// use autodiff::{Real, gradient_forward_of};
-///
-/// assert_eq!(gradient_forward_of(|x| x[0] * x[1].exp(), &[2.0, 0.0]), [1.0, 2.0]);
-/// ```
-pub fn gradient_forward_of<R: Real>(
+pub fn gradient_forward<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Dual<R, CHUNK>,
     x: &[R],
 ) -> Vec<R> {

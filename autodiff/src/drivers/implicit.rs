@@ -1,58 +1,57 @@
 //! Derivatives of a root, without differentiating the iterations that found it.
 //!
-//! Where `F(x, p) = 0` defines `x` as a function of `p`, the implicit function theorem gives its
-//! derivative from the Jacobians of `F` at the root: `x_dot = -F_x^-1 F_p p_dot`, and in reverse
-//! `p_bar = -F_p^T F_x^-T x_bar`. How `x` was found plays no part, so the solver may iterate,
-//! branch and stop as it likes, on plain numbers. Differentiating through the solver instead would cost
-//! every iteration once more, and, if it stopped early, give the derivative of its last iterate.
+//! Where `F(x, p) = 0` defines `x` as a function of `p`, the implicit function theorem gives the
+//! derivative of `x` from the Jacobians of `F` at the root: `x_dot = -F_x^-1 F_p p_dot`, and in reverse
+//! `p_bar = -F_p^T F_x^-T x_bar`. It does not matter how `x` was found: the solver may iterate, branch and
+//! stop as it likes, on plain numbers. Differentiating the solver would cost every iteration again. If
+//! the solver stopped early, it would also give the derivative of the last iterate, not of the root.
 
 use std::fmt;
 
-use super::jacobian::joined_columns;
+use super::jacobian::{joined_columns, vjp};
 use super::lu::Lu;
 use super::seed::{CHUNK, seeded};
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Fused, Mask, Real};
-use crate::reverse::{Tape, Var};
+use crate::reverse::Var;
 
-/// As many equations as unknowns, with parameters. It must own its data, or share them by an `Arc`,
-/// because the tape keeps it.
+/// As many equations as unknowns, with parameters. The tape keeps the residual, so it must own its data or
+/// share them by an `Arc`.
 ///
-/// The equations of an equilibrium are the gradient of an energy, and can be written so; parameters
-/// enter the inner gradient as [constants](Var::constant):
+/// If the equations are the gradient of an energy, write them as one. Parameters enter the inner gradient
+/// as [constants](Var::constant):
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
-/// use autodiff::{Real, Var, gradient_of};
+/// use autodiff::{Real, Var, gradient};
 ///
-/// /// Where `x^4 / 4 + x^2 / 2 - load x` is least.
+/// /// The equilibrium where `x^4 / 4 + x^2 / 2 - load x` is smallest.
 /// #[derive(Clone)]
 /// struct Equilibrium;
 /// impl Residual for Equilibrium {
 ///     fn eval<R: Real>(&self, x: &[R], load: &[R]) -> Vec<R> {
 ///         let load = Var::constant(load[0]);
-///         gradient_of(|x| 0.25 * x[0].powi(4) + 0.5 * x[0] * x[0] - load * x[0], x)
+///         gradient(|x| 0.25 * x[0].powi(4) + 0.5 * x[0] * x[0] - load * x[0], x)
 ///     }
 /// }
 ///
 /// // x^3 + x = load.
-/// let by_load = gradient_of(|load| root(Equilibrium, &[Var::lit(1.0)], load).unwrap()[0], &[2.0]);
+/// let by_load = gradient(|load| root(Equilibrium, &[Var::lit(1.0)], load).unwrap()[0], &[2.0]);
 /// assert_eq!(by_load, [0.25]);
 /// ```
 pub trait Residual: Clone + Send + 'static {
-    /// `F(x, p)`, one entry per entry of `x`; zero where `x` is the solution at `p`.
+    /// Returns `F(x, p)`, one entry per entry of `x`; zero where `x` is the solution at `p`.
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R>;
 }
 
-/// Why [`root`] makes nothing of a point.
+/// Why [`root`] rejected a point.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoRoot {
-    /// The Jacobian of the residual by the unknowns has no inverse: `x` is no function of `p` there.
+    /// The Jacobian of the residual by the unknowns is singular: `x` is not a function of `p` there.
     Singular {
-        /// The first unknown whose column depends on those before it, to within rounding, or is not a
-        /// number.
+        /// The first unknown whose column depends on earlier columns, to within rounding, or is NaN.
         unknown: usize,
     },
     /// The residual is not zero.
@@ -61,7 +60,7 @@ pub enum NoRoot {
         unknown: usize,
         /// Its distance from the root, by a step of Newton's method, as the number type prints it.
         step: String,
-        /// The distance that is allowed.
+        /// The allowed distance.
         allowed: String,
     },
 }
@@ -72,7 +71,7 @@ impl fmt::Display for NoRoot {
             Self::Singular { unknown } => write!(
                 formatter,
                 "the residual's Jacobian is singular: its column for unknown {unknown} depends on \
-                 those before it or is not a number, so the root is no function of the parameters"
+                 earlier columns or is NaN, so the root is not a function of the parameters"
             ),
             Self::Far {
                 unknown,
@@ -80,7 +79,7 @@ impl fmt::Display for NoRoot {
                 allowed,
             } => write!(
                 formatter,
-                "the point is no root: unknown {unknown} is {step} away from it, where {allowed} is \
+                "the point is not a root: unknown {unknown} is {step} away from it, at most {allowed} is \
                  allowed; solve more accurately, or allow more by `root_within`"
             ),
         }
@@ -89,14 +88,14 @@ impl fmt::Display for NoRoot {
 
 impl std::error::Error for NoRoot {}
 
-/// Makes the root `x` of `residual`, found for the primal of `p`, a function of `p`: its value is `x`
-/// itself, its derivatives follow from the equations, in every mode and nesting. Derivatives that `x`
-/// carries are ignored, so run the solver on [primals](Real::primal), or on
-/// [detached](Real::detach) parameters, which cost nothing on the tape. The derivatives are off by the order of the error of `x`.
+/// Turns `x`, the root of `residual` found for the primal of `p`, into a function of `p`. The value is `x`
+/// itself. The derivatives follow from the equations, in every mode and nesting; their error is of the
+/// order of the error of `x`. Derivatives that `x` carries are ignored, so run the solver on
+/// [primals](Real::primal), or on [detached](Real::detach) parameters, which cost nothing on the tape.
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
-/// use autodiff::{Function, Real, gradient};
+/// use autodiff::{Real, gradient};
 ///
 /// /// `x + p x^5 = 1`.
 /// #[derive(Clone)]
@@ -107,7 +106,7 @@ impl std::error::Error for NoRoot {}
 ///     }
 /// }
 ///
-/// /// Anyone's solver, of plain floats.
+/// /// Any solver on plain floats.
 /// fn bisected(f: impl Fn(f64) -> f64) -> f64 {
 ///     let (mut low, mut high) = (0.0, 1.0);
 ///     for _ in 0..60 {
@@ -117,32 +116,29 @@ impl std::error::Error for NoRoot {}
 ///     low
 /// }
 ///
-/// struct Solution;
-/// impl Function for Solution {
-///     fn eval<R: Real>(&self, p: &[R]) -> R {
-///         let held = p[0].primal();
-///         let x = bisected(|x| Quintic.eval(&[x], &[held])[0]);
-///         root(Quintic, &R::lits(&[x]), p).expect("a residual that increases")[0]
-///     }
+/// fn solution<R: Real>(p: &[R]) -> R {
+///     let held = p[0].primal();
+///     let x = bisected(|x| Quintic.eval(&[x], &[held])[0]);
+///     root(Quintic, &R::lits(&[x]), p).expect("a residual that increases")[0]
 /// }
 ///
-/// let difference = (Solution.eval(&[2.0 + 1e-5]) - Solution.eval(&[2.0 - 1e-5])) / 2e-5;
-/// assert!((gradient(&Solution, &[2.0])[0] - difference).abs() < 1e-9);
+/// let difference = (solution(&[2.0 + 1e-5]) - solution(&[2.0 - 1e-5])) / 2e-5;
+/// assert!((gradient(solution, &[2.0])[0] - difference).abs() < 1e-9);
 /// ```
 ///
 /// # Errors
-/// If the Jacobian by the unknowns is singular at the root, or not a number; if `x` is no root: if a step
-/// of Newton's method from it is longer than `(1 + max |x|)` times the cubic root of the type's epsilon,
+/// [`NoRoot::Singular`] if the Jacobian by the unknowns is singular or NaN at `x`. [`NoRoot::Far`] if a step
+/// of Newton's method from `x` is longer than `(1 + max |x|)` times the cubic root of the type's epsilon,
 /// 6e-6 in f64.
 ///
 /// # Panics
-/// If the residual has not as many entries as `x`.
+/// If the residual does not have as many entries as `x`.
 pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>, NoRoot> {
     root_within(residual, x, p, epsilon::<R>().cbrt())
 }
 
-/// [`root`] with a tolerance of the caller's: how long a step of Newton's method from `x` may be, as a
-/// share of `1 + max |x|`.
+/// [`root`] with another tolerance: the longest step of Newton's method from `x`, relative to
+/// `1 + max |x|`.
 ///
 /// # Errors
 /// As [`root`].
@@ -156,8 +152,14 @@ pub fn root_within<R: Real>(
     tolerance: R,
 ) -> Result<Vec<R>, NoRoot> {
     let [x, held] = [x, p].map(|numbers| numbers.iter().map(|n| n.detach()).collect::<Vec<R>>());
-    let factors = factors(&residual, &x, &held)?;
-    let mut steps = residual.eval(&x, &held);
+    let root = Root(residual);
+    let factors = root.factors(&x, &held)?;
+    near(&x, root.0.eval(&x, &held), &factors, tolerance)?;
+    Ok(R::fused(root, &[&x, p]))
+}
+
+/// Refuses a point that a step of Newton's method would move further than allowed.
+fn near<R: Real>(x: &[R], mut steps: Vec<R>, factors: &Lu<R>, tolerance: R) -> Result<(), NoRoot> {
     factors.solve(&mut steps);
     let largest = x.iter().fold(R::zero(), |largest, x| largest.max(x.abs()));
     let allowed = tolerance.detach() * (R::one() + largest);
@@ -171,23 +173,25 @@ pub fn root_within<R: Real>(
             });
         }
     }
-    Ok(R::fused(Root(residual), &[&x, p]))
+    Ok(())
 }
 
 /// The factors of the Jacobian by the unknowns.
-fn factors<R: Real>(residual: &impl Residual, x: &[R], p: &[R]) -> Result<Lu<R>, NoRoot> {
-    let p = constants(p);
+fn factors<R: Real>(
+    residual: &dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
+    x: &[R],
+) -> Result<Lu<R>, NoRoot> {
     let pass = |first| {
-        let f = residual.eval(&seeded(x, first), &p);
+        let f = residual(&seeded(x, first));
         assert_eq!(
             f.len(),
             x.len(),
-            "a residual has as many entries as there are unknowns"
+            "a residual must have as many entries as there are unknowns"
         );
         f
     };
-    let passes = (0..x.len()).step_by(CHUNK).map(pass);
-    let columns = joined_columns(passes, x.len(), Some(x.len()));
+    let mut passes = (0..x.len()).step_by(CHUNK).map(pass);
+    let columns = joined_columns(&mut passes, x.len());
     Lu::new(columns.iter().map(<[R]>::to_vec).collect())
         .map_err(|unknown| NoRoot::Singular { unknown })
 }
@@ -196,11 +200,22 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
     numbers.iter().copied().map(Dual::constant).collect()
 }
 
+/// Gives the root `x` its tangents, from those of the residual at the root as a constant.
+fn moved<R: Real, const N: usize>(x: &mut [Dual<R, N>], residual: &[Dual<R, N>], factors: &Lu<R>) {
+    for i in 0..N {
+        let mut x_dot: Vec<R> = residual.iter().map(|f| -f.tangent[i]).collect();
+        factors.solve(&mut x_dot);
+        for (x, x_dot) in x.iter_mut().zip(x_dot) {
+            x.tangent[i] = x_dot;
+        }
+    }
+}
+
 /// The root as a function of the slices `x`, through which no derivative passes, and `p`.
 ///
-/// Each mode peels one layer off its numbers and asks for the root in the numbers inside. That
-/// one carries all inner derivatives, and so do the Jacobians taken there: this is why nested
-/// derivatives come out right.
+/// Each mode peels one layer off its numbers and asks for the root in the numbers inside. The inner root
+/// carries all inner derivatives, and so do the Jacobians taken there. This makes nested derivatives
+/// correct.
 struct Root<F>(F);
 
 /// The numbers that the reverse sweep needs: the root, and the parameters it was found for.
@@ -215,9 +230,15 @@ impl<F: Residual> Root<F> {
         R::fused(Root(self.0.clone()), &[x, p])
     }
 
-    /// `root` has factored this matrix before: only different rounding can make it singular now.
-    fn factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
-        factors(&self.0, x, p).unwrap_or_else(|singular| panic!("{singular}"))
+    fn factors<R: Real>(&self, x: &[R], p: &[R]) -> Result<Lu<R>, NoRoot> {
+        let p = constants(p);
+        factors(&|x| self.0.eval(x, &p), x)
+    }
+
+    /// The factors of a matrix that `root` has factored before: only rounding can make it singular now.
+    fn known_factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
+        self.factors(x, p)
+            .unwrap_or_else(|singular| panic!("{singular}"))
     }
 }
 
@@ -230,18 +251,11 @@ impl<F: Residual> Fused for Root<F> {
 
     fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
         let [x, p] = [inputs[0], inputs[1]].map(|s| s.iter().map(|n| n.value).collect::<Vec<R>>());
-        let mut x = constants(&self.inner(&x, &p));
-        let moved = self.0.eval(&x, inputs[1]);
-        let values: Vec<R> = x.iter().map(|x| x.value).collect();
-        let factors = self.factors(&values, &p);
-        for i in 0..N {
-            let mut x_dot: Vec<R> = moved.iter().map(|f| -f.tangent[i]).collect();
-            factors.solve(&mut x_dot);
-            for (x, x_dot) in x.iter_mut().zip(x_dot) {
-                x.tangent[i] = x_dot;
-            }
-        }
-        x
+        let x = self.inner(&x, &p);
+        let mut dual = constants(&x);
+        let residual = self.0.eval(&dual, inputs[1]);
+        moved(&mut dual, &residual, &self.known_factors(&x, &p));
+        dual
     }
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, RootAtPoint<R>) {
@@ -253,12 +267,9 @@ impl<F: Residual> Fused for Root<F> {
     fn reverse<R: Real>(&self, saved: &mut RootAtPoint<R>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
         let RootAtPoint { x, p } = saved;
         let mut multipliers: Vec<R> = y_bar.iter().map(|&bar| -bar).collect();
-        self.factors(x, p).solve_transposed(&mut multipliers);
-        let mut tape = Tape::new();
-        let f = tape.record(p, |p| {
-            let x: Vec<Var<R>> = x.iter().copied().map(Var::constant).collect();
-            self.0.eval(&x, p)
-        });
-        vec![Vec::new(), tape.pullback(&f, &multipliers).to_vec()]
+        self.known_factors(x, p).solve_transposed(&mut multipliers);
+        let x: Vec<Var<R>> = x.iter().copied().map(Var::constant).collect();
+        let (_, p_bar) = vjp(|p| self.0.eval(&x, p), p, &multipliers);
+        vec![Vec::new(), p_bar]
     }
 }

@@ -6,49 +6,18 @@ use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
-/// A vector function of a vector.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a `VectorFunction`, which is generic over its numbers",
-    note = "a closure, or a function `fn f<R: Real>(x: &[R]) -> Vec<R>`, goes to the driver whose name ends in `_of`"
-)]
-pub trait VectorFunction {
-    /// The values at `x`; their number may not depend on the values in `x`.
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
-}
-
-/// The values and their derivatives along `direction` (a JVP), by one forward pass.
+/// Returns the values at `x` and their derivatives along `direction` (a JVP), by one forward pass.
 ///
 /// ```
-/// use autodiff::{Real, VectorFunction, jvp};
+/// use autodiff::{Real, jvp};
 ///
-/// struct Polar;
-/// impl VectorFunction for Polar {
-///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
-///     }
-/// }
-/// let (y, y_dot) = jvp(&Polar, &[2.0, 0.0], &[0.0, 1.0]);
-/// assert_eq!((y, y_dot), (vec![2.0, 0.0], vec![0.0, 2.0]));
-/// ```
-///
-/// # Panics
-/// If `x` and `direction` differ in length.
-pub fn jvp<R: Real>(function: &impl VectorFunction, x: &[R], direction: &[R]) -> (Vec<R>, Vec<R>) {
-    jvp_of(|x| function.eval(x), x, direction)
-}
-
-/// [`jvp`] of a closure.
-///
-/// ```
-/// use autodiff::{Real, jvp_of};
-///
-/// let (y, y_dot) = jvp_of(|x| vec![x[0].sin(), 2.0 * x[0]], &[0.0], &[1.0]);
+/// let (y, y_dot) = jvp(|x| vec![x[0].sin(), 2.0 * x[0]], &[0.0], &[1.0]);
 /// assert_eq!((y, y_dot), (vec![0.0, 0.0], vec![1.0, 2.0]));
 /// ```
 ///
 /// # Panics
-/// As [`jvp`].
-pub fn jvp_of<R: Real>(
+/// If `x` and `direction` differ in length.
+pub fn jvp<R: Real>(
     function: impl FnOnce(&[Dual<R, 1>]) -> Vec<Dual<R, 1>>,
     x: &[R],
     direction: &[R],
@@ -57,43 +26,24 @@ pub fn jvp_of<R: Real>(
     y.into_iter().map(|y| (y.value, y.tangent[0])).unzip()
 }
 
-/// The values, and their cotangents `y_bar` pulled back to `x` (a VJP), by one reverse sweep.
+/// Returns the values at `x`, and their cotangents `y_bar` pulled back to `x` (a VJP), by one reverse
+/// sweep.
 ///
 /// ```
-/// use autodiff::{Real, VectorFunction, vjp};
+/// use autodiff::{Real, vjp};
 ///
-/// struct Polar;
-/// impl VectorFunction for Polar {
-///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
-///     }
-/// }
-/// let (_, x_bar) = vjp(&Polar, &[2.0, 0.0], &[1.0, 1.0]);
-/// assert_eq!(x_bar, [1.0, 2.0]);
-/// ```
-///
-/// # Panics
-/// If `y_bar` has not one cotangent per value.
-pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Vec<R>, Vec<R>) {
-    vjp_of(|x| function.eval(x), x, y_bar)
-}
-
-/// [`vjp`] of a closure.
-///
-/// ```
-/// use autodiff::{Real, vjp_of};
-///
-/// let (_, x_bar) = vjp_of(|x| vec![x[0].sin(), 2.0 * x[0]], &[0.0], &[1.0, 1.0]);
+/// let (_, x_bar) = vjp(|x| vec![x[0].sin(), 2.0 * x[0]], &[0.0], &[1.0, 1.0]);
 /// assert_eq!(x_bar, [3.0]);
 /// ```
 ///
 /// # Panics
-/// As [`vjp`].
-pub fn vjp_of<R: Real>(
+/// If `y_bar` does not have one cotangent per value.
+pub fn vjp<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Vec<Var<R>>,
     x: &[R],
     y_bar: &[R],
 ) -> (Vec<R>, Vec<R>) {
+    let function: VectorOf<'_, R> = Box::new(function);
     with_tape(|tape| {
         let y = tape.record(x, function);
         let x_bar = tape.pullback(&y, y_bar).to_vec();
@@ -101,92 +51,78 @@ pub fn vjp_of<R: Real>(
     })
 }
 
-/// The Jacobian, one row per value and one column per argument: by forward passes over four arguments
-/// each where there are at least as many values as arguments, else by one reverse sweep per value. The
-/// function is evaluated once more, to count its values.
-///
-/// ```
-/// use autodiff::{Real, VectorFunction, jacobian};
-///
-/// struct Polar;
-/// impl VectorFunction for Polar {
-///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
-///     }
-/// }
-/// assert_eq!(jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
-/// ```
-///
-/// # Panics
-/// If the function has another number of values in one evaluation than in another.
-pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Dense<R> {
-    let values = function.eval(x).len();
-    if values >= x.len() {
-        let passes = (0..x.len()).step_by(CHUNK);
-        let passes = passes.map(|first| function.eval(&seeded(x, first)));
-        return joined_columns(passes, x.len(), Some(values));
-    }
-    with_tape(|tape| {
-        let y = tape.record(x, |x| function.eval(x));
-        assert_same_length(y.len(), values);
-        let mut entries = Vec::with_capacity(values * x.len());
-        for i in 0..values {
-            entries.extend_from_slice(tape.pullback(&y[i..=i], &[R::one()]));
-        }
-        Dense::new(values, x.len(), entries)
-    })
-}
+/// A closure behind a pointer: what takes it is compiled once per number type, not once per closure.
+type VectorOf<'a, R> = Box<dyn FnOnce(&[Var<R>]) -> Vec<Var<R>> + 'a>;
 
-/// The Jacobian of a closure, by forward passes over four arguments each. For a few values of many
-/// arguments [`vjp_of`] gives a row at a time, and [`jacobian`] chooses.
+/// Returns the Jacobian at `x`, one row per value and one column per argument, by forward passes over
+/// four arguments each. Use [`jacobian_reverse`] for fewer values than arguments.
 ///
 /// ```
-/// use autodiff::{Real, jacobian_of};
+/// use autodiff::{Real, jacobian};
 ///
-/// let polar = jacobian_of(|x| vec![x[0] * x[1].cos(), x[0] * x[1].sin()], &[2.0, 0.0]);
+/// let polar = jacobian(|x| vec![x[0] * x[1].cos(), x[0] * x[1].sin()], &[2.0, 0.0]);
 /// assert_eq!(polar, [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
 ///
 /// # Panics
-/// If the function has another number of values in one evaluation than in another.
-pub fn jacobian_of<R: Real>(
+/// If the number of values differs between passes.
+pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
 ) -> Dense<R> {
     // Without arguments one pass still counts the values.
     let passes = (0..x.len().max(1)).step_by(CHUNK);
     joined_columns(
-        passes.map(|first| function(&seeded(x, first))),
+        &mut passes.map(|first| function(&seeded(x, first))),
         x.len(),
-        None,
     )
 }
 
-/// A Jacobian from its columns, of which each pass has [`CHUNK`]. `values` is how many rows there are, if
-/// that is known before.
-pub(crate) fn joined_columns<R: Real>(
-    passes: impl IntoIterator<Item = Vec<Dual<R, CHUNK>>>,
-    columns: usize,
-    values: Option<usize>,
+/// Returns the Jacobian at `x`, one row per value and one column per argument, by one recording and one
+/// reverse sweep per value.
+///
+/// ```
+/// use autodiff::jacobian_reverse;
+///
+/// let volume = jacobian_reverse(|x| vec![x[0] * x[1] * x[2]], &[1.0, 2.0, 3.0]);
+/// assert_eq!(volume, [[6.0, 3.0, 2.0]]);
+/// ```
+pub fn jacobian_reverse<R: Real>(
+    function: impl FnOnce(&[Var<R>]) -> Vec<Var<R>>,
+    x: &[R],
 ) -> Dense<R> {
-    let (mut rows, mut entries) = (values, Vec::new());
-    for (pass, y) in passes.into_iter().enumerate() {
-        let values = *rows.get_or_insert(y.len());
-        assert_same_length(y.len(), values);
-        entries.resize(values * columns, R::zero());
+    let function: VectorOf<'_, R> = Box::new(function);
+    with_tape(|tape| {
+        let y = tape.record(x, function);
+        let mut entries = Vec::with_capacity(y.len() * x.len());
+        for value in y.chunks(1) {
+            entries.extend_from_slice(tape.pullback(value, &[R::one()]));
+        }
+        Dense::new(y.len(), x.len(), entries)
+    })
+}
+
+/// A Jacobian from its columns, of which each pass has [`CHUNK`].
+pub(crate) fn joined_columns<R: Real>(
+    passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
+    columns: usize,
+) -> Dense<R> {
+    let (mut rows, mut entries) = (0, Vec::new());
+    for (pass, y) in passes.enumerate() {
+        if pass == 0 {
+            rows = y.len();
+            entries.resize(rows * columns, R::zero());
+        }
+        assert_eq!(
+            y.len(),
+            rows,
+            "the function's number of values must not depend on its argument"
+        );
         let first = pass * CHUNK;
         let width = CHUNK.min(columns - first);
         for (i, y) in y.iter().enumerate() {
             entries[i * columns + first..][..width].copy_from_slice(&y.tangent[..width]);
         }
     }
-    Dense::new(rows.unwrap_or(0), columns, entries)
-}
-
-/// Refuses a vector function whose values are not as many as before.
-fn assert_same_length(now: usize, before: usize) {
-    assert_eq!(
-        now, before,
-        "the function's number of values may not depend on its argument"
-    );
+    Dense::new(rows, columns, entries)
 }

@@ -3,21 +3,21 @@
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
 
-/// The LU factors of a square matrix, by scaled partial pivoting: pivots are compared relative to the
-/// largest entry of their row, and count as zero relative to the largest such share in their column, so
-/// that the units of neither equations nor unknowns decide whether a matrix is singular.
+/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its
+/// row, and counts as zero relative to the largest scaled entry of its column. So the units of equations and
+/// unknowns do not decide whether a matrix is singular.
 ///
-/// Rows are exchanged by `select`: each lane has its own pivots. Duals are compared by their primals.
+/// Rows are exchanged by `select`, because each lane has its own pivots. Duals are compared by their primals.
 pub(crate) struct Lu<R: Real> {
-    /// `U`, and below its diagonal `L` without its diagonal of ones.
+    /// `U`, and below its diagonal `L` without the ones on the diagonal.
     rows: Vec<Vec<R>>,
-    /// `(k, i, whether rows k and i were exchanged)`, in this order.
+    /// `(k, i, whether rows k and i were exchanged)`, in the order of the exchanges.
     exchanges: Vec<(usize, usize, R::Mask)>,
 }
 
 impl<R: Real> Lu<R> {
-    /// Factors a matrix given by rows. The error is the first column that depends linearly on those
-    /// before it, to within rounding.
+    /// Factors a matrix given by rows. The error is the first column that depends linearly on earlier
+    /// columns, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
         let largest = |numbers: &[R]| {
@@ -38,7 +38,7 @@ impl<R: Real> Lu<R> {
         let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
-            // The largest pivot sinks into row `k`, one comparison at a time: lanes may choose other rows.
+            // The largest pivot moves to row `k`, one comparison at a time, because lanes may choose other rows.
             for i in k + 1..n {
                 // Compared as quotients: products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
@@ -115,7 +115,7 @@ fn swap<R: Real>(b: &mut [R], k: usize, i: usize, mask: R::Mask) {
 mod tests {
     use super::Lu;
 
-    /// The squares of these units are out of range.
+    /// The squares of these units leave the range of floats.
     #[test]
     fn units_of_any_size_leave_the_pivots_alone() {
         for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {

@@ -1,22 +1,21 @@
 //! Derivatives of whole functions.
 //!
-//! A function to differentiate is a type with one generic method, [`Function`] or
-//! [`VectorFunction`], because each driver picks its own number type. Parameters that are not
-//! differentiated are fields of the type. A closure cannot be generic, but serves one driver: the
-//! closure form of each ends in `_of`. It takes any `fn f<R: Real>(x: &[R]) -> R` too. The function comes
-//! first, then the point, then the rest.
+//! A driver takes the function, then the point, then the rest. The function is anything that can be called
+//! with the driver's numbers: a closure `|x| …`, or the name of a `fn well<R: Real>(x: &[R]) -> R`. A
+//! method of a type with data goes in a closure, `|x| well.eval(x)`. What is not differentiated is
+//! captured.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
-//! enters an inner closure as a [`Var::constant`](crate::Var::constant): constant to the inner derivative, not to the outer
-//! one.
+//! enters an inner closure as a [`Var::constant`](crate::Var::constant). It is constant to the inner
+//! derivative only.
 //!
 //! ```
-//! use autodiff::{Var, gradient_of};
+//! use autodiff::{Var, gradient};
 //! // d/da of d/dx (a x^2) at x = 3.
 //! let slope = |a: &[Var<f64>]| {
-//!     gradient_of(|x| Var::constant(a[0]) * x[0] * x[0], &[Var::constant(3.0)])[0]
+//!     gradient(|x| Var::constant(a[0]) * x[0] * x[0], &[Var::constant(3.0)])[0]
 //! };
-//! assert_eq!(gradient_of(slope, &[5.0]), [6.0]);
+//! assert_eq!(gradient(slope, &[5.0]), [6.0]);
 //! ```
 //!
 //! Drivers of reverse mode keep the memory of their last recordings for the next call on the same thread. A
@@ -35,10 +34,7 @@ pub mod sparse;
 pub mod parallel;
 
 pub use dense::Dense;
-pub use gradient::{
-    Function, gradient, gradient_forward, gradient_forward_of, gradient_of, value_and_gradient,
-    value_and_gradient_of,
-};
-pub use hessian::{hessian, hessian_of, hessian_vector, hessian_vector_of};
-pub use jacobian::{VectorFunction, jacobian, jacobian_of, jvp, jvp_of, vjp, vjp_of};
+pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
+pub use hessian::{hessian, hessian_vector};
+pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
 pub(crate) use seed::along;

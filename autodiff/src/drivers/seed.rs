@@ -1,13 +1,13 @@
-//! Arguments that move: the input of forward passes.
+//! Seeds: the arguments of forward passes.
 
 use crate::dual::Dual;
 use crate::real::Real;
 
-/// How many columns a forward pass of a Jacobian or a Hessian carries at once: enough to
-/// share the primal's work, few enough to stay in registers.
+/// The number of columns that a forward pass of a Jacobian or a Hessian computes: enough to share the work of
+/// the primal, few enough to stay in registers.
 pub(crate) const CHUNK: usize = 4;
 
-/// `x` moving along a direction.
+/// `x` with tangents along a direction.
 pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     assert_eq!(
         x.len(),
@@ -22,7 +22,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// `x` as duals: the [`CHUNK`] arguments from place `first` on move, each along another direction.
+/// `x` as duals: the [`CHUNK`] arguments from place `first` on have a direction each.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(j, &value): (usize, &R)| {
         if (first..first + CHUNK).contains(&j) {

@@ -1,27 +1,26 @@
 //! Sparse Jacobians: columns that share no row are computed together.
 //!
-//! Two columns without entries in a common row can share a forward direction: each row of the result
-//! then belongs to one of them. Once the columns are coloured so that any two with a common row
-//! differ, the whole Jacobian takes as many directions as there are colours (A. R. Curtis, M. J. D.
-//! Powell and J. K. Reid, "On the estimation of sparse Jacobian matrices", IMA Journal of Applied
-//! Mathematics 13, 1974). A tridiagonal one of any size takes three.
+//! Two columns without entries in a common row can share a forward direction, because each row of the result
+//! belongs to only one of them. Colour the columns so that any two with a common row differ. Then the whole
+//! Jacobian takes one direction per colour (A. R. Curtis, M. J. D. Powell and J. K. Reid, "On the estimation
+//! of sparse Jacobian matrices", IMA Journal of Applied Mathematics 13, 1974). A tridiagonal Jacobian of any
+//! size takes three.
 
 use super::dense::Dense;
-use super::gradient::{Function, gradient};
-use super::jacobian::VectorFunction;
+use super::gradient::gradient;
 use super::seed::CHUNK;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
-use crate::reverse::with_tape;
+use crate::reverse::{Var, with_tape};
 
-/// Which entries of a Jacobian may differ from zero, and a colouring of its columns.
+/// The sparsity pattern of a Jacobian, with a colouring of its columns.
 ///
-/// Make it once for a function and use it for every point. With the entries it is a matrix in the
-/// compressed sparse row format.
+/// Make it once for a function and use it for every point. Together with the entries it is a matrix in
+/// compressed sparse row format (CSR).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
-    /// Where each row's entries begin in `columns`, and the end.
+    /// The place in `columns` where each row begins, and the end.
     starts: Vec<usize>,
     /// The columns of all entries, row by row.
     columns: Vec<usize>,
@@ -30,7 +29,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// A pattern with this number of columns, from the columns of each row's entries, ascending.
+    /// Creates a pattern with this number of columns, from the ascending columns of each row's entries.
     ///
     /// # Panics
     /// If a row's columns are out of range or do not ascend.
@@ -41,7 +40,7 @@ impl Pattern {
             let fits = row.last().is_none_or(|&last| last < columns);
             assert!(
                 ascends && fits,
-                "row {i} of a pattern: its columns must ascend below {columns}"
+                "row {i} of a pattern: its columns must ascend and be less than {columns}"
             );
             starts.push(starts[i] + row.len());
         }
@@ -55,7 +54,7 @@ impl Pattern {
         }
     }
 
-    /// A square pattern with the main diagonal, `below` diagonals under it and `above` over it.
+    /// Creates a square pattern with the main diagonal, `below` diagonals below it and `above` above it.
     pub fn banded(size: usize, below: usize, above: usize) -> Self {
         let row = |i: usize| {
             (i.saturating_sub(below)..i.saturating_add(above).saturating_add(1).min(size)).collect()
@@ -63,7 +62,7 @@ impl Pattern {
         Self::new(size, &(0..size).map(row).collect::<Vec<_>>())
     }
 
-    /// Dense blocks along the diagonal, of shapes `[rows, columns]`.
+    /// Creates a pattern of dense blocks along the diagonal, of shapes `[rows, columns]`.
     pub fn blocks(shapes: &[[usize; 2]]) -> Self {
         let (mut rows, mut first) = (Vec::new(), 0);
         for &[height, width] in shapes {
@@ -74,44 +73,41 @@ impl Pattern {
         Self::new(first, &rows)
     }
 
-    /// The pattern of a function's Jacobian, from one recording of it at `x`: an entry wherever operations
-    /// lead from the argument to the value, even if the derivative is zero there.
+    /// Returns the pattern of a function's Jacobian, from one recording at `x`. There is an entry wherever
+    /// operations lead from the argument to the value, even if the derivative is zero there.
     ///
-    /// It serves all points at which the function takes the branches that it takes at `x`.
+    /// The pattern holds for all points at which the function takes the branches that it takes at `x`.
     ///
     /// ```
+    /// use autodiff::Real;
     /// use autodiff::sparse::Pattern;
-    /// use autodiff::{Real, VectorFunction};
     ///
-    /// struct Sums;
-    /// impl VectorFunction for Sums {
-    ///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-    ///         vec![x[0] * x[2], x[1].sin()]
-    ///     }
-    /// }
-    /// let pattern = Pattern::traced(&Sums, &[0.0; 3]);
+    /// let pattern = Pattern::traced(|x| vec![x[0] * x[2], x[1].sin()], &[0.0; 3]);
     /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1]]));
     /// ```
-    pub fn traced(function: &impl VectorFunction, x: &[f64]) -> Self {
+    pub fn traced(function: impl FnOnce(&[Var<f64>]) -> Vec<Var<f64>>, x: &[f64]) -> Self {
         let rows = with_tape(|tape| {
-            let y = tape.record(x, |x| function.eval(x));
+            let y = tape.record(x, function);
             tape.dependence(&y)
         });
         Self::new(x.len(), &rows)
     }
 
-    /// The pattern of a function's Hessian, from one recording of its gradient at `x`; see
+    /// Returns the pattern of a function's Hessian, from one recording of its gradient at `x`, as
     /// [`traced`](Self::traced).
-    pub fn traced_hessian(function: &impl Function, x: &[f64]) -> Self {
-        Self::traced(&Gradient(function), x)
+    pub fn traced_hessian(
+        function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
+        x: &[f64],
+    ) -> Self {
+        Self::traced(|x| gradient(function, x), x)
     }
 
-    /// How many rows.
+    /// The number of rows.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// How many columns.
+    /// The number of columns.
     pub fn columns(&self) -> usize {
         self.color_of_column.len()
     }
@@ -124,28 +120,28 @@ impl Pattern {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// Where the entries of each row begin, and the end of the last: the row pointers of the compressed
-    /// sparse row format (CSR). The entries themselves are what [`sparse_jacobian`] returns.
+    /// The row pointers of CSR: where the entries of each row begin, and the end of the last row.
+    /// [`sparse_jacobian`] returns the entries themselves.
     pub fn row_starts(&self) -> &[usize] {
         &self.starts
     }
 
-    /// The column of every entry, row by row: the column indices of CSR.
+    /// The column indices of CSR: the column of every entry, row by row.
     pub fn column_indices(&self) -> &[usize] {
         &self.columns
     }
 
-    /// How many entries.
+    /// The number of entries.
     pub fn entries(&self) -> usize {
         self.columns.len()
     }
 
-    /// How many forward directions a Jacobian takes.
+    /// The number of colours: a Jacobian takes one forward direction for each.
     pub fn colors(&self) -> usize {
         self.colors
     }
 
-    /// The dense matrix of entries in the order of the pattern.
+    /// Returns the dense matrix of entries that are in the order of the pattern.
     ///
     /// # Panics
     /// If there is not one number per entry.
@@ -153,7 +149,7 @@ impl Pattern {
         assert_eq!(
             entries.len(),
             self.entries(),
-            "one number per entry of the pattern is needed"
+            "a pattern needs one number per entry"
         );
         let mut dense = vec![R::zero(); self.rows() * self.columns()];
         for i in 0..self.rows() {
@@ -164,12 +160,12 @@ impl Pattern {
         Dense::new(self.rows(), self.columns(), dense)
     }
 
-    /// How many directions a Jacobian takes: one for each colour, and the test direction.
+    /// The number of directions of a Jacobian: one per colour, and the test direction.
     pub(crate) fn directions(&self) -> usize {
         self.colors + 1
     }
 
-    /// Which of the [`CHUNK`] directions from `first` on is the test direction, which follows the colours.
+    /// The place of the test direction, which follows the colours, among the [`CHUNK`] directions from `first`.
     fn test_slot(&self, first: usize) -> Option<usize> {
         let slot = self.colors.checked_sub(first);
         slot.filter(|&slot| slot < CHUNK)
@@ -200,7 +196,7 @@ impl Pattern {
     /// The entries, from the values at [`seeded`](Self::seeded) arguments in every pass.
     pub(crate) fn decompressed<R: Real>(
         &self,
-        passes: impl Iterator<Item = Vec<Dual<R, CHUNK>>>,
+        passes: &mut dyn Iterator<Item = Vec<Dual<R, CHUNK>>>,
     ) -> Vec<R> {
         let mut entries = vec![R::zero(); self.entries()];
         for (pass, y) in passes.enumerate() {
@@ -221,7 +217,7 @@ impl Pattern {
         entries
     }
 
-    /// Writes the entries of a row that one pass has.
+    /// Writes the entries that one pass has of a row.
     fn decompress_row<R: Real>(
         &self,
         i: usize,
@@ -245,10 +241,10 @@ impl Pattern {
         );
     }
 
-    /// Compares the derivative of each value along the test direction with that of the entries.
+    /// Compares the derivative of each value along the test direction with that by the entries.
     fn test<R: Real>(&self, along: impl Iterator<Item = R>, entries: &[R]) {
-        // Rounding errors are larger than an epsilon where terms cancel inside of the function; a missing
-        // entry is of the order of the others.
+        // Rounding errors exceed an epsilon where terms cancel inside the function. A missing entry is of the
+        // order of the other entries.
         let share = epsilon::<R>().cbrt();
         let largest = entries
             .iter()
@@ -271,22 +267,13 @@ impl Pattern {
     }
 }
 
-/// An entry of the direction along which a pattern is tested: between 1 and 2, without a pattern.
+/// An entry of the test direction: irregular numbers between 1 and 2.
 fn test_direction(j: usize) -> f64 {
     1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
 }
 
-/// The gradient of a function, as a function.
-struct Gradient<'a, F>(&'a F);
-
-impl<F: Function> VectorFunction for Gradient<'_, F> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        gradient(self.0, x)
-    }
-}
-
-/// Greedy colouring from the first column to the last: each takes the smallest colour that no earlier
-/// column with a common row has. For banded and block patterns that is optimal.
+/// Colours greedily from the first column to the last: each takes the smallest colour that no earlier column
+/// with a common row has. This is optimal for banded and block patterns.
 fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     let mut rows_of_column = vec![Vec::new(); columns];
     for (i, row) in rows.iter().enumerate() {
@@ -295,7 +282,7 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
         }
     }
     let mut color_of_column = vec![usize::MAX; columns];
-    // For each colour the column that it was last found unfit for: never cleared between columns.
+    // For each colour, the last column that could not have it. Never cleared between columns.
     let mut unfit_for = vec![usize::MAX; columns];
     for j in 0..columns {
         let neighbours = rows_of_column[j].iter().flat_map(|&i| &rows[i]);
@@ -308,68 +295,65 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     color_of_column
 }
 
-/// The entries of a sparse Jacobian in the order of its pattern, row by row: one forward direction
+/// Returns the entries of a sparse Jacobian in the order of its pattern, row by row, by one forward direction
 /// per colour.
 ///
 /// ```
+/// use autodiff::Real;
 /// use autodiff::sparse::{Pattern, sparse_jacobian};
-/// use autodiff::{Real, VectorFunction};
 ///
-/// /// Each value by its neighbours: a chain.
-/// struct Chain;
-/// impl VectorFunction for Chain {
-///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-///         let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
-///         (0..x.len()).map(|i| at(i).powi(2) - at(i.wrapping_sub(1)) * at(i + 1)).collect()
-///     }
+/// /// A chain: each value depends on its neighbours.
+/// fn chain<R: Real>(x: &[R]) -> Vec<R> {
+///     let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
+///     (0..x.len()).map(|i| at(i).powi(2) - at(i.wrapping_sub(1)) * at(i + 1)).collect()
 /// }
 ///
 /// let pattern = Pattern::banded(1000, 1, 1);
 /// assert_eq!(pattern.colors(), 3);
 /// let x: Vec<f64> = (0..1000).map(f64::from).collect();
-/// let entries = sparse_jacobian(&Chain, &x, &pattern);
+/// let entries = sparse_jacobian(chain, &x, &pattern);
 /// assert_eq!(entries.len(), 2998);
 /// assert_eq!(entries[2..5], [-2.0, 2.0, 0.0]); // row 1: by x[0], x[1], x[2]
 /// ```
 ///
 /// # Panics
-/// If lengths differ from the pattern's, or if a value turns out to depend on an argument that the
-/// pattern leaves out: the derivative along a test direction, one more than there are colours, then
-/// differs from that of the entries. An entry below some 1e-5 of its row may be missed. Under an outer
-/// tape an entry counts as a dependence even where its terms cancel to zero, because their derivatives
-/// need not cancel.
+/// If lengths differ from the pattern's, or if a value depends on an argument that the pattern leaves out.
+/// This is tested by the derivative along one more direction, which must agree with the entries. A missing
+/// entry below about 1e-5 of its row may pass the test. Under an outer tape an entry counts even where its
+/// terms cancel to zero, because their derivatives may not cancel.
 pub fn sparse_jacobian<R: Real>(
-    function: &impl VectorFunction,
+    function: impl Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>>,
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
     let passes = (0..pattern.directions()).step_by(CHUNK);
-    pattern.decompressed(passes.map(|first| function.eval(&pattern.seeded(x, first))))
+    pattern.decompressed(&mut passes.map(|first| function(&pattern.seeded(x, first))))
 }
 
-/// The entries of a sparse Hessian in the order of its pattern, row by row: as [`sparse_jacobian`] of the
-/// gradient, forward over reverse.
+/// Returns the entries of a sparse Hessian in the order of its pattern, row by row: the [`sparse_jacobian`] of
+/// the gradient, forward over reverse.
 ///
 /// ```
+/// use autodiff::Real;
 /// use autodiff::sparse::{Pattern, sparse_hessian};
-/// use autodiff::{Function, Real};
 ///
 /// /// The energy of a chain of springs.
-/// struct Chain;
-/// impl Function for Chain {
-///     fn eval<R: Real>(&self, x: &[R]) -> R {
-///         x.windows(2).map(|x| (x[1] - x[0] - R::one()).powi(2)).sum()
-///     }
+/// fn chain<R: Real>(x: &[R]) -> R {
+///     x.windows(2).map(|x| (x[1] - x[0] - R::one()).powi(2)).sum()
 /// }
 ///
 /// let x: Vec<f64> = (0..1000).map(f64::from).collect();
-/// let pattern = Pattern::traced_hessian(&Chain, &x);
+/// let pattern = Pattern::traced_hessian(chain, &x);
 /// assert_eq!(pattern, Pattern::banded(1000, 1, 1));
-/// assert_eq!(sparse_hessian(&Chain, &x, &pattern)[2..5], [-2.0, 4.0, -2.0]);
+/// assert_eq!(sparse_hessian(chain, &x, &pattern)[2..5], [-2.0, 4.0, -2.0]);
 /// ```
 ///
 /// # Panics
 /// As [`sparse_jacobian`].
-pub fn sparse_hessian<R: Real>(function: &impl Function, x: &[R], pattern: &Pattern) -> Vec<R> {
-    sparse_jacobian(&Gradient(function), x, pattern)
+pub fn sparse_hessian<R: Real>(
+    function: impl Fn(&[Var<Dual<R, CHUNK>>]) -> Var<Dual<R, CHUNK>>,
+    x: &[R],
+    pattern: &Pattern,
+) -> Vec<R> {
+    sparse_jacobian(|x| gradient(&function, x), x, pattern)
 }

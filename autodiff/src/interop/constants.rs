@@ -1,4 +1,4 @@
-//! The constants and the sums that num-traits and generic code ask of an element.
+//! The constants of num-traits for elements.
 
 use std::f64::consts;
 
@@ -8,12 +8,12 @@ use super::element::Element;
 use crate::math::rounding;
 use crate::real::Real;
 
-/// A constant, and what is left of it beyond 16 digits: [`DoubleDouble`](crate::DoubleDouble) has room for both.
+/// A constant as a double plus its rounding error; [`DoubleDouble`](crate::DoubleDouble) keeps both.
 fn constant<R: Real>(digits: f64, more: f64) -> Element<R> {
     Element(R::lit(digits) + R::lit(more))
 }
 
-/// Each constant as f64, and what that leaves out, by mpmath.
+/// Each constant as f64, and its rounding error, by mpmath.
 macro_rules! constants {
     ($($name:ident $rest:literal)*) => {
         $(
@@ -24,7 +24,7 @@ macro_rules! constants {
     };
 }
 
-/// To the last digit of each number.
+/// To the last digit of each number type.
 impl<R: Real> FloatConst for Element<R> {
     constants! {
         E 1.4456468917292502e-16
@@ -55,9 +55,9 @@ impl<R: Real> FloatConst for Element<R> {
 mod tests {
     use num_traits::{Float, FloatConst};
 
-    use crate::{DoubleDouble, Element, Real, gradient_of};
+    use crate::{DoubleDouble, Element, Real, gradient};
 
-    /// Of constants that functions of one another give.
+    /// The differences between constants and the same constants by functions of others.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
         let number = |x: f64| F::from(x).unwrap_or_else(F::nan);
         let (two, ten) = (number(2.0), number(10.0));
@@ -86,11 +86,11 @@ mod tests {
 
     #[test]
     fn constants_have_all_digits_that_a_number_has() {
-        // Of numbers up to 7, after two operations: 1e-32 of them in double-double.
+        // Two operations on numbers up to 7, 1e-32 each in double-double.
         let wide = misfits::<Element<DoubleDouble>>();
         let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
         assert!(wide.iter().all(off), "{wide:?}");
-        // Functions are within an ulp or two, of numbers up to 7.
+        // Functions of numbers up to 7 are within an ulp or two.
         let floats = misfits::<Element<f64>>();
         assert!(floats.iter().all(|x| x.0.abs() < 4e-15), "{floats:?}");
         assert_eq!(Element::<f64>::PI().0, std::f64::consts::PI);
@@ -103,7 +103,7 @@ mod tests {
         fn spread<T: Float + std::iter::Sum + for<'a> std::iter::Product<&'a T>>(x: &[T]) -> T {
             x.iter().copied().sum::<T>() * x.iter().product::<T>()
         }
-        let slope = gradient_of(
+        let slope = gradient(
             |x| spread(&x.iter().map(|&x| Element(x)).collect::<Vec<_>>()).0,
             &[2.0, 3.0],
         );

@@ -1,8 +1,8 @@
-//! The wrapper.
+//! The wrapper of numbers for other crates.
 
 use crate::real::Real;
 
-/// A [`Real`] with the traits that other crates ask for. See the [module](super).
+/// A [`Real`] with the traits that other crates need. See the [module](super).
 #[derive(Clone, Copy, Debug)]
 pub struct Element<R>(
     /// The number itself.
@@ -10,7 +10,7 @@ pub struct Element<R>(
 );
 
 impl<R: Real> Element<R> {
-    /// A constant.
+    /// Makes a constant.
     #[inline]
     pub fn lit(value: f64) -> Self {
         Self(R::lit(value))

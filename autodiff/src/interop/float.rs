@@ -10,7 +10,7 @@ use super::number::decided;
 use crate::math::rounding;
 use crate::real::Real;
 
-/// Always `None`: the derivative would be lost.
+/// Always `None`, because the derivative would be lost.
 impl<R: Real> ToPrimitive for Element<R> {
     fn to_i64(&self) -> Option<i64> {
         None
@@ -23,7 +23,7 @@ impl<R: Real> ToPrimitive for Element<R> {
     }
 }
 
-/// A constant, by way of f64.
+/// Makes a constant, through f64.
 impl<R: Real> NumCast for Element<R> {
     fn from<T: ToPrimitive>(value: T) -> Option<Self> {
         value.to_f64().map(Self::lit)
@@ -31,7 +31,7 @@ impl<R: Real> NumCast for Element<R> {
 }
 
 impl<R: Real> Element<R> {
-    /// A limit of the range of doubles, or of singles where the type inside cannot hold that.
+    /// A limit of the range of doubles, or of singles if the inner type cannot hold it.
     fn widest(double: f64, single: f32) -> Self {
         let wide = R::lit(double);
         let fits = wide.finite() & !wide.less_equal(R::zero());
@@ -117,9 +117,9 @@ impl<R: Real> Float for Element<R> {
         ))
     }
     /// # Panics
-    /// Always: a primitive number has no derivative.
+    /// Always, because a primitive number has no derivative.
     fn integer_decode(self) -> (u64, i16, i8) {
-        panic!("an Element has no bits to decode that would keep its derivative")
+        panic!("`integer_decode` of an Element would lose its derivative; take `.0` and its primal")
     }
     fn copysign(self, sign: Self) -> Self {
         if self.is_sign_negative() == sign.is_sign_negative() {

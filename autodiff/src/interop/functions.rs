@@ -1,7 +1,7 @@
 //! The functions that num-traits' `Float` has in common with nalgebra's `ComplexField` and `RealField`.
 
-/// The methods of `Float` and `ComplexField`, with one body each; with `of_reals` those of `Float` and
-/// `RealField`.
+/// Defines the methods that `Float` and `ComplexField` share, or with `of_reals` those that `Float` and
+/// `RealField` share.
 macro_rules! functions {
     () => {
         $crate::interop::functions::functions! {

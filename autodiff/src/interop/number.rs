@@ -1,4 +1,4 @@
-//! Arithmetic and comparison of elements, as num-traits asks for them.
+//! Arithmetic and comparison of elements, for num-traits.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -13,13 +13,14 @@ use crate::operators::{
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// The outcome of a comparison that an algorithm branches on.
+/// Returns the outcome of a comparison that an algorithm branches on.
 ///
 /// # Panics
 /// If lanes disagree.
 pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
-    rule::uniform(mask)
-        .unwrap_or_else(|| panic!("lanes disagree about a branch: evaluate them one by one"))
+    rule::uniform(mask).unwrap_or_else(|| {
+        panic!("lanes would take different branches; evaluate the points one at a time")
+    })
 }
 
 operators! {
@@ -32,13 +33,13 @@ operators! {
     -a => Self(-a.0),
     0 => Self(R::zero()),
     1 => Self(R::one()),
-    // In every lane: algorithms branch on it.
+    // In all lanes, because algorithms branch on it.
     a == 0 => (a.0.less_equal(R::zero()) & R::zero().less_equal(a.0)).all(),
 }
 
 literal_operators! { [R: Real] Element<R> }
 
-// The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of floats.
+// The exact remainder of a division with an integer quotient, with the sign of the dividend, as `%` of floats.
 operator! {
     [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
 }
@@ -66,7 +67,7 @@ impl<R: Real> PartialOrd for Element<R> {
 
 impl<R: Real> Num for Element<R> {
     type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
-    /// A constant, read as f64.
+    /// Reads a constant as f64.
     fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
         f64::from_str_radix(text, radix).map(Self::lit)
     }

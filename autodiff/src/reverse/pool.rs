@@ -28,7 +28,7 @@ mod tests {
     use super::with_tape;
     use crate::pool::count;
     use crate::reverse::{Tape, Var};
-    use crate::{Dual, gradient_of};
+    use crate::{Dual, gradient};
 
     fn long(x: Var<f64>, entries: usize) -> Var<f64> {
         (0..entries).fold(x, |y, _| y * x)
@@ -39,7 +39,7 @@ mod tests {
     fn a_thread_keeps_one_tape_of_a_type() {
         let capacity = |tape: &mut Tape<f64>| tape.bytes();
         assert_eq!(with_tape(capacity), 0);
-        assert_eq!(gradient_of(|x| long(x[0], 1000), &[1.0]), [1001.0]);
+        assert_eq!(gradient(|x| long(x[0], 1000), &[1.0]), [1001.0]);
         let kept = with_tape(capacity);
         assert!(kept >= 24 * 1000);
         with_tape(|_: &mut Tape<Dual<f64, 2>>| {
@@ -51,9 +51,8 @@ mod tests {
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn a_tape_is_not_used_again_after_a_panic() {
-        let left =
-            std::panic::catch_unwind(|| gradient_of(|_: &[Var<f64>]| panic!("left"), &[1.0]));
+        let left = std::panic::catch_unwind(|| gradient(|_: &[Var<f64>]| panic!("left"), &[1.0]));
         assert!(left.is_err());
-        assert_eq!(gradient_of(|x| x[0] * x[0], &[3.0]), [6.0]);
+        assert_eq!(gradient(|x| x[0] * x[0], &[3.0]), [6.0]);
     }
 }

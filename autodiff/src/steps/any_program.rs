@@ -19,7 +19,7 @@ use crate::record::{Places, ReplayedKernel, recorded};
 /// a [custom rule](crate::custom) or another [fused](Real::fused) function. Other number types panic on it.
 ///
 /// ```
-/// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient_of};
+/// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient};
 /// use std::sync::Arc;
 ///
 /// /// A part of a model that is chosen at run time.
@@ -54,7 +54,7 @@ use crate::record::{Places, ReplayedKernel, recorded};
 ///
 /// let rollout = Rollout::new(Relaxation(Arc::new(Pull(0.5))), 2);
 /// assert_eq!(rollout.run(&[8.0], &[]), [2.0]);
-/// assert_eq!(gradient_of(|x| rollout.run(x, &[])[0], &[8.0]), [0.25]);
+/// assert_eq!(gradient(|x| rollout.run(x, &[])[0], &[8.0]), [0.25]);
 /// ```
 pub struct AnyProgram<'a>(Numbers<'a>);
 

@@ -48,7 +48,7 @@ impl<M: Model> Rollout<M> {
     /// summed over steps and starts in another order. They differ by rounding from a sum over calls of `run`.
     ///
     /// ```
-    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -83,7 +83,7 @@ impl<M: Model> Rollout<M> {
     ///     let ends = rollout.run_batch(&[&low, &high], &[Given::Shared(stiffness)]);
     ///     ends[0][0] + ends[1][0]
     /// };
-    /// assert!(gradient_of(sum, &[1.0])[0] < 0.0);
+    /// assert!(gradient(sum, &[1.0])[0] < 0.0);
     /// ```
     ///
     /// # Panics

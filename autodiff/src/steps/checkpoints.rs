@@ -11,7 +11,7 @@ use std::ops::Range;
 /// The memory that a rollout uses for its reverse sweep. The gradient does not depend on it.
 ///
 /// ```
-/// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
+/// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
 ///
 /// /// Cooling by radiation.
 /// #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ use std::ops::Range;
 ///
 /// let gradient = |memory| {
 ///     let rollout = Rollout { memory, ..Rollout::new(Cooling, 1000) };
-///     gradient_of(|x: &[Var<f64>]| Var::sum_of(&rollout.run(x, &[])), &[1.1; 16])
+///     gradient(|x: &[Var<f64>]| Var::sum_of(&rollout.run(x, &[])), &[1.1; 16])
 /// };
 /// // Ten states in place of a thousand.
 /// assert_eq!(gradient(Memory::States(10)), gradient(Memory::All));

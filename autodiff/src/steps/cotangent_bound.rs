@@ -8,7 +8,7 @@ use crate::real::{Mask, Real};
 /// gradient treat the scaling factor as a constant, so Hessians are not exact and may not be symmetric.
 ///
 /// ```
-/// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+/// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient};
 ///
 /// /// Each step doubles `x`.
 /// #[derive(Clone, Copy)]
@@ -29,7 +29,7 @@ use crate::real::{Mask, Real};
 ///     }
 /// }
 ///
-/// let slope = |rollout: Rollout<Doubling>| gradient_of(|x: &[Var<f64>]| rollout.run(x, &[])[0], &[1.0]);
+/// let slope = |rollout: Rollout<Doubling>| gradient(|x: &[Var<f64>]| rollout.run(x, &[])[0], &[1.0]);
 /// assert_eq!(slope(Rollout::new(Doubling, 10)), [1024.0]);
 /// let bound = CotangentBound { norm: 5.0, every: 1 };
 /// let bounded = Rollout { cotangent_bound: Some(bound), ..Rollout::new(Doubling, 10) };

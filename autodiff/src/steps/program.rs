@@ -120,7 +120,7 @@ impl<R: Real> Program<R> {
     /// a rollout it is one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
-    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
     /// /// A mass of 1 on a spring, pushed by a force, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -147,9 +147,9 @@ impl<R: Real> Program<R> {
     /// let forces = [1.0, 2.0, 0.5, -1.0];
     /// let rollout = Rollout::new(Push, forces.len());
     /// let start = [0.0, 1.0].map(Var::constant);
-    /// let by_rollout = gradient_of(|forces| rollout.run(&start, &[forces])[0], &forces);
+    /// let by_rollout = gradient(|forces| rollout.run(&start, &[forces])[0], &forces);
     /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force]);
-    /// let by_tape = gradient_of(|forces| forces.iter().fold(start, step)[0], &forces);
+    /// let by_tape = gradient(|forces| forces.iter().fold(start, step)[0], &forces);
     /// for (a, b) in by_rollout.into_iter().zip(by_tape) {
     ///     assert!((a - b).abs() < 1e-15);
     /// }

@@ -164,7 +164,7 @@ impl<R: Real> Program<R> {
     /// the outputs are arrays over the nodes.
     ///
     /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
     /// /// The heat that flows from head to tail in a step.
     /// #[derive(Clone, Copy)]
@@ -210,7 +210,7 @@ impl<R: Real> Program<R> {
     ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
     ///     bar.run(&t, &[&graph.to_slots(k)])[1]
     /// };
-    /// assert_eq!(gradient_of(middle, &[0.5, 0.25]), [-4.0, 4.0]);
+    /// assert_eq!(gradient(middle, &[0.5, 0.25]), [-4.0, 4.0]);
     /// ```
     ///
     /// # Panics

@@ -10,7 +10,7 @@ use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
-    Var, gradient_of,
+    Var, gradient,
 };
 
 /// Starts that are near each other, and their parameters.
@@ -93,7 +93,7 @@ impl<R: Real> Several<R> {
         let x = [&self.starts, &self.own, &self.parameters]
             .map(|of| of.concat())
             .concat();
-        gradient_of(
+        gradient(
             |x: &[Var<R>]| {
                 let mut part = taken_from(x);
                 let mut take = |of: &Vec<R>| part(of.len()).to_vec();
@@ -363,7 +363,7 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
     let dual = |bound| loss(bound).eval(&lifted);
     assert_eq!(dual(1e3).value, loss(1e3).eval(&x));
     assert!(dual(1e-3).value.is_nan() && loss(1e-3).eval(&x).is_nan());
-    let (value, _) = crate::value_and_gradient(&loss(1e-3), &x);
+    let (value, _) = crate::value_and_gradient(|x| loss(1e-3).eval(x), &x);
     assert!(value.is_nan());
 }
 

@@ -3,16 +3,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use autodiff::{Dual, Function, Real, Tape, VectorFunction, gradient, jvp};
+use autodiff::{Dual, Function, Real, Tape, gradient, hessian_vector, jvp};
 
-/// A scalar function as a vector function of one value.
-struct Scalar<'a, F>(&'a F);
+mod formula;
 
-impl<F: Function> VectorFunction for Scalar<'_, F> {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        vec![self.0.eval(x)]
-    }
-}
+pub(crate) use formula::{Formula, Sym, Truth, formula, formulas};
 
 /// The rows of all tables in a folder of `tests/data`, without the comments.
 pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
@@ -28,7 +23,7 @@ pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
     lines.map(row).collect()
 }
 
-/// So many zeros, one of which is a one.
+/// A vector of zeros with a one at place `one`.
 pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
     let mut unit = vec![R::zero(); len];
     unit[one] = R::one();
@@ -37,8 +32,14 @@ pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
 
 /// The gradient by forward mode, one direction at a time.
 pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
-    let along = |i: usize| jvp(&Scalar(function), x, &unit(x.len(), i)).1[0];
+    let along = |i: usize| jvp(|x| vec![function.eval(x)], x, &unit(x.len(), i)).1[0];
     (0..x.len()).map(along).collect()
+}
+
+/// The rows of the Hessian by products with unit vectors: in the number types that [`gradients`] uses too.
+pub(crate) fn hessian_rows(function: &impl Function, x: &[f64]) -> Vec<Vec<f64>> {
+    let row = |i| hessian_vector(|x| function.eval(x), x, &unit(x.len(), i)).1;
+    (0..x.len()).map(row).collect()
 }
 
 /// The gradient by forward, reverse, and both again with the derivative of each part nested in
@@ -49,12 +50,15 @@ pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static st
     let mut tape = Tape::new();
     vec![
         ("forward", forward_gradient(function, x)),
-        ("reverse", gradient(function, x)),
+        ("reverse", gradient(|x| function.eval(x), x)),
         (
             "forward in forward",
             primal(forward_gradient(function, &duals)),
         ),
-        ("reverse in forward", primal(gradient(function, &duals))),
+        (
+            "reverse in forward",
+            primal(gradient(|x| function.eval(x), &duals)),
+        ),
         (
             "forward in reverse",
             tape.record(x, |x| {
@@ -67,7 +71,10 @@ pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static st
         (
             "reverse in reverse",
             tape.record(x, |x| {
-                gradient(function, x).iter().map(|g| g.value()).collect()
+                gradient(|x| function.eval(x), x)
+                    .iter()
+                    .map(|g| g.value())
+                    .collect()
             }),
         ),
     ]
@@ -80,6 +87,18 @@ pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f
         let same = |(a, b): (&f64, &f64)| a == b || a.is_nan() && b.is_nan();
         let same = gradient.iter().zip(expected).all(same);
         assert!(same, "{mode} at {x:?}: {gradient:?}, expected {expected:?}");
+    }
+}
+
+/// Asserts the gradient of a function at some points, in every mode.
+#[track_caller]
+pub(crate) fn assert_gradients<const N: usize>(
+    function: impl FnOnce(&[Sym]) -> Sym,
+    rows: &[([f64; N], [f64; N])],
+) {
+    let function = formula(N, function);
+    for (x, expected) in rows {
+        assert_gradient(&function, x, expected);
     }
 }
 

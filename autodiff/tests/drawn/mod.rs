@@ -1,13 +1,13 @@
-//! Programs drawn at random, against the same steps written out: what nobody would think of.
+//! Random programs, against the same steps written out.
 
 mod draw;
 mod step;
 
 use crate::steps::{STEPS, Step, assert_same};
-use autodiff::{Given, Memory, Real, Rollout, Var, gradient_of};
+use autodiff::{Given, Memory, Real, Rollout, Var, gradient};
 use step::Drawn;
 
-/// So many programs, fewer where Miri interprets them.
+/// The number of programs: fewer under Miri, which is slow.
 const PROGRAMS: u64 = if cfg!(miri) { 4 } else { 400 };
 
 /// Programs by their seeds, shown where a test fails.
@@ -29,7 +29,7 @@ fn drawn_programs_are_what_is_written_out() {
 /// A property of a drawn program.
 type Shape = fn(&Drawn) -> bool;
 
-/// These shapes have no test of their own.
+/// No other test has these shapes.
 #[test]
 #[cfg_attr(miri, ignore)]
 fn programs_of_many_shapes_are_drawn() {
@@ -74,11 +74,11 @@ fn number(i: usize) -> f64 {
     (0.7 * i as f64 + 0.2).sin()
 }
 
-/// A start, and what it has of its own.
+/// A start, and its own parameter.
 type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
 
-/// Rollouts of a program from several starts, each with a first parameter of its own if an array is
-/// among the parameters.
+/// Rollouts of a program from several starts. If the program has array parameters, each start has its own first
+/// one.
 struct Rollouts {
     rollout: Rollout<Drawn>,
     starts: usize,
@@ -116,7 +116,7 @@ impl Rollouts {
         let len = state + own.unwrap_or(0);
         let x: Vec<f64> = (0..self.starts * len).map(number).collect();
         let mut values = Vec::new();
-        let gradient = gradient_of(
+        let gradient = gradient(
             |x: &[Var<f64>]| {
                 let starts = (0..self.starts).map(|k| x[k * len..][..len].split_at(state));
                 let seen = self.seen(&starts.collect::<Vec<_>>());

@@ -9,8 +9,10 @@ use crate::steps::{Step, Turn};
 struct Cross;
 
 impl Kernel<3, 2> for Cross {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
-        [(x * y + z).sin(), R::lit(0.5) * (y - z)]
+        let sum = x * y + z;
+        [sum / (R::one() + sum * sum), R::lit(0.5) * (y - z)]
     }
 }
 
@@ -19,8 +21,10 @@ impl Kernel<3, 2> for Cross {
 struct Tug;
 
 impl Kernel<2, 1> for Tug {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
-        [(k * d).sin() * R::lit(0.1)]
+        let pull = k * d;
+        [pull / (R::one() + pull * pull) * R::lit(0.1)]
     }
 }
 

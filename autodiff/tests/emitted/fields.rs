@@ -46,6 +46,7 @@ impl Rule for Steep {
 }
 
 impl Kernel<2, 2> for Fielded {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
         let Fielded { case, a, b } = *self;
         let (k, l) = (R::lit(a), R::lit(b));

@@ -1,4 +1,4 @@
-//! A rollout to try drivers on: a net of springs with a small controller.
+//! A rollout for tests of drivers: a net of springs with a small controller.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ pub(crate) struct Net {
     pub(crate) hidden: usize,
 }
 
-/// Takes so many numbers off the front at each call.
+/// Returns a function that takes `len` numbers off the front at each call.
 pub(crate) fn taken_from<'a, R>(mut rest: &'a [R]) -> impl FnMut(usize) -> &'a [R] {
     move |len| rest.split_off(..len).expect("as long as its parts")
 }
@@ -36,7 +36,7 @@ impl Net {
     pub(crate) fn edges(&self) -> usize {
         self.graph.slot_of_edge().len()
     }
-    /// Every node's place turned by so many of `NODES + 1`, one of which is free.
+    /// The places of the nodes rotated by `by` among `NODES + 1`, one of which is empty.
     fn turn(by: usize) -> Vec<Option<usize>> {
         let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
         (0..NODES).map(place).collect()
@@ -58,6 +58,7 @@ impl Net {
 #[derive(Clone, Copy)]
 struct Spring;
 impl Kernel<3, 1> for Spring {
+    #[inline(always)]
     fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
         let length = (d * d + R::lit(1e-3)).sqrt();
         [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
@@ -67,6 +68,7 @@ impl Kernel<3, 1> for Spring {
 #[derive(Clone, Copy)]
 struct Move;
 impl Kernel<4, 2> for Move {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * w * R::lit(0.01);
         let v = R::select(x.less(R::lit(-0.2)), v.max(R::zero()), v);
@@ -89,7 +91,7 @@ impl Model for Net {
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
         let u = p.dense_tanh_spread(w2, &[h], b2, &places);
         let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
-        // Round the corner and back: entries alone and in runs, and places that nothing goes to.
+        // There and back: single entries, runs of entries, and empty places.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);

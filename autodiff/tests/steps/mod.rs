@@ -1,5 +1,6 @@
 //! Steps as programs, against the same steps written out.
 
+use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
 use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
@@ -21,36 +22,34 @@ pub(crate) trait Step: Model {
     fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
 }
 
-struct Steps<M> {
-    model: M,
-    as_program: bool,
+/// The loss of the last state, by the program. The argument is the state and the parameters.
+struct Steps<M>(M);
+
+/// The state and the parameters.
+fn parts<'a, R>(model: &impl Step, x: &'a [R]) -> Vec<&'a [R]> {
+    model.shapes().into_iter().map(taken_from(x)).collect()
 }
 
 impl<M: Step> Function for Steps<M> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let shapes = self.model.shapes().into_iter();
-        let parts: Vec<&[R]> = shapes.map(taken_from(x)).collect();
-        let (start, given) = (parts[0], &parts[1..]);
-        let last = match self.as_program {
-            true => self.rollout(start, given),
-            false => (0..STEPS).fold(start.to_vec(), |state, _| {
-                self.model.written_out(&state, given)
-            }),
+        let parts = parts(&self.0, x);
+        let parameters = self.0.parameters(&parts[1..]);
+        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
+        let rollout = Rollout {
+            inputs: self.0.inputs().repeat(STEPS).into(),
+            ..Rollout::new(self.0.clone(), STEPS)
         };
-        weighted_squares(&last)
+        weighted_squares(&rollout.run(parts[0], &parameters))
     }
 }
 
-impl<M: Step> Steps<M> {
-    fn rollout<R: Real>(&self, start: &[R], given: &[&[R]]) -> Vec<R> {
-        let parameters = self.model.parameters(given);
-        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
-        let rollout = Rollout {
-            inputs: self.model.inputs().repeat(STEPS).into(),
-            ..Rollout::new(self.model.clone(), STEPS)
-        };
-        rollout.run(start, &parameters)
-    }
+/// The same loss by the step written out.
+fn written_out(model: &impl Step) -> Formula {
+    formula(model.shapes().iter().sum(), |x| {
+        let parts = parts(model, x);
+        let step = |state: Vec<Sym>, _| model.written_out(&state, &parts[1..]);
+        weighted_squares(&(0..STEPS).fold(parts[0].to_vec(), step))
+    })
 }
 
 #[track_caller]
@@ -58,44 +57,47 @@ fn assert_close(a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len());
     let size = b.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
     for (a, b) in a.iter().zip(b) {
-        // The same terms in another order: some hundreds of them.
+        // Hundreds of the same terms in another order.
         assert!((a - b).abs() <= 1e-13 * size, "{a} and {b} of {size}");
     }
 }
 
-/// Value, gradient and the derivative of the gradient in one direction, of both.
-#[track_caller]
-pub(crate) fn assert_same(model: impl Step) {
-    let len = model.shapes().iter().sum();
-    let x: Vec<f64> = (0..len).map(|i| (1.3 * i as f64 + 0.4).sin()).collect();
-    let along: Vec<Dual<f64, 1>> = (x.iter().rev().zip(&x))
-        .map(|(&tangent, &value)| Dual {
-            value,
-            tangent: [tangent],
-        })
-        .collect();
-    let of = |as_program| Steps {
-        model: model.clone(),
-        as_program,
-    };
-    let (program, plain) = (of(true), of(false));
-    assert_close(&[program.eval(&x)], &[plain.eval(&x)]);
-    let [ours, plains] = [&program, &plain].map(|steps| (steps.eval(&along), gradient(steps, &x)));
-    assert_close(&ours.0.tangent, &plains.0.tangent);
-    assert_close(&ours.1, &plains.1);
-    let second = |steps| -> Vec<f64> {
-        let gradient = gradient(steps, &along);
-        gradient.iter().map(|g| g.tangent[0]).collect()
-    };
-    assert_close(&second(&program), &second(&plain));
+/// The value, the derivative along a direction, the gradient, and the derivative of the gradient along the
+/// direction.
+fn derivatives(function: &impl Function, x: &[f64], along: &[Dual<f64, 1>]) -> [Vec<f64>; 4] {
+    let second = gradient(|x| function.eval(x), along);
+    [
+        vec![function.eval(x)],
+        function.eval(along).tangent.to_vec(),
+        gradient(|x| function.eval(x), x),
+        second.iter().map(|g| g.tangent[0]).collect(),
+    ]
 }
 
-/// A rotation of `(x, y)`.
+/// Asserts that a program and the step written out have the same value and derivatives.
+#[track_caller]
+pub(crate) fn assert_same(model: impl Step) {
+    let plain = written_out(&model);
+    let len: usize = model.shapes().iter().sum();
+    let x: Vec<f64> = (0..len).map(|i| (1.3 * i as f64 + 0.4).sin()).collect();
+    let dual = |(&tangent, &value)| Dual {
+        value,
+        tangent: [tangent],
+    };
+    let along: Vec<Dual<f64, 1>> = x.iter().rev().zip(&x).map(dual).collect();
+    let program = derivatives(&Steps(model), &x, &along);
+    for (program, plain) in program.iter().zip(derivatives(&plain, &x, &along)) {
+        assert_close(program, &plain);
+    }
+}
+
+/// Mixes two numbers and keeps them small. It is algebraic, because many programs compile it.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn;
 
 impl Kernel<2, 1> for Turn {
+    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
-        [x * R::lit(0.9) + y.sin() * R::lit(0.3)]
+        [x * R::lit(0.9) + y / (R::one() + y * y) * R::lit(0.6)]
     }
 }

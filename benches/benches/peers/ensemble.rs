@@ -31,7 +31,7 @@ pub(crate) fn task() -> Task {
             Way::new("ours", "`Rollout::run_batch`", &["ours"], || {
                 ours::gradient(w, starts)
             }),
-            Way::new("ours", "`gradient_of`, one by one", &["ours_tape"], || {
+            Way::new("ours", "`gradient`, one by one", &["ours_tape"], || {
                 ours_tape::gradient(w, starts)
             }),
             Way::new("echidna", "`grad`, one by one", &["echidna"], || {
@@ -63,7 +63,7 @@ mod primal {
 
 /// The step recorded once, starts abreast in lanes.
 mod ours {
-    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
+    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, lit};
 
     use super::{HIDDEN, STEP, STEPS};
 
@@ -102,13 +102,13 @@ mod ours {
             let ends = rollout.run_batch(&starts, &[w1, b1, w2, b2].map(Given::Shared));
             ends.iter().flatten().map(|&x| x * x).sum()
         };
-        gradient_of(loss, w)
+        gradient(loss, w)
     }
 }
 
 /// A rollout on the scalar tape.
 mod ours_tape {
-    use autodiff::{Real, Var, gradient_of};
+    use autodiff::{Real, Var, gradient};
 
     use super::{HIDDEN, STEP, STEPS};
 
@@ -128,7 +128,7 @@ mod ours_tape {
     pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
         let mut sum = vec![0.0; w.len()];
         for &start in starts {
-            let gradient = gradient_of(|w| end(w, start), w);
+            let gradient = gradient(|w| end(w, start), w);
             sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
         }
         sum

@@ -85,14 +85,14 @@ mod ours {
     }
 
     pub(super) fn hessian_matrix(data: &[Datum], w: &Datum) -> Vec<f64> {
-        hessian(&Loss(data), w).into_vec()
+        hessian(|x| Loss(data).eval(x), w).into_vec()
     }
 }
 
 /// A datum's loss, in lanes over the data.
 mod ours_sum {
     use autodiff::data::{Sum, Summand};
-    use autodiff::{Real, hessian_of};
+    use autodiff::{Real, hessian};
 
     use super::Datum;
 
@@ -107,7 +107,7 @@ mod ours_sum {
 
     pub(super) fn hessian(data: &[Datum], w: &Datum) -> impl Fn() -> Vec<f64> {
         let sum = Sum::new(Loss, data);
-        move || hessian_of(|w| sum.run(w), w).into_vec()
+        move || hessian(|w| sum.run(w), w).into_vec()
     }
 }
 

@@ -131,7 +131,7 @@ mod hand {
 /// A point's loss, which layers and lanes are found in.
 mod ours {
     use autodiff::data::{Sum, Summand};
-    use autodiff::{Real, value_and_gradient_of};
+    use autodiff::{Real, value_and_gradient};
 
     use super::{Case, joined};
 
@@ -166,14 +166,14 @@ mod ours {
         let rows = case.x.rows().into_iter().zip(&case.targets);
         let data = rows.map(|(x, &target)| x.iter().copied().chain([target]).collect());
         let sum = Sum::new(Network(case.sizes), &data.collect::<Vec<Vec<f64>>>());
-        move || joined(value_and_gradient_of(|p| sum.run(p), &case.parameters))
+        move || joined(value_and_gradient(|p| sum.run(p), &case.parameters))
     }
 }
 
 /// Layer by layer over all points.
 mod ours_layers {
     use autodiff::fused::dense_batch;
-    use autodiff::{Real, Var, value_and_gradient_of};
+    use autodiff::{Real, Var, value_and_gradient};
 
     use super::{Case, joined};
 
@@ -192,7 +192,7 @@ mod ours_layers {
             let gaps: Vec<Var<f64>> = targets.map(|(&x, &t)| x - t).collect();
             Real::dot(&gaps, &gaps)
         };
-        joined(value_and_gradient_of(loss, &case.parameters))
+        joined(value_and_gradient(loss, &case.parameters))
     }
 }
 

@@ -41,7 +41,7 @@ pub(crate) fn task() -> Task {
             ),
             Way::new(
                 "ours",
-                "`gradient_of` a `Rollout`",
+                "`gradient` a `Rollout`",
                 &["ours_step", "ours_rollout"],
                 || ours_rollout::gradient(seen),
             ),
@@ -148,7 +148,7 @@ mod ours_forward {
     use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        autodiff::gradient_forward(&Fit(seen), &POINT)
+        autodiff::gradient_forward(|x| Fit(seen).eval(x), &POINT)
     }
 }
 
@@ -157,13 +157,13 @@ mod ours_tape {
     use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        autodiff::gradient(&Fit(seen), &POINT)
+        autodiff::gradient(|x| Fit(seen).eval(x), &POINT)
     }
 }
 
 /// The step recorded once, as a kernel.
 mod ours_rollout {
-    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
 
     use super::{APART, POINT, START, STEPS, ours_step::step};
 
@@ -198,7 +198,7 @@ mod ours_rollout {
             let gaps = states.iter().zip(seen.as_flattened());
             gaps.map(|(&x, &seen)| (x - seen).powi(2)).sum()
         };
-        gradient_of(loss, &POINT)
+        gradient(loss, &POINT)
     }
 }
 

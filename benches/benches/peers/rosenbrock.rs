@@ -6,7 +6,7 @@ pub(crate) fn task(arguments: usize) -> Task {
     let x = kept((0..arguments).map(|i| 0.5 + 0.1 * (i as f64).sin()));
     let mut ways = vec![
         Way::new("by hand", "", &["hand"], || hand::gradient(x)),
-        Way::new("ours", "`gradient_of`", &["ours"], || ours::gradient(x)),
+        Way::new("ours", "`gradient`", &["ours"], || ours::gradient(x)),
         Way::new("echidna", "`grad`", &["echidna"], || echidna::gradient(x)),
         Way::new(
             "echidna",
@@ -46,14 +46,14 @@ mod hand {
 
 /// A closure, as in the crate's first example.
 mod ours {
-    use autodiff::{Var, gradient_of};
+    use autodiff::{Var, gradient};
 
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let term = |x: &[Var<f64>]| {
             let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
             100.0 * valley * valley + slope * slope
         };
-        gradient_of(|x| x.windows(2).map(term).sum(), x)
+        gradient(|x| x.windows(2).map(term).sum(), x)
     }
 }
 

@@ -82,19 +82,15 @@ mod hand {
 
 /// The equations for any driver.
 mod ours {
-    use autodiff::{Real, VectorFunction, lit};
+    use autodiff::{Real, lit};
 
-    pub(super) struct Broyden;
-
-    impl VectorFunction for Broyden {
-        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-            let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
-            let row = |i: usize| {
-                (lit(3.0) - lit(2.0) * x[i]) * x[i] - at(i.wrapping_sub(1)) - lit(2.0) * at(i + 1)
-                    + lit(1.0)
-            };
-            (0..x.len()).map(row).collect()
-        }
+    pub(super) fn broyden<R: Real>(x: &[R]) -> Vec<R> {
+        let at = |i: usize| x.get(i).copied().unwrap_or(R::zero());
+        let row = |i: usize| {
+            (lit(3.0) - lit(2.0) * x[i]) * x[i] - at(i.wrapping_sub(1)) - lit(2.0) * at(i + 1)
+                + lit(1.0)
+        };
+        (0..x.len()).map(row).collect()
     }
 }
 
@@ -102,11 +98,11 @@ mod ours {
 mod ours_kept {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
-    use super::ours::Broyden;
+    use super::ours::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> impl Fn() -> Vec<f64> {
-        let pattern = Pattern::traced(&Broyden, x);
-        move || sparse_jacobian(&Broyden, x, &pattern)
+        let pattern = Pattern::traced(broyden, x);
+        move || sparse_jacobian(broyden, x, &pattern)
     }
 }
 
@@ -114,19 +110,19 @@ mod ours_kept {
 mod ours_traced {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
-    use super::ours::Broyden;
+    use super::ours::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        sparse_jacobian(&Broyden, x, &Pattern::traced(&Broyden, x))
+        sparse_jacobian(broyden, x, &Pattern::traced(broyden, x))
     }
 }
 
 /// All entries, four columns at a time.
 mod ours_dense {
-    use super::ours::Broyden;
+    use super::ours::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        autodiff::jacobian(&Broyden, x).into_vec()
+        autodiff::jacobian(broyden, x).into_vec()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The two modes as values, to be nested in any order.
 
-use autodiff::{Dual, Real, Var, gradient_of};
+use autodiff::{Dual, Real, Var, gradient};
 
 /// A scalar function of `x` that other numbers are given to.
 pub(super) trait Objective {
@@ -20,7 +20,7 @@ pub(super) struct Reverse;
 impl Mode for Reverse {
     fn gradient<R: Real>(objective: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
         let given: Vec<Var<R>> = given.iter().map(|&number| Var::constant(number)).collect();
-        gradient_of(|x| objective.eval(&given, x), x)
+        gradient(|x| objective.eval(&given, x), x)
     }
 }
 

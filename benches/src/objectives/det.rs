@@ -165,7 +165,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let determinant = Determinant { order: ell };
     match function {
         "primal" => work(move || determinant.eval(&matrix)),
-        "gradient" => work(move || gradient(&determinant, &matrix)),
+        "gradient" => work(move || gradient(|x| determinant.eval(x), &matrix)),
         _ => Error::function(function),
     }
 }

@@ -251,7 +251,8 @@ impl Problem for Gmm {
     }
 
     fn derivative(&mut self) {
-        (self.value, self.gradient) = value_and_gradient(&self.mixture, &self.parameters);
+        (self.value, self.gradient) =
+            value_and_gradient(|x| self.mixture.eval(x), &self.parameters);
     }
 
     fn answer(&self) -> Value {

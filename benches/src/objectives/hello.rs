@@ -1,6 +1,6 @@
 //! The square of a number.
 
-use autodiff::{Real, gradient_of};
+use autodiff::{Real, gradient};
 use serde_json::value::RawValue;
 
 use super::work::{Error, Prepared, read, work};
@@ -13,7 +13,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let x: f64 = read(input)?;
     match function {
         "square" => work(move || square(x)),
-        "double" => work(move || gradient_of(|x| square(x[0]), &[x])[0]),
+        "double" => work(move || gradient(|x| square(x[0]), &[x])[0]),
         _ => Error::function(function),
     }
 }

@@ -5,7 +5,7 @@
 
 use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Real, gradient_of};
+use autodiff::{Dual, Real, gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -117,9 +117,9 @@ fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     }
     let of_cluster = |(points, centroid): (&Vec<&Vec<f64>>, &[f64])| {
         let cost = Sum::new(SquaredDistance, points);
-        let slope = gradient_of(|c| cost.run(c), centroid);
+        let slope = gradient(|c| cost.run(c), centroid);
         let growth = Sum::new(Growth(SquaredDistance), points);
-        let curvature = gradient_of(|c| growth.run(c), centroid);
+        let curvature = gradient(|c| growth.run(c), centroid);
         slope.iter().zip(curvature).map(|(g, h)| g / h).collect()
     };
     let pairs = clusters.iter().zip(centroids.chunks(d));

@@ -53,7 +53,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let fit = Fit { points: n };
     match function {
         "primal" => work(move || fit.eval(&x)),
-        "gradient" => work(move || gradient(&fit, &x)),
+        "gradient" => work(move || gradient(|x| fit.eval(x), &x)),
         _ => Error::function(function),
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     require(!x.is_empty(), "one number at least")?;
     match function {
         "primal" => work(move || LogSumExp.eval(&x)),
-        "gradient" => work(move || gradient(&LogSumExp, &x)),
+        "gradient" => work(move || gradient(|x| LogSumExp.eval(x), &x)),
         _ => Error::function(function),
     }
 }

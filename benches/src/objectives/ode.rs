@@ -104,7 +104,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let solution = Solution { steps };
     match function {
         "primal" => work(move || solution.end(&x, None).split_off(1)),
-        "gradient" => work(move || gradient(&solution, &x)),
+        "gradient" => work(move || gradient(|x| solution.eval(x), &x)),
         _ => Error::function(function),
     }
 }

@@ -191,7 +191,7 @@ fn the_forces_of_bending_are_the_slope_of_the_energy() {
         let bend = Bend { dt: 1.0, ..BEND };
         // Two edges of 400 N/m have an angular stiffness of 0.04 N m.
         let pulls = bend.eval([a, b, c, d, e, f, 400.0, 400.0]);
-        let slope = gradient(&Energy, &nodes);
+        let slope = gradient(|x| Energy.eval(x), &nodes);
         for (pull, slope) in pulls.iter().zip(slope) {
             // The softening changes a length of 0.1 m by 5e-11 of it; forces are below 1 N.
             assert!((pull + slope).abs() < 1e-9, "{pulls:?}");

@@ -3,7 +3,7 @@
 //! A file says which problem it is by the beginning of its `statement`; everything else is read
 //! from its `data`. A new kind of problem is a function and a row in `KINDS`.
 
-use autodiff::{Real, VectorFunction, jacobian};
+use autodiff::{Real, jacobian};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -13,9 +13,14 @@ pub(crate) trait Problem {
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 }
 
-impl<F: VectorFunction> Problem for F {
+/// A vector function of a vector, generic over its numbers.
+trait Values {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
+}
+
+impl<F: Values> Problem for F {
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let rows = jacobian(self, x);
+        let rows = jacobian(|x| self.eval(x), x);
         (self.eval(x), rows.iter().map(<[f64]>::to_vec).collect())
     }
 }
@@ -53,7 +58,7 @@ pub(crate) fn problem(statement: &str, data: Value) -> Result<Box<dyn Problem>, 
 
 fn build<F>(data: Value) -> Result<Box<dyn Problem>, serde_json::Error>
 where
-    F: VectorFunction + for<'a> Deserialize<'a> + 'static,
+    F: Values + for<'a> Deserialize<'a> + 'static,
 {
     Ok(Box::new(serde_json::from_value::<F>(data)?))
 }
@@ -73,7 +78,7 @@ struct Cantilever {
     bound: f64,
 }
 
-impl VectorFunction for Cantilever {
+impl Values for Cantilever {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let weight = R::lit(self.weight) * sum(x.len(), |j| x[j]);
         let deflection = sum(x.len(), |j| R::lit(self.moments[j]) / x[j].powi(3));
@@ -91,7 +96,7 @@ struct Distance {
     rhs: Vec<f64>,
 }
 
-impl VectorFunction for Distance {
+impl Values for Distance {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let objective = sum(x.len(), |j| (x[j] - R::lit(self.target[j])).powi(2));
         let constraint = |(row, &rhs): (&Vec<f64>, &f64)| {
@@ -113,7 +118,7 @@ struct Rosenbrock {
     rhs: f64,
 }
 
-impl VectorFunction for Rosenbrock {
+impl Values for Rosenbrock {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let valley = |j: usize| {
             R::lit(self.b) * (x[j + 1] - x[j] * x[j]).powi(2) + (R::lit(self.a) - x[j]).powi(2)
@@ -135,7 +140,7 @@ struct Separable {
     rhs: Vec<f64>,
 }
 
-impl VectorFunction for Separable {
+impl Values for Separable {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let objective = sum(x.len(), |j| {
             R::lit(self.al[j]) / x[j] + R::lit(self.be[j]) * (x[j] - R::lit(self.t[j])).powi(2)
@@ -157,7 +162,7 @@ struct Spheres {
     r2: f64,
 }
 
-impl VectorFunction for Spheres {
+impl Values for Spheres {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let objective = sum(x.len(), |j| x[j] * x[j]);
         let constraint = |centre: &Vec<f64>| {
@@ -176,7 +181,7 @@ struct TwoBar {
     stress: f64,
 }
 
-impl VectorFunction for TwoBar {
+impl Values for TwoBar {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (area, half) = (x[0], x[1]);
         let length = (R::one() + half * half).sqrt();
@@ -205,7 +210,7 @@ struct Volume {
     active_most: f64,
 }
 
-impl VectorFunction for Volume {
+impl Values for Volume {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let edges = R::lit(self.w.len() as f64);
         let mixtures: Vec<[R; 3]> = x.chunks_exact(3).map(|z| self.mixture(z)).collect();

@@ -2,7 +2,7 @@
 //! derivative of where a bounce ends.
 
 use super::StabilityCase;
-use autodiff::{Dual, Real, gradient_of};
+use autodiff::{Dual, Real, gradient};
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
@@ -157,7 +157,7 @@ pub(super) fn bounces(case: &StabilityCase) {
         ] {
             let dual: Dual<f64, 1> = Dual::variable(height, 0);
             let forward = end(&of_row, contact.clone(), dual);
-            let reverse = gradient_of(|h| end(&of_row, contact.clone(), h[0]), &[height]);
+            let reverse = gradient(|h| end(&of_row, contact.clone(), h[0]), &[height]);
             for (got, key) in [
                 (forward.value, place),
                 (forward.tangent[0], slope),

@@ -5,28 +5,28 @@ use super::slopes;
 use super::taylor;
 use crate::drivers::{self, Function};
 
-/// How to check; `Options::default()` suits smooth functions of variables of order one in f64.
+/// The options of a check. `Options::default()` suits smooth functions of variables of order one in f64.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// How many random directions, each of unit length.
+    /// The number of random directions, each of unit length.
     pub directions: usize,
     /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is
     /// larger; at least ten times the smallest, and finite.
     pub largest_step: f64,
-    /// The smallest step, likewise. What the function does over less than a few hundred of these is
-    /// hardly seen: for variables that are small by nature make it smaller, or change their units.
+    /// The smallest step, in the same unit. The check misses features narrower than a few hundred of these.
+    /// For small variables reduce this step, or change their units.
     pub smallest_step: f64,
-    /// The largest error that counts as agreement, relative to the slope, to the gradient's root mean
-    /// square or to the slope's change over the middle step, whichever is largest. The uncertainty of
-    /// the differences is added to it.
+    /// The largest error that counts as agreement, relative to the largest of three: the slope, the root mean
+    /// square of the gradient, and the change of the slope over the middle step. The uncertainty of the
+    /// differences is added to it.
     pub tolerance: f64,
-    /// The relative error of the values and the arguments: the epsilon of the number type, or more where
-    /// the computation amplifies rounding. Differences of values within it mean nothing, nor do slopes
-    /// so small that over a step as long as the point the value would change by less.
+    /// The relative error of the values and the arguments: the epsilon of the number type, or more if the
+    /// computation amplifies rounding. Smaller differences of values are ignored. So are slopes that change
+    /// the value by less over a step as long as the point.
     pub noise: f64,
-    /// Seed of the directions.
+    /// The seed of the directions.
     pub seed: u64,
-    /// The names of the components, one for each; if empty, a report shows indices.
+    /// The names of the components, one for each. If empty, a report shows indices.
     pub names: Vec<String>,
 }
 
@@ -45,7 +45,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The default, with names for the components, as [`Parameters`](crate::Parameters) has them.
+    /// Returns the default with names for the components, as from [`Parameters`](crate::Parameters::names).
     pub fn named(names: Vec<String>) -> Self {
         Self {
             names,
@@ -62,14 +62,14 @@ pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
 pub struct Claim<'a> {
     /// The point.
     pub x: &'a [f64],
-    /// The gradient that is claimed there.
+    /// The claimed gradient at the point.
     pub gradient: &'a [f64],
-    /// The derivative along a direction from another source, forward mode say.
+    /// The derivative along a direction from another source, such as forward mode.
     pub forward: Option<Along<'a>>,
 }
 
 impl<'a> Claim<'a> {
-    /// That a gradient is right at a point.
+    /// Claims that a gradient is right at a point.
     pub fn new(x: &'a [f64], gradient: &'a [f64]) -> Self {
         let forward = None;
         Self {
@@ -80,8 +80,7 @@ impl<'a> Claim<'a> {
     }
 }
 
-/// Checks the gradient of a generic function at `x`: reverse mode against forward mode and
-/// differences.
+/// Checks the gradient of a generic function at `x`: reverse mode against forward mode and differences.
 ///
 /// ```
 /// use autodiff::{Function, Real};
@@ -95,14 +94,14 @@ impl<'a> Claim<'a> {
 /// }
 /// let report = check_gradient(&Norm, &[3.0, 4.0], &Options::default());
 /// assert_eq!(report.verdict, Verdict::Smooth, "{report}");
-/// // Made wrong on purpose, it is found out.
+/// // Made wrong on purpose, it is called wrong.
 /// assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
-/// // The value bends: its remainder is of second order.
+/// // The remainder is of second order.
 /// let order = report.directions[0].taylor.unwrap();
 /// assert!((order - 2.0).abs() < 0.1, "{report}");
 /// ```
 ///
-/// A rule with a wrong partial, which forward and reverse mode share, and a kink:
+/// A kink, and a rule with a wrong partial that forward and reverse mode share:
 ///
 /// ```
 /// use autodiff::check::{Options, Verdict, check_gradient};
@@ -136,12 +135,12 @@ impl<'a> Claim<'a> {
 /// };
 /// let report = check_gradient(&Work, &[2.0, 0.5, 3.0], &options);
 /// assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-/// // Its slope by the speed is mass * speed = 6, of which half is claimed.
+/// // The slope by the speed is mass * speed = 6; half of it is claimed.
 /// assert_eq!(report.worst.name.as_deref(), Some("speed"), "{report}");
 /// assert_eq!(report.worst.gradient, 3.0);
 /// assert!((report.worst.central - 6.0).abs() < 1e-6, "{report}");
 ///
-/// // On the ground, at rest: nothing is wrong, and the slopes upwards and downwards differ.
+/// // On the ground, at rest: nothing is wrong, but the slopes up and down differ.
 /// let report = check_gradient(&Work, &[2.0, 0.0, 0.0], &options);
 /// assert_eq!(report.verdict, Verdict::Kink, "{report}");
 /// assert_eq!(report.worst.name.as_deref(), Some("height"), "{report}");
@@ -150,7 +149,7 @@ impl<'a> Claim<'a> {
 /// # Panics
 /// As [`check_directions`].
 pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
-    let gradient = drivers::gradient(function, x);
+    let gradient = drivers::gradient(|x| function.eval(x), x);
     let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
     let claim = Claim {
         x,
@@ -160,8 +159,8 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
     check_directions(|x| function.eval(x), &claim, options)
 }
 
-/// Checks a gradient against differences of a plain function, and against a second source of
-/// derivatives where the claim has one.
+/// Checks a gradient against differences of a plain function, and against a second source of derivatives if the
+/// claim has one.
 ///
 /// ```
 /// use autodiff::check::{Claim, Options, Verdict, check_directions};
@@ -178,18 +177,22 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// ```
 ///
 /// # Panics
-/// If there is no component to check or no direction to check along, the gradient's length is not
-/// that of `x`, there are names but not one per component, or the steps are not positive, finite and a
-/// decade apart.
+/// If there is no component or no direction, if the gradient and `x` differ in length, if there are names but not
+/// one per component, or if the steps are not positive, finite and a decade apart.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
+    checked(&value, claim, options)
+}
+
+/// [`check_directions`], compiled once and not once per closure.
+fn checked(value: &dyn Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
     let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {
-        value: &value,
+        value,
         claim,
         options,
-        // An infinite gradient sets no scale.
+        // Only a finite gradient sets a scale.
         typical: if typical.is_finite() { typical } else { 0.0 },
     };
     let mut random = SplitMix(options.seed);
@@ -210,7 +213,10 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
 fn refuse_misuse(claim: &Claim, options: &Options) {
     let (n, names) = (claim.x.len(), options.names.len());
     assert!(n > 0, "a gradient without components cannot be checked");
-    assert!(options.directions > 0, "a check takes a direction at least");
+    assert!(
+        options.directions > 0,
+        "`directions` is 0; it must be 1 or more"
+    );
     assert_eq!(
         n,
         claim.gradient.len(),
@@ -218,30 +224,30 @@ fn refuse_misuse(claim: &Claim, options: &Options) {
     );
     assert!(
         options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
-        "the steps must be positive and span a decade"
+        "`largest_step` must be at least ten times `smallest_step`, and both must be positive"
     );
     assert!(
         options.largest_step.is_finite(),
-        "the largest step must be finite"
+        "`largest_step` must be finite"
     );
     assert!(
         names == 0 || names == n,
-        "{names} names for {n} components: give one for each, or none"
+        "{names} names for {n} components; give one name per component, or none"
     );
 }
 
-struct Checker<'a, F> {
-    value: &'a F,
+struct Checker<'a> {
+    value: &'a dyn Fn(&[f64]) -> f64,
     claim: &'a Claim<'a>,
     options: &'a Options,
-    /// Root mean square of the gradient: the slope to be expected along a random direction.
+    /// The root mean square of the gradient: the expected slope along a random direction.
     typical: f64,
 }
 
-impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
+impl Checker<'_> {
     fn check(&self, direction: &[f64]) -> Direction {
         let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
-        // A component that does not move adds nothing, even if it is infinite.
+        // A component that does not move adds 0, even if it is infinite.
         let claimed = self.claim.gradient.iter().zip(direction).map(along).sum();
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
@@ -287,8 +293,8 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
                 let length = dot(&half, &half).sqrt();
                 let half = normalised(half);
                 let checked = self.check(&half);
-                // The half's contribution to the error: its slope's error times its length. A claim
-                // of infinity or NaN is the worst, whatever the differences say.
+                // The half's contribution to the error: the error of its slope times its length. A claim
+                // of infinity or NaN is always the worst.
                 let error = if checked.gradient.is_finite() {
                     checked.absolute_error() * length
                 } else {
@@ -326,8 +332,8 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let size = largest(self.claim.x).max(1.0);
         let smallest = self.options.smallest_step * size;
         let first = (self.options.largest_step * size).min(f64::MAX);
-        // A hair more, so that the smallest step is one of them however the logarithms round; not that
-        // of a quotient, which may overflow.
+        // A little more, so that the smallest step is included however the logarithms round. The quotient of
+        // the steps may overflow, so its logarithm is a difference.
         let levels = (2.0 * (first.log10() - smallest.log10()) + 1e-9) as i32;
         (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
     }
@@ -337,7 +343,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The largest magnitude; numbers that are not finite set no scale.
+/// The largest finite magnitude.
 fn largest(x: &[f64]) -> f64 {
     let finite = x.iter().filter(|x| x.is_finite());
     finite.fold(0.0, |size: f64, x| size.max(x.abs()))
@@ -349,7 +355,7 @@ fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
     direction
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014): good enough for directions, and saves a dependency.
+/// SplitMix64 (Steele, Lea and Flood 2014): good enough for directions, without a dependency.
 struct SplitMix(u64);
 
 impl SplitMix {
@@ -368,7 +374,7 @@ impl SplitMix {
 mod tests {
     use super::SplitMix;
 
-    /// The first numbers of the published generator, from a seed that its tables use.
+    /// The first published numbers of the generator, for the seed of its tables.
     #[test]
     fn directions_are_drawn_by_split_mix() {
         let mut random = SplitMix(1234567);

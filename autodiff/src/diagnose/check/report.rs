@@ -2,16 +2,16 @@
 
 use std::fmt;
 
-/// By how much the gradient of the negative control is wrong: one part in a hundred.
+/// The relative error of the negative control: one part in a hundred.
 pub const WRONG_BY: f64 = 0.01;
 
 /// The verdict of a check; ordered from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// The differences settle on the claimed slope, and from both sides.
+    /// The differences settle on the claimed slope from both sides.
     Smooth,
-    /// Differences cannot tell: the left and the right slope differ, or grow apart, with the claimed one
-    /// between them, or no step makes the differences settle.
+    /// Differences cannot tell. The claimed slope is between the left and the right slope, which differ or
+    /// grow apart, or no step makes the differences settle.
     Kink,
     /// The differences settle on another slope, or forward mode disagrees.
     Wrong,
@@ -27,13 +27,13 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// One direction's check. Slopes are per unit length along the direction.
+/// The check along one direction. Slopes are per unit length.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Direction {
     /// The claimed slope: gradient times direction.
     pub gradient: f64,
-    /// The slope by the claim's second source.
+    /// The slope by the second source of the claim.
     pub forward: Option<f64>,
     /// The backward difference quotient at `step`.
     pub left: f64,
@@ -43,21 +43,21 @@ pub struct Direction {
     pub right: f64,
     /// The step that the verdict rests on.
     pub step: f64,
-    /// The order at which `|f(x + h d) - f(x) - h gradient|`, the larger of ahead and behind, falls
-    /// with the step `h`: 2 or more where the slope is right and `f` smooth, 1 where it is wrong or
-    /// at a kink. Taken from the smallest steps whose remainders are clear of rounding; `None` where
-    /// no two are, as for a linear function.
+    /// The order at which `|f(x + h d) - f(x) - h gradient|`, the larger of ahead and behind, falls with the
+    /// step `h`. It is 2 or more if the slope is right and `f` smooth, and 1 if the slope is wrong or at a
+    /// kink. It is taken from the smallest steps whose remainders are clear of rounding; `None` if no two
+    /// are, as for a linear function.
     pub taylor: Option<f64>,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
     /// The possible error of `central`, on the scale of `error`: an estimate from the neighbouring steps,
-    /// infinite where the differences do not settle.
+    /// infinite if the differences do not settle.
     pub unsure: f64,
     /// The verdict.
     pub verdict: Verdict,
-    /// The verdict of the differences alone on a slope that is wrong on purpose, by [`WRONG_BY`] of it.
-    /// `None` where the slope is not smooth, or is known only to within a quarter of that: there no
-    /// verdict would prove anything.
+    /// The verdict of the differences on a slope that is wrong on purpose, by [`WRONG_BY`] of it. `None` if
+    /// the slope is not smooth, or is known only to a quarter of that error: then a verdict would prove
+    /// nothing.
     pub control: Option<Verdict>,
 }
 
@@ -67,23 +67,23 @@ impl Direction {
     }
 }
 
-/// The component that has the largest part in the worst direction's error.
+/// The component with the largest part in the error of the worst direction.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Component {
     /// Its index.
     pub index: usize,
-    /// Its name, where [`Options::names`](super::Options::names) has one.
+    /// Its name, if [`Options::names`](super::Options::names) has one.
     pub name: Option<String>,
     /// The claimed component.
     pub gradient: f64,
     /// Its central difference.
     pub central: f64,
-    /// The verdict along this component alone.
+    /// The verdict along this component.
     pub verdict: Verdict,
 }
 
-/// Its name, or else its index, and the finding.
+/// The name, or else the index, and the finding.
 impl fmt::Display for Component {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.name {
@@ -98,19 +98,19 @@ impl fmt::Display for Component {
     }
 }
 
-/// The outcome of a check; displayed as a table.
+/// The outcome of a check, displayed as a table.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Report {
     /// One row per random direction.
     pub directions: Vec<Direction>,
-    /// Where to look first.
+    /// The component to look at first.
     pub worst: Component,
     /// The worst verdict of any direction.
     pub verdict: Verdict,
-    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose,
-    /// by [`WRONG_BY`] of it. If that is not [`Verdict::Wrong`], the check cannot be trusted. `None`
-    /// where no direction is smooth and steep enough to tell.
+    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose, by
+    /// [`WRONG_BY`] of it. The check can be trusted only if this is [`Verdict::Wrong`]. `None` if no
+    /// direction is smooth and steep enough to tell.
     pub control: Option<Verdict>,
 }
 

@@ -1,15 +1,15 @@
 //! Difference quotients over a sweep of steps, and what they say about a claimed slope.
 //!
 //! [`Judge::verdict`] decides in this order:
-//! 1. The central quotient is taken where it changes least from step to step, on a plateau. Where there is
-//!    none the function is rough: kink.
-//! 2. If the left and the right slope stay apart at the steps from there down, the point is a kink, unless
-//!    they come together on a plateau of smaller steps. That one then stands in for the first.
+//! 1. The central quotient is taken where it changes least from step to step, on a plateau. Without a plateau
+//!    the function is rough: kink.
+//! 2. If the left and the right slope stay apart at the steps from there down, the point is a kink. If they
+//!    come together on a plateau of smaller steps, that plateau replaces the first.
 //! 3. A claimed slope that agrees with the plateau is right: smooth, or kink by point 2.
-//! 4. So is one that agrees with a plateau of smaller steps whose slope is clearly another.
-//! 5. One between the slopes of the two sides, which differ, is a choice at a kink; where the sides grow
-//!    apart, as at a cusp, so is any: kink.
-//! 6. Any other is wrong.
+//! 4. A claimed slope that agrees with a plateau of smaller steps, with a clearly different slope, is right too.
+//! 5. A claimed slope between the different slopes of the two sides is a choice at a kink: kink. Where the sides
+//!    grow apart, as at a cusp, so is any slope.
+//! 6. Any other slope is wrong.
 
 use super::report::{Verdict, WRONG_BY};
 
@@ -20,7 +20,7 @@ pub(super) struct Quotients {
     pub(super) left: f64,
     pub(super) central: f64,
     pub(super) right: f64,
-    /// The error of the quotients due to the noise of the values.
+    /// The error of the quotients caused by the noise of the values.
     pub(super) noise: f64,
 }
 
@@ -30,7 +30,7 @@ impl Quotients {
         (self.right - self.left).abs()
     }
 
-    /// The magnitude of the steeper side's slope, relative to a slope of `base`.
+    /// The larger distance of the two sides' slopes from `base`.
     pub(super) fn steepest(&self, base: f64) -> f64 {
         (self.left - base).abs().max((self.right - base).abs())
     }
@@ -39,21 +39,20 @@ impl Quotients {
 /// A step around which the quotients change little from one step to the next.
 #[derive(Clone, Copy)]
 struct Plateau {
-    /// Which step of the sweep; steps shrink from one level to the next.
+    /// The number of the step in the sweep. Steps shrink from one level to the next.
     level: usize,
     slope: f64,
-    /// How much the slope differs from the neighbouring steps' slopes, plus its noise. At larger steps
-    /// truncation dominates, at smaller ones noise, so this estimates both. (The differences to the
-    /// neighbours would not do: steps below the value's resolution all give the same slope, zero.)
+    /// The difference from the slopes of the neighbouring steps, plus the noise. Truncation dominates at larger
+    /// steps and noise at smaller ones, so this estimates both. The difference alone is not enough, because all
+    /// steps below the value's resolution give the same slope, zero.
     spread: f64,
     noise: f64,
-    /// The slope of the steeper side, for a scale: at a minimum the central one is zero.
+    /// The slope of the steeper side. It sets the scale, because at a minimum the central slope is zero.
     steepest: f64,
 }
 
-/// The quotients of all steps. `value(h)` is the function at distance `h` along the direction, `here`
-/// its value at the point. Values, and arguments of magnitudes up to `size`, have a relative error of
-/// `noise`.
+/// The quotients of all steps. `value(h)` is the function at distance `h` along the direction, and `here` its
+/// value at the point. Values and arguments, of magnitudes up to `size`, have a relative error of `noise`.
 pub(super) fn sweep(
     here: f64,
     value: impl Fn(f64) -> f64,
@@ -70,7 +69,7 @@ pub(super) fn sweep(
             right: (ahead - here) / step,
             noise: 0.0,
         };
-        // Not the value at the point alone, which may be zero at a minimum.
+        // The value at the point may be zero at a minimum.
         let largest = here.abs().max(behind.abs()).max(ahead.abs());
         slopes.noise = noise * (largest + size * slopes.steepest(0.0)) / step;
         slopes
@@ -78,14 +77,14 @@ pub(super) fn sweep(
     steps.map(slopes).collect()
 }
 
-/// How much the slope changes over the middle step, for a scale where the slope and the gradient are
-/// zero. It is extrapolated from that larger step whose slope changes least for its length, because a
-/// jump beside the point is no change of the slope.
+/// The change of the slope over the middle step: the scale where the slope and the gradient are zero. It is
+/// extrapolated from the larger step whose slope changes least for its length, because a jump beside the point
+/// is not a change of the slope.
 pub(super) fn change(sweep: &[Quotients], claimed: f64) -> f64 {
     let middle = sweep.len() / 2;
     let change = |slopes: &Quotients| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
     let changes = sweep[..=middle].iter().map(change);
-    // Values that are not finite set no scale.
+    // Only finite values set a scale.
     let least = changes.filter(|change| change.is_finite()).reduce(f64::min);
     least.unwrap_or(0.0)
 }
@@ -117,9 +116,9 @@ fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Pla
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// The observed noise of the values: by how much, in the median, those at smaller steps than the
-/// plateau's `level` miss its central slope. Noise, and a jump beside the point, moves each side its own
-/// way and shows here; a kink, a cusp or a spike at the point moves both sides alike and does not.
+/// The observed noise of the values: the median error by which values at smaller steps than the plateau's
+/// `level` miss its central slope. Noise and a jump beside the point move the two sides differently and show
+/// here. A kink, a cusp or a spike at the point moves both sides alike and does not.
 pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     let miss = |slopes: &Quotients| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
@@ -127,7 +126,7 @@ pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
     misses[misses.len() / 2]
 }
 
-/// Whether the values bend by more than their noise, both the observed one (`missed`) and the stated one.
+/// Whether the values bend by more than the observed noise (`missed`) and the stated noise.
 fn bends(slopes: &Quotients, missed: f64) -> bool {
     slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
 }
@@ -143,8 +142,8 @@ pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
-    /// The slope that changes the value by its noise over a step as long as the point: smaller ones are
-    /// not distinguished.
+    /// The slope that changes the value by its noise over a step as long as the point. Smaller slopes are not
+    /// distinguished.
     pub(super) unseen: f64,
 }
 
@@ -176,7 +175,7 @@ impl Judge {
     /// The verdict, the slopes that it rests on, and by how much they may be off.
     pub(super) fn verdict(&self, sweep: &[Quotients]) -> (Verdict, Quotients, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
-            // No plateau to compare with: the function is rough, or its slope infinite.
+            // Without a plateau the function is rough, or its slope is infinite.
             return (Verdict::Kink, sweep[sweep.len() / 2], f64::INFINITY);
         };
         let apart = self.stays_apart(sweep, &best);
@@ -188,8 +187,8 @@ impl Judge {
         if self.agrees(&best) {
             return rests(agreed(kink), &best);
         }
-        // The steps of the plateau may cross a kink beside the point: if a smaller step has settled on a
-        // clearly different slope, that one decides.
+        // The steps of the plateau may cross a kink beside the point. If smaller steps settle on a clearly
+        // different slope, that slope decides.
         for level in best.level + 1..sweep.len() - 1 {
             let closer = plateau(sweep, central, level);
             let unsure = Self::SAFETY * (closer.spread + best.spread);
@@ -198,15 +197,15 @@ impl Judge {
                 return rests(agreed(self.stays_apart(sweep, &closer)), &closer);
             }
         }
-        // Between sides that grow apart, as at a cusp, lies every slope.
+        // Every slope is between sides that grow apart, as at a cusp.
         if self.between_sides(sweep) || kink && grows_apart(&sweep[best.level..]) {
             return rests(Verdict::Kink, &best);
         }
         rests(Verdict::Wrong, &best)
     }
 
-    /// The verdict on the slope made wrong by [`WRONG_BY`], given that on the claimed one and by how much
-    /// the differences may be off; `None` unless they are sure enough of the claimed one.
+    /// The verdict on the slope made wrong by [`WRONG_BY`], from the verdict on the claimed slope and the
+    /// possible error of the differences. `None` unless they are sure enough of the claimed slope.
     pub(super) fn control(
         &self,
         sweep: &[Quotients],
@@ -214,7 +213,7 @@ impl Judge {
         unsure: f64,
     ) -> Option<Verdict> {
         let unsure = unsure + self.tolerance * self.scale(self.claimed);
-        // They may be off once when they agree and once when they do not.
+        // The error counts twice: when they agree and when they disagree.
         let sure = unsure < 0.25 * WRONG_BY * self.claimed.abs();
         let wrong = Judge {
             claimed: self.claimed * (1.0 + WRONG_BY),
@@ -234,9 +233,9 @@ impl Judge {
             && error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
     }
 
-    /// Whether the left and the right slope stay apart, or grow apart, somewhere from the plateau down:
-    /// at a smooth point their gap shrinks like the step. Over four levels, because over three noise may
-    /// keep them apart by chance.
+    /// Whether the left and the right slope stay apart or grow apart somewhere from the plateau down. At a
+    /// smooth point their gap shrinks like the step. This looks at four levels, because noise may keep them
+    /// apart over three by chance.
     fn stays_apart(&self, sweep: &[Quotients], best: &Plateau) -> bool {
         let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
@@ -250,9 +249,8 @@ impl Judge {
         })
     }
 
-    /// The plateau with the least spread among those at smaller steps where the left and the right slope
-    /// come together. If there is one, it was not a kink that kept them apart at larger steps, but a
-    /// narrow term.
+    /// The plateau with the least spread among those at smaller steps where the left and the right slope come
+    /// together. If there is one, a narrow term and not a kink kept them apart at larger steps.
     fn closer(&self, sweep: &[Quotients], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];
@@ -267,7 +265,7 @@ impl Judge {
             .min_by(|a, b| a.spread.total_cmp(&b.spread))
     }
 
-    /// Whether the two sides settle on different slopes, with the claimed one between them.
+    /// Whether the two sides settle on different slopes with the claimed slope between them.
     fn between_sides(&self, sweep: &[Quotients]) -> bool {
         let left = settled(sweep, |slopes| slopes.left).filter(|left| self.settles(left));
         let right = settled(sweep, |slopes| slopes.right).filter(|right| self.settles(right));

@@ -1,20 +1,20 @@
-//! The order at which the remainder of the linear approximation by the claimed slope falls.
+//! The order at which the remainder of the linear approximation falls.
 
 use super::slopes::{Quotients, missed};
 
-/// A remainder of this many times the noise is clear of it: then noise changes a local order by a
-/// twentieth at most, with steps half a decade apart.
+/// A remainder this many times the noise is clear of it. Then noise changes a local order by at most a
+/// twentieth, with steps half a decade apart.
 const CLEAR: f64 = 32.0;
 
-/// How many of the smallest clear steps count, by the median, which tolerates two outliers. Only there
-/// does a small error of the slope show, and a kink beside the point no longer.
+/// The number of smallest clear steps that count, by the median, which tolerates two outliers. At the smallest
+/// steps a small error of the slope shows, and a kink beside the point does not.
 const LOCAL: usize = 5;
 
-/// How fast `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
-/// neighbouring steps, over the smallest that are clear of the noise. The remainder is the larger of
-/// those ahead and behind, so that a change of sign on one side is not taken for a fall. The noise is
-/// the larger of the stated and the observed, below the plateau at step `rests`. `None` where no two
-/// neighbouring steps are clear.
+/// The order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
+/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger of those
+/// ahead and behind, so that a change of sign on one side does not count as a fall. The noise is the larger of the
+/// stated and the observed noise, below the plateau at step `rests`. `None` if no two neighbouring steps are
+/// clear.
 pub(super) fn order(sweep: &[Quotients], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);

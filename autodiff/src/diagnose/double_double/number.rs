@@ -11,7 +11,7 @@ use crate::real::Real;
 
 /// The unevaluated sum of two floats; see the [module](super).
 ///
-/// The first is the sum rounded to f64, so the pair is unique and compares part by part.
+/// The first float is the sum rounded to f64, so the pair is unique and compares part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleDouble {
     pub(super) high: f64,
@@ -19,27 +19,27 @@ pub struct DoubleDouble {
 }
 
 impl DoubleDouble {
-    /// The sum of two floats, exactly.
+    /// Returns the exact sum of two floats.
     #[inline]
     pub fn new(a: f64, b: f64) -> Self {
         let (high, low) = two_sum(a, b);
         Self::normal(high, low)
     }
 
-    /// The number rounded to f64, and the rest.
+    /// Returns the number rounded to f64, and the rest.
     #[inline]
     pub fn parts(self) -> [f64; 2] {
         [self.high, self.low]
     }
 
-    /// The number rounded to f64.
+    /// Returns the number rounded to f64.
     #[inline]
     pub fn to_f64(self) -> f64 {
         self.high
     }
 
-    /// `high + low`, where `low` is small beside `high`. Infinities and NaN have no second part, and a
-    /// zero keeps its sign.
+    /// `high + low`, where `low` is small compared to `high`. The second part of infinities and NaN is 0, and
+    /// a zero keeps its sign.
     #[inline]
     pub(super) fn normal(high: f64, low: f64) -> Self {
         if low == 0.0 || !high.is_finite() {
@@ -58,10 +58,10 @@ impl DoubleDouble {
         }
     }
 
-    /// `self * 2^exponent`, exactly but for over- and underflow.
+    /// `self * 2^exponent`, exact except for over- and underflow.
     #[inline]
     pub(super) fn scaled(self, exponent: i32) -> Self {
-        // Two factors: 2^exponent itself may lie outside the range.
+        // Two factors, because 2^exponent itself may be out of range.
         let half = exponent / 2;
         let [a, b] = [half, exponent - half].map(|n| 2.0_f64.powi(n));
         Self::normal(self.high * a * b, self.low * a * b)
@@ -88,7 +88,7 @@ impl From<DoubleDouble> for f64 {
 }
 
 operators! {
-    // Calls: inlined, a kernel over duals of these is code for seconds of compiling.
+    // Not inlined: a kernel over duals of these would take seconds to compile.
     #[inline(never)]
     impl[] DoubleDouble:
     // Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.

@@ -1,9 +1,9 @@
 //! Double-doubles as a [`Real`].
 //!
-//! Arguments are reduced by constants of three or four floats, with exact products.
-//! Taylor series are summed inside out, `1 + r/2 (1 + r/3 (...))`: that needs no table of
-//! coefficients, and only the last two operations contribute rounding errors. Roots and angles
-//! start from the system's f64 value and take one correction that doubles its digits.
+//! Arguments are reduced by constants of three or four floats, with exact products. Taylor series are summed
+//! inside out, `1 + r/2 (1 + r/3 (...))`. This needs no table of coefficients, and only the last two operations
+//! contribute rounding errors. Roots and angles start from the system's f64 value; one correction doubles its
+//! digits.
 //! After Hida, Li and Bailey, *Library for double-double and quad-double arithmetic* (2007).
 
 use num_traits::{One, Zero};
@@ -59,7 +59,7 @@ fn sin_cos(x: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
         return (x, DoubleDouble::one());
     }
     let n = (x.high * std::f64::consts::FRAC_2_PI).round();
-    // Beyond, n would no longer be an exact integer.
+    // Beyond 2^50, n would not be an exact integer.
     if x.high.is_nan() || x.high.abs() > 2.0_f64.powi(50) {
         return (DoubleDouble::from(f64::NAN), DoubleDouble::from(f64::NAN));
     }
@@ -116,7 +116,7 @@ impl Real for DoubleDouble {
         if self.high.is_nan() {
             return self;
         }
-        // Far enough for infinity and zero.
+        // The result is 0 or infinite beyond.
         let (expm1, n) = reduced_exp_m1(self.clamp(Self::from(-800.0), Self::from(800.0)));
         (Self::one() + expm1).scaled(n)
     }
@@ -151,7 +151,7 @@ impl Real for DoubleDouble {
         let numerator = expm1.scaled(n) + Self::new(2.0_f64.powi(n), -1.0);
         numerator / (numerator + Self::from(2.0))
     }
-    /// The system's angle, plus the small angle that is left when the point is rotated back by it.
+    /// The system's angle, plus the small angle of the point rotated back by it.
     fn atan2(self, x: Self) -> Self {
         let angle = self.high.atan2(x.high);
         // The sum below would take the sign of a zero.
@@ -167,7 +167,7 @@ impl Real for DoubleDouble {
         let scale = Self::from(size);
         let (y, x) = (self / scale, x / scale);
         let (sin, cos) = sin_cos(Self::from(angle));
-        // The quotient is some 1e-16, and equal to its inverse tangent to within 1e-48.
+        // The quotient is about 1e-16, and equals its inverse tangent to within 1e-48.
         Self::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
     }
     /// By squaring.
@@ -175,7 +175,7 @@ impl Real for DoubleDouble {
         let power = by_squaring(Self::one(), self, exponent.unsigned_abs());
         if exponent < 0 { power.recip() } else { power }
     }
-    /// `e^(y ln x)`; for 0, infinity and NaN the value of f64, for negative numbers NaN.
+    /// `e^(y ln x)`. For 0, infinity and NaN the value of f64; for negative numbers NaN.
     fn powf(self, exponent: Self) -> Self {
         if self.high == 0.0 || !self.high.is_finite() {
             return Self::from(self.high.powf(exponent.high));

@@ -1,12 +1,11 @@
-//! Where did the NaN come from? [`Traced`] numbers know.
+//! Finds the origin of a NaN, by [`Traced`] numbers.
 //!
-//! Run the function that returns NaN, or whose gradient does, once more on traced numbers:
-//! [`first_non_finite`] names the operation that first produced what reaches the result, with its
-//! operands and its line. An infinity that a [`select`](crate::Real::select) leaves aside is not
-//! blamed. Other modes pay nothing for this.
+//! If a function or its gradient returns NaN, run the function once more by [`first_non_finite`]. It names
+//! the first operation whose infinity or NaN reaches the result, with its operands and its line. An infinity
+//! that a [`select`](crate::Real::select) drops is not reported. Other modes pay nothing for this.
 //!
-//! Where the function itself takes a derivative, by [`gradient_of`](crate::gradient_of) say, the line
-//! found is in this crate: trace the inner function alone.
+//! If the function itself takes a derivative, for example by [`gradient`](crate::gradient), the reported line
+//! is in this crate. Then trace the inner function by itself.
 
 mod origin;
 mod traced;

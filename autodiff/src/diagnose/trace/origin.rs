@@ -1,4 +1,4 @@
-//! The state of a running trace: its operations so far, and the origins found.
+//! The state of a running trace: the number of operations, and the origins found.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -12,11 +12,12 @@ use crate::steps::step;
 pub struct NonFinite {
     /// The operation.
     pub operation: &'static str,
-    /// Its number among all operations, from 1 on; 0 for an argument of the function.
+    /// The number of the operation, counted from 1; 0 for an argument of the function.
     pub number: usize,
-    /// The step of a [`Rollout`](crate::Rollout), where one was running.
+    /// The step of a [`Rollout`](crate::Rollout), if one was running.
     pub step: Option<usize>,
-    /// The line of the operation; for an argument, of the call to [`first_non_finite`](super::first_non_finite).
+    /// The line of the operation. For an argument, the line of the call to
+    /// [`first_non_finite`](super::first_non_finite).
     pub place: &'static Location<'static>,
     /// Operands, value and partials, as text.
     pub numbers: String,
@@ -47,8 +48,8 @@ thread_local! {
 /// A place in `Trace::found`.
 pub(super) type Origin = u32;
 
-/// The origin of numbers with nothing to blame. The largest, so that the minimum of several origins is
-/// the first operation to blame.
+/// The origin of sound numbers. It is the largest, so that the minimum of several origins is the first
+/// operation to report.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
 /// Counts an operation.
@@ -60,7 +61,7 @@ pub(super) fn count() {
     });
 }
 
-/// Notes an origin; outside of a trace, nothing.
+/// Notes an origin. Does nothing outside a trace.
 pub(super) fn note(
     operation: &'static str,
     place: &'static Location<'static>,

@@ -7,11 +7,11 @@ use super::traced::Traced;
 use crate::real::{Mask, Real};
 use crate::restored::Restored;
 
-/// The first operation whose value or partial is infinite or NaN and reaches a result of
-/// `function` at `x`, or the first argument that is so itself.
+/// Returns the first operation whose value or partial is infinite or NaN and reaches a result of `function`
+/// at `x`. If an argument itself is infinite or NaN, returns the first such argument.
 ///
-/// A partial is blamed even if it is multiplied by zero later: whether the gradient survives that
-/// depends on the mode, see the table in [`real`](crate::real).
+/// A partial is reported even if it is multiplied by zero later. Whether the gradient survives that depends
+/// on the mode; see the table in [`real`](crate::real).
 ///
 /// ```
 /// use autodiff::Real;
@@ -22,15 +22,15 @@ use crate::restored::Restored;
 ///     squared.sqrt()
 /// }
 ///
-/// assert_eq!(first_non_finite(&[3.0, 4.0], |x| vec![distance(x)]), None);
-/// let found = first_non_finite(&[0.0, 0.0], |x| vec![distance(x)]).expect("a kink at 0");
+/// assert_eq!(first_non_finite(|x| vec![distance(x)], &[3.0, 4.0]), None);
+/// let found = first_non_finite(|x| vec![distance(x)], &[0.0, 0.0]).expect("a kink at 0");
 /// assert_eq!((found.operation, found.number), ("sqrt", 3));
 /// assert_eq!(found.numbers, "of 0.0: value 0.0, partial inf");
 /// ```
 #[track_caller]
 pub fn first_non_finite<R: Real>(
-    x: &[R],
     function: impl FnOnce(&[Traced<R>]) -> Vec<Traced<R>>,
+    x: &[R],
 ) -> Option<NonFinite> {
     let place = Location::caller();
     let _outer = Restored::set(&RUNNING, Some(Trace::default()));

@@ -1,4 +1,4 @@
-//! The number that knows its origin.
+//! The number type of traces.
 
 use std::panic::Location;
 
@@ -10,12 +10,12 @@ use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
-/// A number that knows which operation made its value, or a partial on the way to it, infinite or NaN.
-/// Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
+/// A number that knows which operation made it, or a partial before it, infinite or NaN. Only the value is
+/// public; [`first_non_finite`](super::first_non_finite) reads the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Traced<R> {
     value: R,
-    /// True if the number depends on an argument: then partials matter.
+    /// Whether the number depends on an argument. Only then do partials matter.
     active: bool,
     pub(super) origin: Origin,
 }
@@ -37,7 +37,7 @@ impl<R: Real> Traced<R> {
         }
     }
 
-    /// The primal.
+    /// Returns the primal.
     pub fn value(self) -> R {
         self.value
     }
@@ -53,7 +53,7 @@ impl<R: Real> Traced<R> {
         Self::judged(operation, value, &[(self, by_self), (other, by_other)])
     }
 
-    /// The result of an operation on these operands, with the partials by them.
+    /// The result of an operation, from its operands and the partials by them.
     #[track_caller]
     fn judged(operation: &'static str, value: R, operands: &[(Self, R)]) -> Self {
         count();
@@ -86,8 +86,8 @@ fn clean<R>(numbers: &[Traced<R>]) -> bool {
     numbers.iter().all(|x| x.origin == CLEAN)
 }
 
-/// Makes the outputs of a function depend on its inputs where `eval` does not show it: the value of an
-/// implicit root, or of a custom rule, need not be computed from the inputs at all.
+/// Makes the outputs of a function depend on its inputs even if `eval` does not. The value of an implicit root
+/// or of a custom rule may be computed without the inputs.
 fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     let active = inputs.iter().copied().flatten().filter(|x| x.active);
     let Some(origin) = active.map(|x| x.origin).min() else {
@@ -99,8 +99,8 @@ fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     }
 }
 
-/// Whether the values of a function and its derivatives by the active inputs are finite, in reverse and
-/// in forward mode. In one mode alone a zero may hide an infinity.
+/// Whether the values of a function and its derivatives by the active inputs are finite, in reverse and in
+/// forward mode. One mode is not enough, because a zero may hide an infinity in it.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
     let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
     let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
@@ -137,7 +137,7 @@ impl<R: Real> Real for Traced<R> {
         |x, y, operation, rule| x.apply2(operation, y, rule),
     }
 
-    /// Blames nothing itself, and drops the origin of the operand that is not chosen.
+    /// Drops the origin of the operand that is not chosen.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -165,7 +165,7 @@ impl<R: Real> Real for Traced<R> {
             ..self.detach()
         }
     }
-    /// Partials no longer matter; a value that is not finite keeps its origin.
+    /// Drops the partials. A value that is not finite keeps its origin.
     fn detach(self) -> Self {
         let sound = self.value.finite().all();
         Self {
@@ -210,8 +210,8 @@ impl<R: Real> Real for Traced<R> {
         }
         sum
     }
-    /// Traced through `eval`, and compared with the function's own derivative. Where that is finite,
-    /// nothing inside is blamed; where it is not though all operations are, the whole function is.
+    /// Traces through `eval` and evaluates the function's own derivative. If that is finite, nothing inside is
+    /// reported. If it is not, but all operations inside are sound, the whole function is reported.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         let mut outputs = function.eval(inputs);

@@ -1,5 +1,4 @@
-//! Eigenvalues and eigenvectors of symmetric matrices, with derivatives where nalgebra's iterations
-//! lose them.
+//! Eigenvalues and eigenvectors of symmetric matrices, with the derivatives that nalgebra's iterations may lose.
 
 use ::nalgebra::{DMatrix, DVector};
 
@@ -43,16 +42,17 @@ pub struct EigenPair<R> {
     pub vector: DVector<Element<R>>,
 }
 
-/// The eigenvalues of a symmetric matrix, ascending, each with its eigenvector of length 1. Only the lower triangle is read. Derivatives of every order follow from the equations of each pair, whatever
-/// entries are zero; a pair takes a factorisation of its own.
+/// Returns the eigenvalues of a symmetric matrix, ascending, each with its eigenvector of length 1. Only the lower
+/// triangle is read. Derivatives of every order follow from the equations of each pair, also where entries are
+/// zero. Each pair takes one factorisation.
 ///
 /// ```
 /// use ::nalgebra::DMatrix;
 /// use autodiff::nalgebra::symmetric_eigen;
-/// use autodiff::{Element, hessian_of};
+/// use autodiff::{Element, hessian};
 ///
-/// // The larger eigenvalue of [[1, x], [x, 3]]: 3 + x^2 / 2 and more.
-/// let second = hessian_of(
+/// // The larger eigenvalue of [[1, x], [x, 3]] is 3 + x^2 / 2 + ….
+/// let second = hessian(
 ///     |x| {
 ///         let [one, three] = [1.0, 3.0].map(Element::lit);
 ///         let matrix = DMatrix::from_row_slice(2, 2, &[one, Element(x[0]), Element(x[0]), three]);
@@ -64,7 +64,7 @@ pub struct EigenPair<R> {
 /// ```
 ///
 /// # Errors
-/// If an eigenvalue is repeated, to within rounding: it has no derivative there, nor have its vectors.
+/// If an eigenvalue is repeated, to within rounding: neither it nor its vectors have derivatives.
 ///
 /// # Panics
 /// If the matrix is not square, or if lanes differ.

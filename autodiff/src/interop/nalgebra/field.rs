@@ -1,4 +1,4 @@
-//! [`Element`] as one of simba's real fields.
+//! [`Element`] as a real field of simba.
 
 use ::nalgebra::{ComplexField, Field, RealField, SimdValue};
 use approx::{AbsDiffEq, RelativeEq, UlpsEq};
@@ -13,8 +13,8 @@ use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}
 
-/// One lane: lanes inside `R` are lanes of the number, not of the matrix.
-#[allow(unsafe_code)] // The trait's signatures: nothing here is unsafe.
+/// One lane, because lanes inside `R` are lanes of the number, not of the matrix.
+#[allow(unsafe_code)] // Only the signatures of the trait are unsafe.
 impl<R: Real> SimdValue for Element<R> {
     const LANES: usize = 1;
     type Element = Self;
@@ -52,7 +52,7 @@ impl<R: Real> SubsetOf<Self> for Element<R> {
     }
 }
 
-/// Floats become constants. The way back would lose the derivative: it does not exist.
+/// Floats become constants. There is no conversion back, because it would lose the derivative.
 macro_rules! constants_from {
     ($($float:ident)*) => {
         $(
@@ -94,7 +94,7 @@ impl<R: Real> RelativeEq for Element<R> {
     }
     fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
         let largest = self.0.abs().max(other.0.abs());
-        // Infinity equals itself alone: of a share of it anything would be within.
+        // Infinity equals only itself. Everything is within a multiple of it.
         let largest = R::select(largest.finite(), largest, R::zero());
         self.abs_diff_eq(other, epsilon) || self.abs_diff_eq(other, Self(largest) * max_relative)
     }
@@ -104,7 +104,7 @@ impl<R: Real> UlpsEq for Element<R> {
     fn default_max_ulps() -> u32 {
         f64::default_max_ulps()
     }
-    /// An ulp is taken to be the larger number times the type's epsilon.
+    /// Takes the larger number times the type's epsilon as an ulp.
     fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
         let ulps = Self::lit(max_ulps.into()) * Self::default_epsilon();
         self.relative_eq(other, epsilon, ulps)
@@ -147,7 +147,7 @@ impl<R: Real> ComplexField for Element<R> {
     fn unscale(self, factor: Self) -> Self {
         self / factor
     }
-    /// Magnitude and sign, the sign a constant; that of zero is 1.
+    /// The magnitude and the sign. The sign is a constant; it is 1 at zero.
     fn to_exp(self) -> (Self, Self) {
         if self < Self::zero() {
             (-self, -Self::one())
@@ -170,13 +170,13 @@ impl<R: Real> ComplexField for Element<R> {
     fn is_finite(&self) -> bool {
         decided::<R>(self.0.finite())
     }
-    /// None at zero too, where the root has no finite derivative.
+    /// `None` also at zero, where the root has no finite derivative.
     fn try_sqrt(self) -> Option<Self> {
         (self > Self::zero()).then(|| self.sqrt())
     }
 }
 
-/// Constants under the names that nalgebra has for them.
+/// Constants under nalgebra's names.
 macro_rules! constants {
     ($($name:ident $constant:ident),*) => {
         $(

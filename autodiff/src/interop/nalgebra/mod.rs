@@ -1,50 +1,46 @@
 //! Differentiation through nalgebra (feature `nalgebra`).
 //!
-//! [`Element`] makes any [`Real`](crate::Real) an element of `SVector`, `DMatrix` and the rest, factorisations
-//! included: it implements `RealField`.
+//! [`Element`] makes any [`Real`](crate::Real) an element of nalgebra's vectors and matrices, with their
+//! factorisations. It implements `RealField`.
 //!
 //! ```
 //! use ::nalgebra::{Matrix2, Vector2};
 //! use autodiff::nalgebra::Element;
-//! use autodiff::{Function, Real, gradient};
+//! use autodiff::{Real, gradient};
 //!
-//! /// The energy of a load on springs: half the load times what it does, `K^-1 load`.
-//! struct Compliance;
-//! impl Function for Compliance {
-//!     fn eval<R: Real>(&self, x: &[R]) -> R {
-//!         let [a, b, load] = [0, 1, 2].map(|i| Element(x[i]));
-//!         let stiffness = Matrix2::new(a + b, -b, -b, b);
-//!         let force = Vector2::new(Element::lit(0.0), load);
-//!         let factors = stiffness.cholesky().expect("springs that pull");
-//!         (0.5 * force.dot(&factors.solve(&force))).0
-//!     }
+//! /// The energy of a load on springs: half the load times the displacement `K^-1 load`.
+//! fn compliance<R: Real>(x: &[R]) -> R {
+//!     let [a, b, load] = [0, 1, 2].map(|i| Element(x[i]));
+//!     let stiffness = Matrix2::new(a + b, -b, -b, b);
+//!     let force = Vector2::new(Element::lit(0.0), load);
+//!     let factors = stiffness.cholesky().expect("springs that pull");
+//!     (0.5 * force.dot(&factors.solve(&force))).0
 //! }
 //!
 //! // Springs in a row: load^2 / 2 (1/a + 1/b).
-//! let by = gradient(&Compliance, &[2.0, 4.0, 3.0]);
+//! let by = gradient(compliance, &[2.0, 4.0, 3.0]);
 //! let expected = [-9.0 / 8.0, -9.0 / 32.0, 2.25];
 //! assert!(by.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14));
 //! ```
 //!
 //! # What to know
 //!
-//! - What holds for an [`Element`] anywhere: see [`interop`](crate::interop).
+//! - The rules of [`interop`](crate::interop) for every [`Element`] hold here too.
 //! - Decisions of an algorithm (pivots, convergence) look at primals.
-//! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
-//!   stop when the primal has converged; degenerate singular values have no derivative.
-//! - **Iterative factorisations skip entries that are zero, and lose the derivatives by them**, as in a
-//!   diagonal, triangular or block matrix: `symmetric_eigenvalues` of a diagonal matrix has a Hessian of
-//!   zeros. nalgebra asks for zeros in the same way where an iteration has converged, so an element cannot
-//!   refuse. For a symmetric matrix take [`symmetric_eigen`], which is right everywhere; elsewhere take
-//!   SVD, Schur, the pseudo-inverse, and what is made of them as a root
-//!   ([`implicit`](crate::implicit)) or by a rule of your own. LU, QR, Cholesky, inverse and determinant
-//!   are right.
-//! - **Geometry branches at the identity, and its derivative there is wrong**: zero for a
-//!   `UnitQuaternion`, `Rotation3` or `Isometry3` made of a rotation vector of zero, for `scaled_axis`
-//!   of the identity and for `rotation_between` parallel vectors. [`rotation`] is right everywhere.
-//! - `try_convert` to a float returns `None` and the unchecked conversions panic; so does the matrix
-//!   exponential, which uses one.
-//! - Under `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
+//! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, which stop when the
+//!   primal has converged. Degenerate singular values have no derivative.
+//! - **Iterative factorisations skip entries that are zero and lose the derivatives by them**, for example in a
+//!   diagonal, triangular or block matrix. `symmetric_eigenvalues` of a diagonal matrix has a Hessian of zeros.
+//!   nalgebra also tests for zeros to see whether an iteration has converged, so an element cannot refuse the
+//!   test. For a symmetric matrix use [`symmetric_eigen`], which is right everywhere. Write other results of SVD,
+//!   Schur and the pseudo-inverse as a root ([`implicit`](crate::implicit)) or by a custom rule. LU, QR, Cholesky,
+//!   inverse and determinant are right.
+//! - **Geometry branches at the identity, and its derivative there is wrong.** It is zero for a
+//!   `UnitQuaternion`, `Rotation3` or `Isometry3` of a rotation vector of zero, for `scaled_axis` of the identity
+//!   and for `rotation_between` parallel vectors. [`rotation`] is right everywhere.
+//! - `try_convert` to a float returns `None`. The unchecked conversions panic, and so does the matrix exponential,
+//!   which uses one.
+//! - With `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
 mod eigen;
 mod field;

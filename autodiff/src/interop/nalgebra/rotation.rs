@@ -5,30 +5,30 @@ use ::nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
 use super::super::element::Element;
 use crate::real::Real;
 
-/// A slice of numbers as a vector.
+/// Returns a slice of numbers as a vector.
 pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }
 
-/// The rotation about the axis `vector` by its length in radians, with derivatives of every order at
-/// zero too.
+/// Returns the rotation about the axis `vector` by its length in radians. It has derivatives of every order, also
+/// at zero.
 ///
 /// ```
 /// use ::nalgebra::Vector3;
 /// use autodiff::nalgebra::{Element, rotation};
-/// use autodiff::{Real, Var, gradient_of};
+/// use autodiff::{Real, Var, gradient};
 ///
-/// /// The height of a point that is turned.
+/// /// The height of a rotated point.
 /// fn height(x: &[Var<f64>]) -> Var<f64> {
 ///     let point = Vector3::new(1.0, 2.0, 3.0).map(Element::<Var<f64>>::lit);
 ///     (rotation(&Vector3::new(x[0], x[1], x[2]).map(Element)) * point)[2].0
 /// }
-/// assert_eq!(gradient_of(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
+/// assert_eq!(gradient(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
 /// ```
 pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
     let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
-    // Half angles below 1/4 rad: the terms that the series leaves out are less than 1e-38.
+    // For half angles below 1/4 rad the terms that the series leaves out are less than 1e-38.
     let small = square.less(R::lit(0.0625));
     let angle = R::select(small, R::one(), square).sqrt();
     let cos = R::select(small, series(square, 0), angle.cos());
@@ -37,7 +37,7 @@ pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element
     UnitQuaternion::new_unchecked(Quaternion::new(Element(cos), i, j, k))
 }
 
-/// `cos(x)`, or with an `odd` of 1 `sin(x) / x`, from `x^2`: the first terms of the series.
+/// `cos(x)` for an `odd` of 0, or `sin(x) / x` for 1, from `x^2` by the first terms of the series.
 fn series<R: Real>(square: R, odd: u8) -> R {
     (1..=12).rev().fold(R::one(), |rest, term| {
         let factor = f64::from(2 * term + odd);

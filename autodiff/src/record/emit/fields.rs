@@ -81,7 +81,7 @@ pub(super) fn check<K: Kernel<I, O>, const I: usize, const O: usize>(
             same,
             "{of} the operations of the kernel {name}: they differ between the fields {usual:?} and \
              {values:?}. The printed code is the same for all values, so a field must not decide a branch, \
-             a loop or an exponent. Choose with `Real::select`, take `powf` for an exponent, or write a \
+             a loop or an exponent. Use `Real::select` for a choice, `powf` for an exponent, or a separate \
              kernel for each case"
         );
         let mut pairs = expected.ops.iter().zip(&course.ops);

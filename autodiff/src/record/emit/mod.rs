@@ -1,13 +1,13 @@
 //! Writes the adjoint of a [`Kernel`] as straight-line Rust.
 //!
-//! The kernel is run once on the reverse tape over symbols, numbers that note how they were
-//! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
-//! the kernel, and a test asserts that it is what [`adjoint`] prints today ([`assert_fresh`]).
+//! The kernel runs once on a reverse tape of symbols, numbers that record how they were made. The pullback is then
+//! the formula of the adjoint. Keep the printed code in the repository beside the kernel, with a test that it is up
+//! to date ([`assert_fresh`]).
 //!
 //! # From a build script
 //!
-//! Where nothing is to be checked in, a build script emits: with this crate among the
-//! `[build-dependencies]`, and the kernel's formula in a file that both the crate and the script read,
+//! A build script can emit the code instead. It needs this crate among the `[build-dependencies]`, and the formula
+//! of the kernel in a file that both the crate and the script read:
 //!
 //! ```text
 //! // build.rs
@@ -25,10 +25,9 @@
 //!
 //! # Zero cotangents
 //!
-//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent
-//! of zero passes zero, unless the partial and its own derivatives are known to be finite wherever the
-//! inputs and all results of the kernel are: then it is a plain product, which is faster. A partial is
-//! known to be finite if it is made of
+//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent of zero passes
+//! zero. It is a plain product, which is faster, if the partial and its derivatives are known to be finite wherever
+//! the inputs and all results of the kernel are finite. A partial is known to be finite if it is made of
 //!
 //! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and selects;
 //! - square roots, logarithms and reciprocals of numbers known to be at least 1e-12, such as a sum of
@@ -37,17 +36,16 @@
 //! - other products, if their overflow would make a result infinite or NaN too. Behind a `select`, a
 //!   reciprocal or a hyperbolic tangent it might not show.
 //!
-//! Exponentials, powers and other quotients are never taken to be finite. In these cases the emitted
-//! code can differ from the tape's:
+//! Exponentials, powers and other quotients never count as finite. The emitted code can differ from the tape in
+//! these cases:
 //!
 //! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
 //!   comes from a select between constants, as of `signum`;
 //! - a computed zero cotangent times an infinite partial gives zero; the tape gives NaN;
 //! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
 //! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
-//! - where the emitted derivative is itself differentiated in reverse, a plain product with a cotangent
-//!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
-//!   [the conventions](crate::real).
+//! - if the emitted derivative is itself differentiated in reverse, a plain product with a cotangent of zero is an
+//!   ordinary entry of the tape. An infinite cotangent of it gives NaN; see [the conventions](crate::real).
 
 mod fields;
 mod print;
@@ -62,9 +60,9 @@ use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
 use print::{Formula, Printer, UNIFORMS};
 
-/// A method `emitted_vjp` of the kernel type `name`, as Rust source. [`Kernel::vjp`] of that type has to
-/// call it: `self.emitted_vjp(at)`. What the results `y` contain, a hyperbolic tangent for example, is
-/// not computed again; what does not depend on the cotangents is computed once for all rows of them.
+/// Returns a method `emitted_vjp` of the kernel type `name` as Rust source. [`Kernel::vjp`] of that type must
+/// call it: `self.emitted_vjp(at)`. Numbers that the results `y` contain, such as a hyperbolic tangent, are not
+/// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
 /// makes a kernel whose fields have the given values, in that order. For a [`UniformKernel`](crate::arrays::UniformKernel)
@@ -83,15 +81,15 @@ use print::{Formula, Printer, UNIFORMS};
 ///         [x - R::lit(self.dt) * rate * x]
 ///     }
 /// }
-/// // Check this in beside the kernel, and test that it stays the same.
+/// // Keep this beside the kernel, and test that it stays the same.
 /// let source = emit::adjoint("Decay", &["self.dt"], |fields| Decay { dt: fields[0] });
 /// assert!(source.contains("fn emitted_vjp<R: Real, const M: usize>"));
 /// assert!(source.contains("R::lit(self.dt)"));
 /// ```
 ///
-/// Work that a kernel skips by [`Mask::any`](crate::Mask::any), because no lane needs it, is printed as
-/// if it were needed: the same, by the contract of [`Mask`](crate::Mask). A kernel that breaks that
-/// contract is not noticed here; [`check_gradient`](crate::check::check_gradient) would tell.
+/// Work that a kernel skips by [`Mask::any`](crate::Mask::any), because no lane needs it, is always printed. By
+/// the contract of [`Mask`](crate::Mask) the result is the same. A kernel that breaks this contract is not
+/// detected here; use [`check_gradient`](crate::check::check_gradient).
 ///
 /// # Fields
 /// The printed code is used for all values of the fields. So a field must not decide a branch (`if self.k > 1.0`),
@@ -147,12 +145,11 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     )
 }
 
-/// Asserts that a source file is `header`, an empty line, and these methods: what is emitted today. Where the
-/// environment variable `EMIT` is set, writes the file first. A test of a package gives the path from the
-/// package's folder.
+/// Asserts that a source file consists of `header`, an empty line and these methods. If the environment variable
+/// `EMIT` is set, writes the file first. In a test the path is relative to the folder of the package.
 ///
 /// # Panics
-/// If the file is another, or cannot be read or written.
+/// If the file differs, or cannot be read or written.
 pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let emitted = [header, &methods.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {
@@ -162,7 +159,7 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
     let checked_in = checked_in.unwrap_or_else(|error| panic!("{file}: {error}"));
     assert!(
         checked_in == emitted,
-        "{file}: its kernels have changed since it was emitted; run this test with EMIT=1"
+        "{file} is out of date: its kernels have changed; run this test with EMIT=1"
     );
 }
 

@@ -1,14 +1,14 @@
-//! A formula as Rust.
+//! Prints a formula as Rust.
 
 use std::fmt::Write;
 
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::Recording;
 
-/// The adjoint of a kernel, as places in a recording. Its inputs come first there, and after them the
-/// cotangents of the results.
+/// The adjoint of a kernel, as places in a recording. In the recording the inputs come first, then the cotangents
+/// of the results.
 pub(super) struct Formula {
-    /// The results of the kernel, which are given.
+    /// The results of the kernel, which the printed code gets.
     pub(super) results: Vec<Place>,
     /// The cotangents of the inputs.
     pub(super) x_bar: Vec<Place>,
@@ -20,7 +20,7 @@ pub(super) const UNIFORMS: &str = "uniforms[";
 pub(super) struct Printer<'a> {
     recording: &'a Recording,
     formula: &'a Formula,
-    /// The constants that stand for fields, and how the fields are read.
+    /// How each field is read, and the constant that stands for it.
     fields: &'a [(&'a str, f64)],
     /// How often each number is read.
     reads: Vec<usize>,
@@ -56,7 +56,7 @@ impl<'a> Printer<'a> {
         self.formula.x_bar.len()
     }
 
-    /// The body of the method. Numbers that do not depend on cotangents come before the loop over these.
+    /// The body of the method. Numbers that do not depend on cotangents come before the loop over cotangents.
     pub(super) fn print(self) -> String {
         let (formula, inputs) = (self.formula, self.inputs());
         let all: Vec<Place> = (0..inputs + formula.results.len())
@@ -77,7 +77,7 @@ impl<'a> Printer<'a> {
         )
     }
 
-    /// The definitions of numbers that depend on the cotangents, or of the others.
+    /// The definitions of the numbers that depend on the cotangents, or of the other numbers.
     fn statements(&self, of_bars: bool) -> String {
         let mut text = String::new();
         for (at, &op) in self.recording.ops.iter().enumerate() {
@@ -106,7 +106,7 @@ impl<'a> Printer<'a> {
         format!("[{}]", names.join(", "))
     }
 
-    /// The pattern by which an argument is destructured; `_` for what is not read, or has another name.
+    /// The pattern that destructures an argument; `_` for numbers that are not read or have another name.
     fn names(&self, letter: char, places: &[Place]) -> String {
         let name = |(k, &place): (usize, &Place)| {
             let own = format!("{letter}{k}");
@@ -117,13 +117,13 @@ impl<'a> Printer<'a> {
         names.join(", ")
     }
 
-    /// Which result a node is, if the results are given.
+    /// The number of the result at this place, if it is one.
     fn given(&self, place: Place) -> Option<usize> {
         let results = &self.formula.results;
         results.iter().position(|&result| result == place)
     }
 
-    /// The product in a sum that alone reads it, and the other term: they are printed as a fused
+    /// The product in a sum, if only this sum reads it, and the other term. They are printed as a fused
     /// multiply-add.
     fn fused(&self, op: Op) -> Option<(Place, Place)> {
         match op {

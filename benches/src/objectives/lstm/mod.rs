@@ -270,7 +270,7 @@ impl Problem for Lstm {
     }
 
     fn derivative(&mut self) {
-        (self.value, self.gradient) = value_and_gradient(&self.loss, &self.parameters);
+        (self.value, self.gradient) = value_and_gradient(|x| self.loss.eval(x), &self.parameters);
     }
 
     fn answer(&self) -> Value {
