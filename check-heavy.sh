@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# What ./check.sh leaves out because it takes long. Run it before a release, and after a change of
-# SIMD lanes, of unsafe code, of emitted adjoints or of a feature: ./check.sh runs the tests with
-# little optimisation and every feature. Tools that are missing are named and skipped.
+# Slow checks that are not in ./check.sh, which runs the tests with little optimisation and all features. Run this
+# before a release, and after changes to SIMD lanes, unsafe code, emitted adjoints or features. Checks whose tools are
+# missing are skipped.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 say() { printf '\n== %s\n' "$1"; }
 
 say 'every test, fully optimised'
-# Without debug assertions: they are in ./check.sh. Several units, for nothing is timed here.
+# ./check.sh already runs the tests with debug assertions. Many codegen units compile faster.
 CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
   cargo test --release --workspace --no-fail-fast --target-dir target/heavy
 
@@ -33,7 +33,7 @@ else
   echo "no toolchain $oldest: skipped"
 fi
 
-say 'lanes of other processors: NEON, and simd128 of WebAssembly'
+say 'lanes of other processors: NEON and WebAssembly'
 if command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null &&
   rustup target add aarch64-unknown-linux-gnu >/dev/null 2>&1; then
   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
@@ -43,7 +43,7 @@ else
   echo 'no qemu-user, gcc-aarch64-linux-gnu or target aarch64-unknown-linux-gnu: skipped'
 fi
 if command -v node >/dev/null && rustup target add wasm32-wasip1 >/dev/null 2>&1; then
-  # With little optimisation a sum over data needs more than the megabyte of stack that a program has by default.
+  # With little optimisation, sums over data need more than the default megabyte of stack.
   wasm='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
   CARGO_TARGET_WASM32_WASIP1_RUNNER="node --no-warnings $PWD/autodiff/tests/wasi.mjs" \
   RUSTFLAGS=$wasm RUSTDOCFLAGS=$wasm \
@@ -52,7 +52,7 @@ else
   echo 'no node or target wasm32-wasip1: skipped'
 fi
 
-say 'packages, each unpacked, built and tested without the repository'
+say 'packages, unpacked, built and tested outside the repository'
 packages=$(mktemp -d)
 trap 'rm -rf "$packages"' EXIT
 cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
@@ -66,7 +66,7 @@ for archive in "$packages"/target/package/*.crate; do
 done
 for archive in "$packages"/target/package/*.crate; do
   package=$(basename "$archive" .crate)
-  # Features that a package's tests ask of itself are not in its archive.
+  # The archive lacks the features that a package's tests request from the package itself.
   (cd "$packages/$package" && cargo test --quiet --all-features "${patches[@]}" --config profile.dev.opt-level=1 \
     --config profile.dev.debug=false --target-dir "$packages/tests")
 done

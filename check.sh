@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Everything that continuous integration runs. Stops at the first thing that is wrong.
+# All checks of the workspace. Stops at the first failure.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -15,16 +15,16 @@ say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
 
 say 'release binary, and the tests compiled'
-# Much of the former is one crate on one core.
+# At the same time, because the release build often uses only one core.
 cargo build --release --quiet -p cosmic-program &
 release=$!
 cargo test --workspace --no-run
 wait "$release"
-# SIMD instructions are fast only inlined: one that is left as a function of its own is called
-# thousands of times a step. `xgetbv` is part of asking the processor what it has.
+# SIMD instructions are fast only if they are inlined; otherwise every step calls them thousands of times. `xgetbv`
+# belongs to the detection of the processor.
 if command -v nm >/dev/null; then
   if nm -C target/release/cosmic | grep core_arch | grep -v _xgetbv; then
-    echo 'intrinsics were left as functions; something around them is not #[inline(always)]' >&2
+    echo 'intrinsics were compiled as functions: a function around them is not #[inline(always)]' >&2
     exit 1
   fi
 fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the wheel from source, installs it in a virtual environment, and runs the tests there, those of
-# the types among them. The environment is kept in the folder $1, or in target/venv.
+# Builds the wheel from source, installs it in a virtual environment, and runs the tests there, including the type
+# checks. The environment is in the folder $1, or in target/venv.
 set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
@@ -15,13 +15,13 @@ log=$(mktemp)
 elsewhere=$(mktemp -d)
 trap 'rm -rf "$log" "$elsewhere"' EXIT
 
-# Installs, or ends all this where the registry cannot be reached; anything else that goes wrong is a failure.
+# Installs packages. Exits with success if the registry cannot be reached; any other error is a failure.
 install() {
   if "$python" -m pip install --quiet --retries 2 --disable-pip-version-check "$@" >"$log" 2>&1; then
     return
   fi
   if grep -qE 'connection broken by|Max retries exceeded|Read timed out' "$log"; then
-    echo 'SKIPPED: the registry of Python packages cannot be reached: the package is not tested'
+    echo 'SKIPPED: the Python package registry cannot be reached, so the package is not tested'
     exit 0
   fi
   cat "$log" >&2
@@ -29,7 +29,7 @@ install() {
 }
 
 if ! python3 -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
-  echo 'SKIPPED: no python3 of version 3.10 or later with venv: the package is not tested'
+  echo 'SKIPPED: python3 3.10 or later with venv is missing, so the package is not tested'
   exit 0
 fi
 
@@ -52,16 +52,16 @@ if [ "$size" -gt "$most" ]; then
   exit 1
 fi
 
-say 'its installation, with what the tests need'
+say 'installation of the wheel and of the test dependencies'
 install --force-reinstall --no-deps "$wheel"
 install "$wheel[test]"
 
-# From a folder where the sources are not found in place of what was installed.
+# In another folder, so that Python does not import the sources instead of the installed package.
 cd "$elsewhere"
 export PYTHONDONTWRITEBYTECODE=1
-say 'tests of what is installed'
+say 'tests of the installed package'
 "$python" -c "
 import cosmic, sys
 print(cosmic.__file__)
-sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not what was installed')"
+sys.exit(None if cosmic.__file__.startswith(sys.prefix) else 'this is not the installed package')"
 "$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/tests"

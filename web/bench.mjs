@@ -1,6 +1,6 @@
-// The library in WebAssembly beside the native program: processor time, displacement, bits.
+// Compares the library in WebAssembly with the native program: processor time, displacement, bits.
 //   node web/bench.mjs [--seeds 8] [--scalars 2] [--program COSMIC] [--write]
-// Bits are compared for as many seeds as --scalars says.
+// Bits are compared for the first --scalars seeds.
 // With --write the table goes into docs/web.md. `web/build.sh` and `cargo build --release` come first.
 import { execFileSync, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -23,14 +23,14 @@ const { values: given, positionals } = parseArgs({
   },
 });
 
-/** Designs in this process, without pictures, and prints what came of it. */
+/** Designs a robot in this process, without pictures, and prints the result. */
 function inWebAssembly(scene, seed) {
   const engine = new Engine(new WebAssembly.Module(readFileSync(here("dist/cosmic.wasm"))));
   engine.ask({ do: "begin", scene: { scene, settings: [] }, seed });
-  while (!engine.ask({ do: "iterate", shown: false }).ok.done);
-  const { spread } = engine.ask({ do: "deliver" }).ok;
+  while (!engine.ask({ do: "iterate", shown: false }).done);
+  const { spread } = engine.ask({ do: "deliver" });
   const { user, system } = process.cpuUsage();
-  const design = engine.ask({ do: "design" }).ok;
+  const design = engine.ask({ do: "design" });
   console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: spread.p50, design }));
 }
 

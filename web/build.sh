@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the page into web/dist, which any file server can host. Where the compiler has no target
-# wasm32-unknown-unknown and none can be installed, it says so and ends with 0.
+# Builds the page into web/dist, which any file server can host. If the target wasm32-unknown-unknown cannot be
+# installed, the script says so and ends with 0.
 set -euo pipefail
 cd "$(dirname "$0")"
 target=wasm32-unknown-unknown
@@ -17,7 +17,7 @@ RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist
 mkdir dist
-cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js,stage.js,ternary.js,curve.js} dist
+cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js} dist
 folder=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 cp "$folder/$target/release/cosmic_web.wasm" dist/cosmic.wasm
 chmod 644 dist/*
@@ -27,6 +27,6 @@ all=$(cat dist/* | kilobytes)
 packed=$(for file in dist/*; do gzip -9 -c "$file"; done | kilobytes)
 echo "web/dist: $all kB, $packed kB compressed by gzip"
 if [ "$packed" -gt 3000 ]; then
-  echo 'the page has more than 3000 kB compressed' >&2
+  echo "the page has $packed kB compressed; at most 3000 are allowed" >&2
   exit 1
 fi

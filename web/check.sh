@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the page and tests it in the browsers that are installed: every control, the files it saves, its robot in
-# the native program, Lighthouse's score. What is missing is named and skipped. Pictures of the page go to the
-# folder $1, if there is one.
+# Builds the page and tests it in the installed browsers: every control, the files that it saves, its robot in the native
+# program, Lighthouse's score. Tests whose tools are missing are named and skipped. Pictures of the page go to the folder
+# $1, if it is given.
 set -euo pipefail
 cd "$(dirname "$0")"
 

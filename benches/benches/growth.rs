@@ -1,7 +1,7 @@
-//! How time, memory and distance grow with the lattice.
+//! Measures how time, memory and distance grow with the lattice.
 //!
 //! `cargo bench -p benches --bench growth` prints a section of `RESULTS.md`: time and memory. With
-//! `-- --designs` it designs robots of all sizes too, a quarter of an hour on two cores.
+//! `-- --designs` it also designs robots of all sizes, which takes a quarter of an hour on two cores.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -17,9 +17,9 @@ use cosmic_lab::verify::{MEASURED_STEPS, Subject, measured};
 
 /// Nodes in a row and in a column.
 const SIZES: [usize; 7] = [4, 6, 8, 10, 12, 16, 20];
-/// The size that ratios are taken to.
+/// The reference size of ratios.
 const UNIT: usize = 6;
-/// Times that each time is taken, in turns; the least counts.
+/// The number of rounds; the minimum counts.
 const ROUNDS: usize = 8;
 /// Budgets for the gradient of the largest robot, MB.
 const BUDGETS: [usize; 4] = [400, 100, 20, 5];
@@ -47,14 +47,14 @@ fn main() {
     println!("{}", section("Growth", command, &tables));
 }
 
-/// A built-in scene with so many rows and columns.
+/// A built-in scene with `size` rows and columns.
 fn sized(scene: &str, size: usize) -> Scene {
     let mut scene = Scene::load(scene).expect("the scene is built in");
     (scene.lattice.columns, scene.lattice.rows) = (size, size);
     scene
 }
 
-/// Time by edge and step, and memory of a gradient.
+/// Time per edge and step, and memory of a gradient.
 fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
     let mut least = [[f64::INFINITY; 3]; 7];
     for _ in 0..ROUNDS {
@@ -94,7 +94,7 @@ fn budgets(subject: &Subject) -> String {
         .chain(memories)
         .map(|memory| subject.with_memory(memory))
         .collect();
-    // One after the other: each keeps the memory of its rows from gradient to gradient, as runs do.
+    // Sequentially, so that each keeps its memory between gradients, as runs do.
     let least = |subject: &Subject| {
         let rounds = (0..ROUNDS).map(|_| seconds(|| subject.two_gradients()));
         rounds.fold(f64::INFINITY, f64::min)
@@ -109,15 +109,15 @@ fn budgets(subject: &Subject) -> String {
     table
 }
 
-/// The most memory that a design gradient of an optimisation holds, in both projections.
+/// The peak memory of the design gradients of an optimisation, with both projections.
 fn megabytes(subject: &Subject) -> f64 {
     let (_, _, bytes) = measured(|| subject.two_gradients());
     bytes.map_or(f64::NAN, |bytes| bytes as f64 * 1e-6)
 }
 
-/// How far robots of all sizes get.
+/// The displacements of robots of all sizes.
 fn distances() -> String {
-    // The largest first: they take the longest.
+    // The largest first, because they take the longest.
     let jobs: Vec<(&str, usize, u64)> = (SIZES.iter().rev())
         .flat_map(|&size| SCENES.map(|scene| (scene, size)))
         .flat_map(|(scene, size)| (0..SEEDS).map(move |seed| (scene, size, seed)))

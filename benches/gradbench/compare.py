@@ -1,9 +1,9 @@
-"""This tool beside another one: the messages of a GradBench log, sent to both in turns, as a Markdown table.
+"""Compares this tool with another one: sends the messages of a GradBench log to both and prints a Markdown table.
 
     python3 benches/gradbench/compare.py LOG target/release/gradbench "PEER'S COMMAND"
 
-LOG is what `gradbench run --output LOG` writes. Times are milliseconds, the least of all runs. The difference is
-the larger of two relative distances in the 2-norm, of the primals and of the derivatives.
+LOG is the output of `gradbench run --output LOG`. Times are in milliseconds, the minimum of all runs. The difference is
+the larger relative distance in the 2-norm, of the primals or of the derivatives.
 """
 
 import itertools

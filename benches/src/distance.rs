@@ -1,23 +1,16 @@
-//! How far two answers are apart.
+//! Distances between two answers.
 
 use serde_json::Value;
 
-/// The distance of an answer from the right one in the 2-norm, by the norm of the right one; infinite
-/// where the shapes differ or a number is not finite. Distances of 1e-300 and less are zero.
+/// Returns the relative distance of an answer from the right one in the 2-norm. It is infinite if the shapes differ
+/// or a number is not finite. Absolute distances up to 1e-300 count as zero.
 pub fn distance(answer: &Value, right: &Value) -> f64 {
-    relative(answer, right, |numbers| {
-        let largest = largest(numbers);
-        // The square of a small or large number may be zero or infinite.
-        let squares = numbers.iter().map(|number| (number / largest).powi(2));
-        if largest == 0.0 {
-            0.0
-        } else {
-            largest * squares.sum::<f64>().sqrt()
-        }
-    })
+    // `hypot` because the square of a very small or large number may be zero or infinite.
+    let norm = |numbers: &[f64]| numbers.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
+    relative(answer, right, norm)
 }
 
-/// The same in the maximum norm.
+/// Like [`distance`], in the maximum norm.
 pub fn largest_distance(answer: &Value, right: &Value) -> f64 {
     relative(answer, right, largest)
 }
@@ -42,7 +35,7 @@ fn relative(answer: &Value, right: &Value, norm: impl Fn(&[f64]) -> f64) -> f64 
     }
 }
 
-/// Passes on the numbers of two answers side by side; false where the shapes differ.
+/// Passes on the numbers of two answers in pairs; false if the shapes differ.
 fn pair(answer: &Value, right: &Value, pass: &mut impl FnMut(f64, f64)) -> bool {
     match (answer, right) {
         (Value::Array(a), Value::Array(b)) => {

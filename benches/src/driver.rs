@@ -1,4 +1,4 @@
-//! The command line of ADBench and GradBench.
+//! The command line of the programs `adbench` and `gradbench`.
 
 use std::io::{self, BufReader, BufWriter};
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::adbench::{cases, input, table};
-use crate::gradbench::protocol::serve;
+use crate::gradbench::serve;
 use crate::machine::section;
 use crate::objectives::problem;
 
-/// Differentiates what GradBench asks for, on standard input and output.
+/// Without a command: answers GradBench requests on standard input and output.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
@@ -20,17 +20,17 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Answers a Gaussian mixture of ADBench: value and gradient
+    /// Solve a Gaussian mixture of ADBench: value and gradient
     Gmm(Instance),
-    /// Answers a bundle adjustment of ADBench: residuals and sparse Jacobian
+    /// Solve a bundle adjustment of ADBench: residuals and sparse Jacobian
     Ba(Instance),
-    /// Answers a language model of ADBench: value and gradient
+    /// Solve a language model of ADBench: value and gradient
     Lstm(Instance),
-    /// Answers hand tracking of ADBench, simple or complicated: residuals and Jacobian
+    /// Solve hand tracking of ADBench, simple or complicated: residuals and Jacobian
     Hand(Instance),
-    /// Checks and times all cases of ADBench in a folder, and prints a table
+    /// Check and time all ADBench cases in a folder, and print a table
     Table {
-        /// The folder of cases: `data` and `reference`
+        /// The folder of cases, with the subfolders `data` and `reference`
         #[arg(long, env = "ADBENCH_DIR", default_value = "tests/data/adbench")]
         cases: PathBuf,
     },
@@ -38,9 +38,9 @@ enum Command {
 
 #[derive(Args)]
 struct Instance {
-    /// The data
+    /// The data file
     file: PathBuf,
-    /// Where the answer goes, as JSON
+    /// The JSON file to write the answer to
     #[arg(long)]
     out: PathBuf,
     /// The folder of the hand's model [default: `model` beside the file]
@@ -50,7 +50,7 @@ struct Instance {
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Runs what the command line asks for.
+/// Runs the command of the command line.
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Some(Command::Gmm(instance)) => answer("gmm", &instance),
@@ -84,7 +84,7 @@ fn answer(module: &str, instance: &Instance) -> Outcome {
 }
 
 fn tool() -> Outcome {
-    /// Lines are long: whole models in one.
+    /// A line may contain a whole model.
     const BUFFER: usize = 1 << 20;
     let lines = BufReader::with_capacity(BUFFER, io::stdin().lock());
     let replies = BufWriter::with_capacity(BUFFER, io::stdout().lock());

@@ -1,5 +1,4 @@
-//! Shared by all benches: the machine, the built-in robots, timing, and the sections of `RESULTS.md` that
-//! they print.
+//! Shared code of the benches: the machine, built-in robots, timing, and sections for `RESULTS.md`.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -8,7 +7,7 @@ use std::time::Instant;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 
-/// Processor and registers.
+/// The processor and its SIMD registers.
 pub fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let field = |name: &str| {
@@ -25,26 +24,26 @@ pub fn machine() -> String {
 /// A built-in scene and its first case.
 ///
 /// # Panics
-/// If there is no scene of that name.
+/// If the scene does not exist.
 pub fn built_in(scene: &str) -> (Scene, Case) {
     let scene = Scene::load(scene).expect("the scene is built in");
     let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
     (scene, case)
 }
 
-/// How long a work takes, s.
+/// Measures the run time of `work`, s.
 pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     let start = Instant::now();
     black_box(work());
     start.elapsed().as_secs_f64()
 }
 
-/// How long one measurement in turns lasts by default, s: long against the warming up of caches and branch
-/// predictors after its predecessor, short against a time slice.
+/// The default duration of one measurement, s: long compared with the warm-up of caches and branch predictors, short
+/// compared with a time slice of the system.
 pub const SPAN: f64 = 2e-3;
 
-/// Seconds that each work takes: the least of so many rounds, in each of which each work has its turn
-/// and is repeated for so many seconds.
+/// Measures several pieces of work alternately. Returns the minimum of `rounds` rounds for each, s. In a round each piece
+/// is repeated for `span` seconds.
 pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; works.len()];
     for round in 0..=rounds {
@@ -56,14 +55,14 @@ pub fn in_turns<T>(works: &mut [impl FnMut() -> T], span: f64, rounds: usize) ->
                 }
             };
             let taken = seconds(all) / repeats as f64;
-            // The first round finds out how many repeats there may be.
+            // The first round only determines the number of repeats.
             *least = if round == 0 { taken } else { least.min(taken) };
         }
     }
     least
 }
 
-/// Appends a table's row: a name and figures, with so many digits.
+/// Appends a row to a table: a name and figures with the given number of digits.
 pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += &format!("| {name}");
     for figure in figures {
@@ -72,7 +71,7 @@ pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += " |\n";
 }
 
-/// A section of `benches/RESULTS.md`: its title, the command that prints it, the machine, and the rest.
+/// Formats a section of `benches/RESULTS.md`: title, command, machine and content.
 pub fn section(title: &str, command: &str, rest: &str) -> String {
     format!(
         "## {title}\n\n`{command}`, {}, one thread.\n\n{rest}",

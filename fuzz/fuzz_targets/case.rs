@@ -1,4 +1,4 @@
-//! Any bytes as a case.
+//! Reads arbitrary bytes as a case.
 #![no_main]
 
 use cosmic_tests::readers;

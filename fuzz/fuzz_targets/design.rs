@@ -1,4 +1,4 @@
-//! Any bytes as a design.
+//! Reads arbitrary bytes as a design.
 #![no_main]
 
 use cosmic_tests::readers;

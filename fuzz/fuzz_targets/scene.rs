@@ -1,4 +1,4 @@
-//! Any bytes as a scene.
+//! Reads arbitrary bytes as a scene.
 #![no_main]
 
 use cosmic_tests::readers;

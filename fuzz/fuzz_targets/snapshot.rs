@@ -1,4 +1,4 @@
-//! Any bytes as a snapshot.
+//! Reads arbitrary bytes as a snapshot.
 #![no_main]
 
 use cosmic_tests::readers;

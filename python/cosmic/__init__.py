@@ -1,4 +1,4 @@
-"""Co-design of truss-lattice robots: structure, material and neural control optimised together by
+"""Co-design of truss-lattice robots: optimises structure, material and neural control together, by
 gradients through a differentiable simulator.
 
 >>> import cosmic
@@ -7,11 +7,11 @@ gradients through a differentiable simulator.
 4.2
 
 - :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
-- :class:`Simulator` steps robots, alone or many at once, with both derivative products.
-- :func:`sweep` plans many runs for any executor, or for a cluster.
-- :mod:`cosmic.jax` and :mod:`cosmic.torch` make a rollout a differentiable function of theirs, and
-  an objective of a function of theirs. :mod:`cosmic.gym` has environments for reinforcement learning.
-  Each is imported on demand and needs its package.
+- :class:`Simulator` simulates one robot or many at once, with ``vjp`` and ``jvp``.
+- :func:`sweep` plans many runs for any executor or for a cluster.
+- :mod:`cosmic.jax` and :mod:`cosmic.torch` offer rollouts as differentiable functions and turn your
+  functions into objectives. :mod:`cosmic.gym` has environments for reinforcement learning. Import
+  them separately; each needs its package.
 """
 
 from ._core import Scene, scenes

@@ -1,4 +1,4 @@
-"""The exceptions of this package. Their messages are the library's own."""
+"""The exceptions of this package. Their messages come from the library."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ import shlex
 
 
 class Error(Exception):
-    """Anything that goes wrong in this package."""
+    """The base class of all exceptions of this package."""
 
 
 class InputError(Error, ValueError):
-    """A scene, an array or another argument that is not as it should be."""
+    """A scene, an array or another argument is invalid."""
 
 
 class FileError(Error, OSError):
-    """A file or folder that is missing, unreadable, unwritable or in use."""
+    """A file or folder is missing, unreadable, unwritable or in use."""
 
 
 class DivergedError(Error, ArithmeticError):
-    """A simulated state stopped being finite, or got where no robot gets."""
+    """A simulated state is not finite or impossibly far away."""
 
 
 class UnstableStepError(Error, ArithmeticError):
-    """A time step with which the robot's own vibrations grow."""
+    """The time step is unstable for the robot: its vibrations would grow."""
 
 
 class InterruptedError(Error):
-    """A run that was told to stop, and saved what resuming needs."""
+    """A run was stopped. It is saved and can be resumed."""
 
 
 class OutOfMemoryError(Error, MemoryError):
@@ -46,7 +46,7 @@ _COMMAND = re.compile(
 
 
 def in_python(message: str) -> str:
-    """Replaces the program's commands in a message by calls of this package."""
+    """Replaces commands of the program in a message by calls of this package."""
     message = re.sub(
         r"by record::resume_with, with its own loss, in (.*)$",
         lambda found: f"with: cosmic.resume({found[1]!r}, loss=...)",

@@ -20,17 +20,17 @@ Steps = Union[int, Callable[[int], Sequence[int]]]
 
 
 class Loss:
-    """A number to be made small, from states of a rollout, with its gradient.
+    """A number to minimise, computed from states of a rollout, with its gradient.
 
-    ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)`` and returns
-    the loss and its gradients by both, each of that shape. :func:`cosmic.jax.loss` and
-    :func:`cosmic.torch.loss` make one of a function that returns the loss alone.
+    ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)``. It returns the
+    loss and its gradients with respect to both, which have the same shapes. :func:`cosmic.jax.loss`
+    and :func:`cosmic.torch.loss` need only a function that returns the loss.
 
-    ``observed`` says which states the loss sees. It is an interval in steps, or a function that takes
+    ``observed`` chooses the states that the loss sees. It is an interval in steps, or a function that takes
     the number of steps of a rollout and returns a list of steps in ascending order, as in
     ``lambda steps: [steps // 2]``. The last state is always added; by default the loss sees only this
     state. Rollouts get longer in the course of a run, and their length need not be a multiple of the
-    interval. Robots are ranked by minus the loss, or, with ``is_far``, by how far they get along the
+    interval. Robots are ranked by minus the loss, or, with ``is_far``, by their distance along the
     ground.
     """
 
@@ -47,7 +47,7 @@ class Loss:
         self._observed = observed
 
     def observed(self, steps: int) -> list[int]:
-        """The steps of the states that the loss looks at."""
+        """The steps of the states that the loss sees."""
         if self._observed is None:
             return [steps]
         if isinstance(self._observed, int):
@@ -69,7 +69,7 @@ class Loss:
         return observed
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
-        """The loss, and one vector of its gradient by positions and then by velocities."""
+        """The loss, and its gradient by positions and then by velocities as one vector."""
         answer = self.function(x, v)
         if not isinstance(answer, (tuple, list)) or len(answer) != 3:
             raise InputError(
@@ -89,7 +89,7 @@ class Loss:
 
 
 def as_loss(loss: Any) -> Optional[Loss]:
-    """A loss, or the function of one."""
+    """Returns a loss, also from a function."""
     if loss is None or isinstance(loss, Loss):
         return loss
     if callable(loss):

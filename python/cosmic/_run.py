@@ -31,7 +31,7 @@ from ._simulator import Inputs, Simulator
 _Path = Union[str, "os.PathLike[str]"]
 _Floats = npt.NDArray[np.float64]
 _Whole = npt.NDArray[np.int64]
-#: Called after every iteration with its number, the last one's, and a few of its numbers.
+#: Called after every iteration with its number, the last iteration's number, and some results.
 Progress = Callable[[int, int, dict[str, Any]], object]
 
 
@@ -42,7 +42,7 @@ class Design:
     edges: _Whole
     """The two nodes of every edge, shape ``(edges, 2)``."""
     z: _Floats
-    """Design vectors, ``(edges, 3)``; of zeros and ones once every edge has one material."""
+    """Design vectors, ``(edges, 3)``; zeros and ones once every edge has one material."""
     materials: _Whole
     """Per edge 0 for void, 1 for skeleton, 2 for actuator."""
 
@@ -62,10 +62,10 @@ class Controller:
 
 
 class Run:
-    """A robot that was designed: the result of :func:`optimize`, or of :func:`load`."""
+    """A designed robot, from :func:`optimize` or :func:`load`."""
 
     folder: Path
-    """The run's folder; temporary unless one was named."""
+    """The run's folder; temporary unless you named one."""
     scene: Scene
     seed: int
     design: Design
@@ -73,12 +73,12 @@ class Run:
     summary: dict[str, Any]
     """The numbers of ``summary.json``."""
     history: dict[str, npt.NDArray[Any]]
-    """The columns of ``history.csv``, a row an iteration: ready for a data frame. Numbers that an
-    iteration does not have are NaN."""
+    """The columns of ``history.csv``, with one row per iteration, ready for a data frame. Missing
+    numbers are NaN."""
     trajectory: _Floats
-    """Positions in the delivered rollout, shape ``(states, nodes, 2)``, m."""
+    """Positions in the final rollout, shape ``(states, nodes, 2)``, m."""
     velocities: _Floats
-    """Velocities in it, of that shape, m/s."""
+    """Velocities in the final rollout, same shape, m/s."""
     steps: _Whole
     """The steps of these states."""
     times: _Floats
@@ -93,7 +93,7 @@ class Run:
         read = _core.load(self.folder)
         self.summary = json.loads(read["summary"])
         self.seed = self.summary["seed"]
-        # By the file, not its text: a lattice of its own lies beside it.
+        # From the file, because a custom lattice is in a file beside it.
         self.scene = Scene.load(self.folder / "scene.toml")
         self.design = Design(read["edges"], read["z"], read["materials"])
         self.controller = Controller(read["w1"], read["b1"], read["w2"], read["b2"])
@@ -129,8 +129,8 @@ class Run:
         return path
 
     def report(self, path: Optional[_Path] = None) -> Path:
-        """Writes the report: a page, pictures and an animation. They lie in the run's folder, or
-        beside a copy of the run in the new folder ``path``. Returns the page's path."""
+        """Writes a page, pictures and an animation into the run's folder, or into a copy of the run
+        in the new folder ``path``. Returns the path of the page."""
         folder = self.folder if path is None else self.save(path)
         _core.report(folder)
         return folder / "report.html"
@@ -174,7 +174,7 @@ def _unpacked(files: dict[str, bytes]) -> Run:
 
 
 def _columns(table: str) -> dict[str, npt.NDArray[Any]]:
-    """The columns of a table: numbers where all cells are, texts otherwise."""
+    """The columns of a table: numbers if all cells are numbers, otherwise strings."""
     rows = list(csv.reader(io.StringIO(table)))
     return {name: _column(cells) for name, *cells in zip(*rows)} if rows else {}
 
@@ -204,20 +204,20 @@ def optimize(
 ) -> Run:
     """Designs a robot: structure, material and controller together.
 
-    ``scene`` is a name of :func:`scenes`, a path, TOML text, or a dictionary of settings in place
-    of a scene's own; the first scene if omitted. The result is that of the program ``cosmic
-    optimize`` for the scene and the seed, bit for bit, whatever the number of threads.
+    ``scene`` is a name from :func:`scenes`, a path, TOML text, or a dictionary of settings that
+    change a scene; by default the first scene. The result is bit-identical to that of the program
+    ``cosmic optimize`` for the same scene and seed, with any number of threads.
 
-    - ``loss``: a :class:`Loss`, :func:`cosmic.jax.loss` or :func:`cosmic.torch.loss` in place of
+    - ``loss``: a :class:`Loss`, :func:`cosmic.jax.loss` or :func:`cosmic.torch.loss` that replaces
       the scene's objective.
-    - ``iterations``: stop after so many; the phases stay where they are.
-    - ``start``: begin with the robot of a run, of its folder or of a ``design.json``.
-    - ``out``: a new or empty folder for the run, which can be resumed; temporary unless given.
-    - ``progress``: whether a bar is shown, or a function that is called after every iteration with
-      its number, the last one's, and a dictionary of numbers.
+    - ``iterations``: stop after this many iterations, without rescaling the phases.
+    - ``start``: start with the robot of a run, of its folder or of a ``design.json``.
+    - ``out``: a new or empty folder for the run, which can be resumed; by default temporary.
+    - ``progress``: True for a progress bar, or a function that is called after every iteration with
+      its number, the last iteration's number, and a dictionary of results.
 
-    Ctrl-C stops with what there is: the robot as far as it got is returned, with a warning. What
-    is in ``out`` can then be gone on with by :func:`resume`.
+    Ctrl-C stops the run and returns the robot of the last iteration, with a warning.
+    :func:`resume` then continues the run in ``out``.
     """
     given = as_scene(_core.scenes()[0] if scene is None else scene)
     folder, keep = _folder(out)
@@ -254,12 +254,12 @@ def resume(
 
 
 def _threads(threads: Optional[int]) -> int:
-    """The number for the library: 0 is one per core."""
+    """The number of threads for the library; 0 means one per core."""
     return 0 if threads is None else whole("threads", threads, 1, 1024)
 
 
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
-    """The folder of a run, and what keeps a temporary one."""
+    """The folder of a run, and the object that keeps a temporary folder."""
     if out is not None:
         return Path(out), None
     keep = _Temporary()
@@ -281,13 +281,13 @@ def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
     _core.deliver_so_far(folder, so_far, loss)
     run = Run(so_far, keep=kept)
     done = run.summary["iterations"]
-    go_on = "" if keep else f"; go on by cosmic.resume({os.fspath(folder)!r})"
-    _warn(f"interrupted after iteration {done}: this is the robot as far as it got{go_on}", 4)
+    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
+    _warn(f"interrupted after iteration {done}: this is the robot of that iteration{go_on}", 4)
     return run
 
 
 def _warn(text: str, level: int = 3) -> None:
-    """Warns the caller of :func:`optimize`, from there or from one function further down."""
+    """Shows a warning at the caller of :func:`optimize`."""
     warnings.warn(text, stacklevel=level)
 
 
@@ -324,7 +324,7 @@ class _Bar:
 
 def _tqdm() -> Any:
     with warnings.catch_warnings():
-        # Without ipywidgets a notebook shows the bar of a terminal, which is as good.
+        # Without ipywidgets a notebook shows a text bar, which is good enough.
         warnings.simplefilter("ignore")
         from tqdm.auto import tqdm
     return tqdm

@@ -12,18 +12,18 @@ from . import _core
 from ._core import Scene
 from ._errors import InputError
 
-#: A built-in name, a path, TOML text, or a dictionary of settings in place of a scene's own.
+#: A built-in name, a path, TOML text, or a dictionary of settings that change a scene.
 SceneLike = Union[str, "os.PathLike[str]", Mapping[str, Any], Scene]
 
 
 def as_scene(source: SceneLike) -> Scene:
-    """The scene that a name, a path, a text or a dictionary stands for.
+    """Returns the scene of a name, a path, a TOML text or a dictionary.
 
     A string with a line break is TOML. A one-line string with an equals sign, such as
     ``"physics.friction = 0.6"``, is TOML too, unless a file has this name or the string ends with
     ``.toml``. (Folders of sweeps have equals signs in their names.) Any other string is a name or a
-    path. A dictionary has the settings of sections, nested or with dots, and may name another scene
-    than the default under ``"scene"``:
+    path. A dictionary contains settings of sections, nested or with dots. They change the default
+    scene, or the scene under the key ``"scene"``:
     ``{"scene": "stability", "physics": {"friction": 0.6}, "schedule.iterations": 100}``.
     """
     if isinstance(source, Scene):
@@ -51,7 +51,7 @@ def _is_toml(text: str) -> bool:
 
 
 def _toml(settings: Mapping[str, Any]) -> str:
-    """The TOML of a dictionary of settings."""
+    """Converts a dictionary of settings to TOML."""
     sections: dict[str, dict[str, Any]] = {}
     for key, value in settings.items():
         if isinstance(value, Mapping):
@@ -69,7 +69,7 @@ def _toml(settings: Mapping[str, Any]) -> str:
 
 
 def _value(value: Any) -> str:
-    """A value as TOML writes it."""
+    """Converts a value to TOML."""
     if isinstance(value, str):
         # As in JSON, except for DEL and for characters above U+FFFF, which JSON writes as two escapes.
         return json.dumps(_encodable(value), ensure_ascii=False).replace("\x7f", "\\u007f")

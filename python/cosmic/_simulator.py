@@ -18,7 +18,7 @@ from ._scene import SceneLike, as_scene
 
 #: An array of floats in single or double precision.
 Array = npt.NDArray[Any]
-#: Steps to look at: every so many, or a list of them.
+#: The steps to observe: an interval, or a list of steps.
 Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
 
 
@@ -27,10 +27,10 @@ PROJECTIONS = ("auto", "performance", "stability", "none")
 
 
 class Inputs(NamedTuple):
-    """Everything that a rollout depends on and is differentiated by.
+    """Everything that a rollout depends on and can be differentiated by.
 
-    Each array may have one more axis in front, for several robots; those without it are shared.
-    A named tuple is a tree of arrays to JAX and torch.
+    Each array may have one more axis in front for several robots; robots share arrays without it.
+    For JAX and torch, a named tuple is a tree of arrays.
     """
 
     z: Array
@@ -50,7 +50,7 @@ class Inputs(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """States of a rollout; of several robots with one more axis in front."""
+    """States of a rollout, with one more axis in front for several robots."""
 
     x: Array
     """Positions, shape ``(states, nodes, 2)``, m."""
@@ -59,14 +59,14 @@ class Trajectory(NamedTuple):
 
 
 class Simulator:
-    """A scene's lattice in its surroundings, ready to step robots.
+    """Simulates robots on the lattice and in the world of a scene.
 
-    ``projection`` says how design vectors become mixtures of materials: ``"performance"``,
-    ``"stability"``, or ``"none"`` where they are mixtures themselves. With ``"auto"`` design
-    vectors of zeros and ones, as finished robots have them, are taken as they are, and all others
-    go through the performance projection.
+    ``projection`` decides how design vectors become mixtures of materials: ``"performance"``,
+    ``"stability"``, or ``"none"`` if they already are mixtures. ``"auto"`` uses design vectors of
+    zeros and ones, which finished robots have, without a projection, and applies the performance
+    projection to all others.
 
-    Arrays in single precision are simulated in single precision, all others in double.
+    If all arrays are in single precision, the simulation is too; otherwise it is in double precision.
     """
 
     def __init__(self, scene: SceneLike, projection: str = "auto") -> None:
@@ -92,12 +92,12 @@ class Simulator:
         """The unit vector along the ground, in which distances are measured."""
 
     def initial(self, seed: int = 0) -> Inputs:
-        """The inputs that an optimisation of this seed begins with."""
+        """The inputs that an optimisation with this seed starts with."""
         return Inputs(*self._core.initial(as_seed(seed)))
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
-        """The steps that a rollout looks at: ``observed`` itself, or every so many steps of
-        ``steps`` (all, unless given), and the last."""
+        """The observed steps of a rollout: the list ``observed``, or every ``observed``-th of ``steps``
+        steps (by default all steps of the scene) and the last one."""
         if isinstance(observed, (int, np.integer)):
             last = self.steps if steps is None else whole("steps", steps, 0)
             return [*range(0, last, whole("observed", observed, 1)), last]
@@ -113,7 +113,7 @@ class Simulator:
         return listed
 
     def check_span(self, observed: Sequence[int], first: int = 0) -> None:
-        """Raises :class:`InputError` if a rollout of the scene does not have these steps."""
+        """Raises :class:`InputError` if a rollout of the scene lacks these steps."""
         self._core.check_span(list(observed), first)
 
     def rollout(
@@ -125,12 +125,12 @@ class Simulator:
         first: int = 0,
         check: bool = True,
     ) -> Trajectory:
-        """Steps a robot, or several at once, from their starts.
+        """Simulates one robot or several from their starts.
 
-        ``first`` is the number of steps that were done before, for a rollout that goes on from
-        another's last state. A rollout that diverges raises :class:`DivergedError` with where and
-        why. With ``check=False`` its states are NaN from the first state that is not finite or is
-        beyond 1e6 m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
+        ``first`` is the number of earlier steps, for a rollout that continues another one. A rollout
+        that diverges raises :class:`DivergedError` with the place and the reason. With
+        ``check=False`` its states are NaN from the first state that is not finite or is beyond 1e6
+        m or 1e6 m/s. If the inputs of a robot are not finite, all its states are NaN.
 
         Ctrl-C stops a batch after the current robots. The attribute ``trajectory`` of the
         ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the others.
@@ -157,13 +157,14 @@ class Simulator:
         bounded: bool = False,
         check: bool = True,
     ) -> Inputs:
-        """The vector-Jacobian product of :meth:`rollout`: the gradient, by every input, of the sum
-        of states times cotangents. Of several robots each has its own, also by what they share.
+        """The vector-Jacobian product of :meth:`rollout`: the gradient of the sum of states times
+        cotangents with respect to every input. Each robot of a batch has its own gradient, also
+        with respect to shared inputs.
 
-        With ``bounded`` cotangents are held back on their way as the scene's
-        ``gradient.cotangent_bound`` says, which long rollouts of robots with contacts need to be
-        of use; without it the gradient is exact. For ``check`` see :meth:`rollout`. With
-        ``check=False`` the gradient of a robot that diverges is NaN.
+        ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
+        with contacts need this for useful gradients; without it the gradient is exact. For
+        ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
+        NaN.
         """
         arrays = _prepared(inputs)
         seen, first = self.observed(steps, observed), whole("first", first, 0)
@@ -197,7 +198,8 @@ class Simulator:
         return Trajectory(x, v), Trajectory(dx, dv)
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if any."""
+        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if
+        any."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
         for array, shape in zip(arrays, self.shapes.values()):
@@ -240,7 +242,7 @@ def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Arr
 def _floats(
     names: Sequence[str], given: Sequence[Any], dtype: Optional[np.dtype[Any]]
 ) -> list[Array]:
-    """Arrays of one type: that one, or single precision if all have it, or double."""
+    """Converts arrays to one type: the given one, or single precision if all have it, or double."""
     arrays = []
     for name, array in zip(names, given):
         try:

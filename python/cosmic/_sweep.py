@@ -1,4 +1,4 @@
-"""Many runs from one frozen plan."""
+"""Many runs from one fixed plan."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ _Path = Union[str, "os.PathLike[str]"]
 
 
 def run_one(folder: str, index: int) -> str:
-    """Does one run of a sweep, or goes on with it, on one thread: what an executor is given.
+    """Does or continues one run of a sweep on one thread. Executors call this function.
 
-    Returns ``"done"``, ``"diverged"``, ``"over"`` where it was done before, or ``"taken"`` where
-    another process is at work on it.
+    Returns ``"done"``, ``"diverged"``, ``"over"`` if it was done before, or ``"taken"`` if another
+    process is running it.
     """
     return _core.sweep_run(folder, index)
 
 
 class Submits(Protocol):
-    """What gives calls to workers, such as an executor of ``concurrent.futures``."""
+    """An object that passes calls to workers, such as an executor of ``concurrent.futures``."""
 
     def submit(self, function: Callable[..., str], /, *arguments: Any) -> Future[str]: ...
 
 
 class Sweep:
-    """The folder of a sweep. Any number of processes, on any number of hosts that share the
-    folder, may work on it at once; those of ``cosmic sweep run`` as well."""
+    """The folder of a sweep. Any number of processes on any number of hosts that share the folder
+    may work on it at the same time, including ``cosmic sweep run``."""
 
     def __init__(self, folder: _Path) -> None:
         self.folder = Path(folder).absolute()
@@ -46,13 +46,12 @@ class Sweep:
         return len(self._folders)
 
     def left(self) -> list[int]:
-        """The numbers of the runs that are not over, as their files say now."""
+        """The numbers of the unfinished runs, from their files."""
         return _core.sweep_status(self.folder)[1]
 
     def submit(self, executor: Submits) -> list[Future[str]]:
-        """Gives every run that is left to an executor of ``concurrent.futures``, to Dask's, or to
-        anything else with such a ``submit``. A run takes one thread and leaves Python's lock to
-        others."""
+        """Submits every unfinished run to an executor of ``concurrent.futures``, of Dask, or to
+        another object with such a ``submit``. A run uses one thread and releases the global lock."""
         return [executor.submit(run_one, str(self.folder), index) for index in self.left()]
 
     def run(self, threads: Optional[int] = None) -> None:
@@ -81,8 +80,8 @@ class Sweep:
             future.result()
 
     def merge(self) -> dict[str, npt.NDArray[Any]]:
-        """Writes ``results.json`` and ``results.csv`` from the runs that are over, and returns the
-        columns of the table: ready for a data frame. Runs that are not have a state and no numbers."""
+        """Writes ``results.json`` and ``results.csv``, and returns the columns of the table, ready for
+        a data frame. Unfinished runs have a state but no numbers."""
         table, _ = _core.sweep_merge(self.folder)
         return _columns(Path(table).read_text())
 
@@ -103,9 +102,9 @@ def sweep(
     first_seed: int = 0,
     iterations: Optional[int] = None,
 ) -> Sweep:
-    """Freezes scenes x settings x seeds in a new or empty folder.
+    """Plans all combinations of scenes, settings and seeds in a new or empty folder.
 
-    ``grid`` has the values that keys of the scenes take in turn, every combination of them:
+    ``grid`` contains values for keys of the scenes; every combination is planned:
     ``{"physics.friction": [0.6, 1.0, 2.5]}``. An existing sweep is opened by :class:`Sweep`.
     """
     several = isinstance(scenes, (list, tuple))

@@ -1,4 +1,4 @@
-"""Environments of gymnasium: a policy drives one design.
+"""Gymnasium environments in which a policy drives one design.
 
 >>> import cosmic.gym, gymnasium
 >>> env = gymnasium.make("cosmic/Walk-v0", robot="three_legged")
@@ -36,7 +36,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 class _Walk:
-    """Robots of one design at work: the part that both environments share."""
+    """Robots of one design: the part that both environments share."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class _Walk:
         self.z = ordered(design)
         self.core = _core.Driven(self.scene, self.z)
         if not self.core.actuators:
-            raise InputError("the design has no actuator: there is nothing to drive")
+            raise InputError("the design has no actuator, so there is nothing to drive")
         self.frame_skip = whole("frame_skip", frame_skip, 1, self.core.steps)
         if not 0.0 <= scatter < np.inf:
             raise InputError(f"scatter: {scatter}: expected a length of 0 or more")
@@ -80,19 +80,20 @@ class _Walk:
         return max(1, round(1.0 / self.seconds))
 
     def picture(self, seen: list[_Floats]) -> Any:
-        """A picture of a robot in the last of these states. The states are those at the start and after each frame."""
+        """A picture of a robot in the last of these states. The states are those at the start and
+        after each frame."""
         steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
         return _core.frame(self.scene, self.z, steps, np.array(seen))
 
     def begin(self, robot: int, random: np.random.Generator) -> None:
-        """Sets a robot back to its start, every coordinate moved a little at random."""
+        """Resets a robot to its start, with small random changes of all coordinates."""
         rest = self.core.rest
         self.x[robot] = rest + random.uniform(-self.scatter, self.scatter, rest.shape)
         self.v[robot] = 0.0
         self.done[robot] = 0
 
     def held(self, actions: npt.ArrayLike) -> _Floats:
-        """What every edge is told by actions, a row for every robot."""
+        """The activations of all edges, one row for each robot."""
         given = np.asarray(actions, np.float64)
         expected = (len(self.done), len(self.core.actuators))
         if given.shape != expected:
@@ -104,11 +105,11 @@ class _Walk:
         return held
 
     def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
-        """Holds activations for the steps of a frame. Returns distances made good along the ground
-        and which robots diverged; these stay where they were."""
+        """Holds activations for the steps of a frame. Returns the distances along the ground and which
+        robots diverged; those keep their last state."""
         before = self.core.along(self.x)
         lost = np.zeros(len(self.done), np.bool_)
-        # The time of the step matters to laws that read it: robots of one age go together.
+        # Laws may depend on the time, so robots of the same age are grouped.
         for first in np.unique(self.done):
             those = np.flatnonzero(self.done == first)
             steps = int(min(self.frame_skip, self.core.steps - first))
@@ -135,7 +136,7 @@ def _check_mode(render_mode: Optional[str]) -> None:
 
 
 class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
-    """One robot that walks.
+    """One walking robot.
 
     - ``robot``: a run, whose design and scene are taken, or a scene; then ``z`` has the design
       vectors, shape ``(edges, 3)``, or the scene's start is taken.
@@ -181,7 +182,7 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         self, action: npt.NDArray[np.float32]
     ) -> tuple[_Floats, float, bool, bool, dict[str, Any]]:
         if self._over:
-            raise gymnasium.error.ResetNeeded("no episode has begun, or it is over: call reset")
+            raise gymnasium.error.ResetNeeded("no episode is running: call reset")
         made, lost = self._walk.advance(self._walk.held(np.asarray(action)[None]))
         if self.render_mode is not None:
             self._seen.append(self._walk.x[0].copy())
@@ -194,17 +195,17 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         return {"along": float(walk.core.along(walk.x)[0]), "time": float(walk.done[0] * walk.core.dt)}
 
     def render(self) -> Any:
-        """The robot now, as an array of shape ``(240, 480, 3)``."""
+        """A picture of the robot, as an array of shape ``(240, 480, 3)``."""
         if self.render_mode is None:
             gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
             return None
         if not self._seen:
-            raise gymnasium.error.ResetNeeded("there is nothing to see yet: call reset")
+            raise gymnasium.error.ResetNeeded("there is no picture before the first reset: call reset")
         return self._walk.picture(self._seen)
 
 
 class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]]):
-    """Many robots of one design, stepped side by side in SIMD lanes and threads.
+    """Many robots of one design, simulated in SIMD lanes and threads.
 
     It takes the arguments of :class:`WalkEnv`. Everything else is as in gymnasium's ``SyncVectorEnv``:
 
@@ -327,7 +328,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         self._begin(begins)
         kept = walk.x[begins], walk.v[begins]
         made, lost = walk.advance(held)
-        # Those that begin do not act in this step.
+        # Robots that are being reset do not act in this step.
         walk.x[begins], walk.v[begins] = kept
         walk.done[begins] = 0
         made[begins], lost[begins] = 0.0, False
@@ -349,7 +350,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
     def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
-        """Records the states that a picture shows."""
+        """Keeps the states for the next picture."""
         if self.render_mode is not None:
             for robot in map(int, np.flatnonzero(robots)):
                 self._seen[robot].append(self._walk.x[robot].copy())
@@ -369,7 +370,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
             gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
             return None
         if not all(self._seen):
-            raise gymnasium.error.ResetNeeded("there is nothing to see yet: call reset")
+            raise gymnasium.error.ResetNeeded("there is no picture before the first reset: call reset")
         return tuple(self._walk.picture(seen) for seen in self._seen)
 
 

@@ -1,4 +1,4 @@
-"""A rollout as a function of JAX, and objectives written in JAX.
+"""Rollouts as differentiable JAX functions, and objectives written in JAX.
 
 >>> import cosmic, cosmic.jax, jax
 >>> sim = cosmic.Simulator("stability")
@@ -33,8 +33,8 @@ __all__ = ["loss", "rollout"]
 
 
 class _Plan:
-    """What a rollout looks at: static for JAX, equal for equal rollouts, so that compiled functions
-    are found again."""
+    """The observed steps of a rollout. Static for JAX, and equal for equal rollouts, so that JAX reuses
+    compiled functions."""
 
     def __init__(
         self, simulator: Simulator, observed: list[int], first: int, bounded: bool
@@ -81,7 +81,7 @@ class _Plan:
         return Inputs(*(_axes_again(array, batch, base) for array, base in pairs))
 
     def bases(self) -> list[int]:
-        """How many axes each array of one robot has."""
+        """The number of axes of each array of one robot."""
         return [len(shape) for shape in self.simulator.shapes.values()]
 
 
@@ -211,7 +211,7 @@ def loss(
     observed: Optional[Steps] = None,
     is_far: bool = False,
 ) -> Any:
-    """An objective for :func:`cosmic.optimize` of a function of JAX, also as a decorator.
+    """Turns a JAX function into an objective for :func:`cosmic.optimize`. Also a decorator.
 
     ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
     ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`.

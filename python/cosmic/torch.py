@@ -1,4 +1,4 @@
-"""A rollout as a function of torch, and objectives written in torch.
+"""Rollouts as differentiable torch functions, and objectives written in torch.
 
 >>> import cosmic, cosmic.torch, torch
 >>> sim = cosmic.Simulator("stability")
@@ -43,7 +43,7 @@ class _Rollout(torch.autograd.Function):
         of_inputs = []
         for g, array, base in zip(gradient, arrays, ctx.simulator.shapes.values()):
             own = torch.from_numpy(g)
-            # What several robots share has the sum of their gradients.
+            # The gradient of a shared array is the sum over the robots.
             shared = own.dim() > array.dim()
             own = own.sum(0) if shared else own
             of_inputs.append(own.to(array) if array.requires_grad else None)
@@ -55,7 +55,7 @@ def _numpy(arrays: Any) -> Inputs:
 
 
 def inputs(arrays: Inputs, requires_grad: bool = False) -> Inputs:
-    """The arrays as tensors of torch."""
+    """Converts the arrays to torch tensors."""
     tensors = (torch.tensor(np.asarray(array)) for array in arrays)
     return Inputs(*(tensor.requires_grad_(requires_grad) for tensor in tensors))
 
@@ -88,7 +88,7 @@ def loss(
     observed: Optional[Steps] = None,
     is_far: bool = False,
 ) -> Any:
-    """An objective for :func:`cosmic.optimize` of a function of torch, also as a decorator; as
+    """Turns a torch function into an objective for :func:`cosmic.optimize`. Also a decorator; see
     :func:`cosmic.jax.loss`."""
     if function is None:
         return partial(loss, observed=observed, is_far=is_far)

@@ -19,7 +19,7 @@ pub(crate) trait Number: Real + Element + Into<f64> {}
 impl Number for f32 {}
 impl Number for f64 {}
 
-/// The sizes of a robot: what arrays have to fit.
+/// The sizes of a robot, which the arrays must fit.
 #[derive(Clone)]
 pub(crate) struct Sizes {
     pub(crate) nodes: usize,
@@ -29,7 +29,7 @@ pub(crate) struct Sizes {
     pub(crate) blocks: Vec<Block>,
 }
 
-/// How many arrays a controller has.
+/// The number of arrays of a controller.
 const CONTROLLER: usize = NETWORK.len();
 
 /// Names of the arrays of [`Inputs`], in their order.
@@ -68,7 +68,7 @@ impl Sizes {
     }
 }
 
-/// An array that is at hand.
+/// An array from Python.
 pub(crate) struct Given<'py, R: Number> {
     array: PyReadonlyArrayDyn<'py, R>,
     name: String,
@@ -83,11 +83,9 @@ impl<'py, R: Number> Given<'py, R> {
                 numpy::dtype::<R>(object.py())
             ))
         })?;
-        let array = array.try_readonly().map_err(|_| {
-            refused(format!(
-                "{name}: the array is being written to by someone else"
-            ))
-        })?;
+        let array = array
+            .try_readonly()
+            .map_err(|_| refused(format!("{name}: the array is being written to elsewhere")))?;
         let name = name.to_owned();
         Ok(Self { array, name })
     }
@@ -99,7 +97,7 @@ impl<'py, R: Number> Given<'py, R> {
     /// The numbers in C order, all of them finite.
     pub(crate) fn finite(&self) -> PyResult<&[R]> {
         let numbers = self.numbers()?;
-        // Without an early end within a piece, which takes lanes.
+        // No early exit within a piece, so that it is vectorized.
         let is_finite = |piece: &[R]| {
             piece
                 .iter()
@@ -128,7 +126,7 @@ impl<'py, R: Number> Given<'py, R> {
         })
     }
 
-    /// Checks the shape, before which there may be one more axis: its length.
+    /// Checks the shape. Returns the length of an additional axis in front, if there is one.
     pub(crate) fn batch(&self, shape: &[usize]) -> PyResult<Option<usize>> {
         let found = self.shape();
         match found.strip_suffix(shape) {
@@ -160,17 +158,17 @@ fn index(mut position: usize, shape: &[usize]) -> Vec<usize> {
     index
 }
 
-/// The inputs of one robot or of several. What all share is there once.
+/// The inputs of one robot or of several. Shared inputs are stored once.
 pub(crate) struct Batch<R> {
     z: Vec<Vec<[R; 3]>>,
     controllers: Vec<Controller<R>>,
     starts: Vec<State<R>>,
-    /// How many robots there are; `None` for one whose arrays have no axis for it.
+    /// The number of robots; `None` for a single robot whose arrays have no axis in front.
     pub(crate) size: Option<usize>,
 }
 
 impl<R: Number> Batch<R> {
-    /// Reads the seven arrays of [`NAMES`], each with an axis for robots in front or shared by them.
+    /// Reads the seven arrays of [`NAMES`], each with an axis for robots in front, or shared.
     pub(crate) fn new(arrays: &[Given<R>], sizes: &Sizes) -> PyResult<Self> {
         let shapes = sizes.shapes();
         let mut size: Option<(usize, &str)> = None;
@@ -267,12 +265,12 @@ pub(crate) fn array<'py, T: Element>(
     numbers.into_pyarray(py).reshape(shape.to_vec())
 }
 
-/// A shape behind the axis of several robots.
+/// A shape with the axis of several robots in front.
 pub(crate) fn behind(batch: Option<usize>, shape: &[usize]) -> Vec<usize> {
     batch.into_iter().chain(shape.iter().copied()).collect()
 }
 
-/// Positions and velocities of trajectories, each as flat numbers, one after the other.
+/// Positions and velocities of trajectories as flat numbers.
 pub(crate) struct Flat<R> {
     pub(crate) x: Vec<R>,
     pub(crate) v: Vec<R>,

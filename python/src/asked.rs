@@ -1,4 +1,4 @@
-//! A rollout that is asked for, of one robot or of several.
+//! A requested rollout of one robot or of several.
 
 use crate::arrays::{Batch, Given, NAMES, Number, Sizes, flattened};
 use crate::errors::{InternalError, refused};
@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// What an array of design vectors is.
+/// The meaning of an array of design vectors.
 pub(crate) enum Mixing {
     /// Design vectors, which a projection turns into mixtures.
     By(Projection),
@@ -30,7 +30,7 @@ pub(crate) enum Mixing {
 }
 
 impl Mixing {
-    /// By its name; `auto` takes the vectors of a layout as they are (D7).
+    /// Selects by name; `auto` uses the vectors of a layout without a projection (D7).
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
         let z = z.iter().map(|row| row.map(Into::into)).collect();
         match (name, Design::of_vectors(z)) {
@@ -44,7 +44,7 @@ impl Mixing {
         }
     }
 
-    /// The design to differentiate by. A layout is its mixtures, whose void edges keep their stiffness.
+    /// The design to differentiate by. A layout becomes mixtures, whose void edges keep their stiffness.
     fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -53,7 +53,7 @@ impl Mixing {
     }
 }
 
-/// A rollout that is asked for: inputs with the axis of robots or without, and what is looked at.
+/// A requested rollout: inputs, with or without an axis of robots, and the observed steps.
 pub(crate) struct Asked<R> {
     pub(crate) batch: Batch<R>,
     pub(crate) mixing: Vec<Mixing>,
@@ -89,7 +89,7 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// How many robots a thread steps side by side.
+    /// The number of robots that a thread simulates together.
     fn together(&self) -> usize {
         group_size(
             self.batch.robots(),
@@ -97,7 +97,7 @@ impl<R: Number> Asked<R> {
         )
     }
 
-    /// Steps some robots, of which several share the controller.
+    /// Simulates some robots. Several robots share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
         let designs = robots.clone().map(|robot| self.design(task, robot));
         let designs: Vec<_> = designs.collect();
@@ -106,7 +106,7 @@ impl<R: Number> Asked<R> {
         task.rollout_many(&designs, controller, &starts, &self.span)
     }
 
-    /// The states of every robot that are looked at, by the library alone.
+    /// The observed states of every robot, computed by the library alone.
     pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
         let robots = self.batch.robots();
         let shared = self.batch.shared_controller().is_some();
@@ -131,7 +131,7 @@ impl<R: Number> Asked<R> {
         let length = self.span.observed.len() * 2 * task.lattice.nodes();
         let places = x.chunks_mut(together * length);
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
-        // Every thread writes its robots' states into their place and lets go of them.
+        // Every thread writes the states of its robots to their places and drops them.
         let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
             if stop.load(Ordering::Relaxed) {
                 x.fill(R::lit(f64::NAN));
@@ -195,7 +195,7 @@ fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
     state.is_absurd()
 }
 
-/// Whether the last state of [`seen`] is absurd.
+/// True if the last state of [`seen`] is absurd.
 pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     let last = |half: &[R]| from_flat(&half[half.len() - 2 * nodes..]);
     let (x, v) = seen.split_at(seen.len() / 2);
@@ -269,8 +269,8 @@ pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
     raised.map_or(Ok(done), Err)
 }
 
-/// How many robots a thread steps side by side: several where they share the controller. A single robot asks
-/// for no pool of threads.
+/// The number of robots that a thread simulates together: several if they share the controller. A single robot needs no
+/// thread pool.
 fn group_size(robots: usize, shared: bool) -> usize {
     if robots > 1 && shared {
         together(robots)
@@ -279,7 +279,7 @@ fn group_size(robots: usize, shared: bool) -> usize {
     }
 }
 
-/// A function of every group of robots that a thread steps side by side.
+/// Applies a function to every group of robots that a thread simulates together.
 pub(crate) fn in_groups<T: Send>(
     robots: usize,
     shared: bool,

@@ -1,4 +1,4 @@
-//! Work with the interpreter alive: progress and signals reach the calling thread.
+//! Runs work in another thread, so that progress and signals reach the calling thread.
 
 use crate::errors::{in_python, panicked, raised};
 use crate::loss::{Failure, taken};
@@ -16,16 +16,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked for.
+/// The interval between checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What the calling thread is told.
+/// A message to the calling thread.
 enum Event {
     Iteration { last: usize, record: Box<Record> },
     Warning(String),
 }
 
-/// Passes on what a run does, and the wish to stop.
+/// Passes on the progress of a run and the request to stop.
 pub(crate) struct Watch {
     events: Sender<Event>,
     stop: Arc<AtomicBool>,
@@ -33,7 +33,7 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// The wish to stop, for other threads.
+    /// The request to stop, for other threads.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
     }
@@ -118,7 +118,7 @@ pub(crate) fn attended<T: Send + 'static>(
     }
     let ended = ended.map_err(|panic| panicked(&*panic))?;
     match (ended, raised_here) {
-        // A run that ended all the same is a run.
+        // The run ended in spite of the request to stop.
         (Ok(done), None) => Ok(Some(done)),
         (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
         (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))
@@ -135,7 +135,7 @@ fn is_interrupt(py: Python, error: &PyErr) -> bool {
     error.is_instance_of::<PyKeyboardInterrupt>(py)
 }
 
-/// Hears events until the work is over. The first exception on the way stops the work and is returned.
+/// Handles events until the work is done. The first exception stops the work and is returned.
 fn attend(
     py: Python,
     heard: &mut Receiver<Event>,

@@ -1,4 +1,4 @@
-//! Robots that a policy drives.
+//! Robots that are driven from outside.
 
 use crate::arrays::{Given, Sizes, array, flattened};
 use crate::asked::{Stop, in_groups, in_pool, whole};
@@ -16,7 +16,7 @@ use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// A robot of given design vectors, whose actuators are held at activations from outside.
+/// A robot whose actuators are held at given activations.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
     driven: Library,
@@ -172,7 +172,7 @@ impl Driven {
         ))
     }
 
-    /// The observation of each robot as the paper's controller has it, after so many steps of each.
+    /// The observation of each robot as the paper defines it, after the given number of steps of each robot.
     fn observe<'py>(
         &self,
         py: Python<'py>,

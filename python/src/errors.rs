@@ -34,9 +34,9 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         | Library::Write { .. }
         | Library::Taken(_) => FileError::new_err(says),
         Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
-        // The library's words name what a program in Rust calls.
+        // The message of the library names Rust functions.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(
-            "{file}: the run is for a loss of Python: give it to cosmic.resume as `loss`"
+            "{file}: this run has a loss in Python; pass it to cosmic.resume as `loss`"
         )),
         Library::Malformed { .. } | Library::Misfit { .. } | Library::Usage(_) => {
             InputError::new_err(says)

@@ -10,7 +10,7 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The first exception of a loss. After it every value is NaN, and the run is stopped.
+/// The first exception of a loss. Later values are NaN, and the run stops.
 pub(crate) type Failure = Arc<Mutex<Option<PyErr>>>;
 
 /// Takes the exception out.
@@ -21,7 +21,7 @@ pub(crate) fn taken(failure: &Failure) -> Option<PyErr> {
         .take()
 }
 
-/// A loss whose value and gradient an object of Python gives: `cosmic._loss.Loss`.
+/// A loss in Python: a `cosmic._loss.Loss`.
 pub(crate) struct PythonLoss {
     object: Arc<Py<PyAny>>,
     failure: Failure,
@@ -34,7 +34,7 @@ impl PythonLoss {
     }
 }
 
-/// The value, or `None` and its exception kept.
+/// The value, or `None` after keeping the exception.
 fn noted<T>(failure: &Failure, result: PyResult<T>) -> Option<T> {
     result
         .map_err(|error| {
@@ -73,8 +73,8 @@ impl Loss for PythonLoss {
     }
 }
 
-/// One call of a loss: positions of all states observed, then velocities. All number types of an
-/// optimisation are of first order, so that floats are all that Python ever sees.
+/// One call of a loss: positions of all observed states, then velocities. All number types of an optimisation are
+/// first-order, so Python only sees floats.
 #[derive(Clone)]
 struct Call {
     object: Arc<Py<PyAny>>,
@@ -113,7 +113,7 @@ impl Rule for Call {
     fn value<R: Real>(&self, x: &[R]) -> R {
         let numbers: Vec<f64> = x.iter().map(|x| x.primal()).collect();
         let lost = || (f64::NAN, vec![f64::NAN; numbers.len()]);
-        // States that diverged are no news, and would be refused.
+        // Python would refuse diverged states, which the library reports itself.
         let is_finite = numbers.iter().all(|x| x.is_finite());
         let asked = is_finite
             .then(|| noted(&self.failure, self.ask(&numbers)))

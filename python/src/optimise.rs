@@ -5,16 +5,16 @@ use crate::errors::{caught, raised, refused};
 use crate::loss::{Failure, PythonLoss, taken};
 use crate::memory::optimisation_fits;
 use crate::scene::Scene;
+use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
-use cosmic::Registry;
 use cosmic::record::{self, DesignFile, RunPlan};
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The optimisation of a scene, for a loss of Python if there is one.
+/// The optimisation of a scene, with a Python loss if there is one.
 fn codesign(
     scene: &cosmic::scene::Scene,
     loss: Option<Py<PyAny>>,
@@ -26,12 +26,12 @@ fn codesign(
     }
 }
 
-/// The exception of a loss comes before what it led to.
+/// An exception of the loss takes precedence over its consequences.
 fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
     result.map_err(|error| taken(failure).unwrap_or_else(|| raised(error)))
 }
 
-/// Begins a run in a new or empty folder and carries it out. Returns true if a signal interrupted it.
+/// Does a run in a new or empty folder. Returns true if a signal interrupted it.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
 pub(crate) fn optimise(
@@ -116,7 +116,7 @@ pub(crate) fn resume(
     Ok(ended.is_none())
 }
 
-/// Delivers the robot of an unfinished run as it stands in another folder.
+/// Writes the current robot of an unfinished run into another folder.
 #[pyfunction]
 pub(crate) fn deliver_so_far(
     py: Python,
@@ -130,7 +130,7 @@ pub(crate) fn deliver_so_far(
     caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
 }
 
-/// The optimisation of the scene in a run's folder for a loss of Python, if there is one.
+/// The optimisation of the scene in a run's folder, with a Python loss if there is one.
 fn own(
     py: Python,
     folder: &Path,
@@ -140,6 +140,12 @@ fn own(
     if loss.is_none() {
         return Ok(None);
     }
-    let make = || codesign(&record::run::read_scene(folder, &Registry::default())?, loss, failure);
+    let make = || {
+        codesign(
+            &record::run::read_scene(folder, &Registry::default())?,
+            loss,
+            failure,
+        )
+    };
     caught(|| or_failure(failure, py.detach(make)).map(Some))
 }

@@ -2,11 +2,11 @@
 
 use crate::arrays::{Given, array};
 use crate::errors::{OutOfMemoryError, caught, raised, refused};
+use cosmic::Registry;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
-use cosmic::Registry;
 use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
@@ -18,7 +18,7 @@ use pyo3::types::PyDict;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The text of a file, empty if it is not there.
+/// The text of a file; empty if the file does not exist.
 fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
@@ -26,7 +26,10 @@ fn text(path: &Path) -> String {
 /// The arrays and texts of a finished run.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let run = caught(|| py.detach(|| RunFiles::read(&folder, &Registry::default())).map_err(raised))?;
+    let run = caught(|| {
+        py.detach(|| RunFiles::read(&folder, &Registry::default()))
+            .map_err(raised)
+    })?;
     let (design, trajectory) = (&run.robot.design, &run.trajectory);
     let weights = &design.controller;
     let (edges, nodes) = (design.edges.len(), run.robot.lattice.nodes());
@@ -75,14 +78,19 @@ pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
     caught(|| py.detach(write).map_err(raised))
 }
 
-/// A page with the robot of a run in motion.
+/// A page with the moving robot of a run.
 #[pyfunction]
 pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
-    let page = || Ok(cosmic_lab::report::player_page(&RunFiles::read(&folder, &Registry::default())?));
+    let page = || {
+        Ok(cosmic_lab::report::player_page(&RunFiles::read(
+            &folder,
+            &Registry::default(),
+        )?))
+    };
     caught(|| py.detach(page).map_err(raised))
 }
 
-/// The last of these positions of a robot as a picture; shape `(rows, columns, 3)`.
+/// A picture of the last of these positions of a robot, of shape `(rows, columns, 3)`.
 #[pyfunction]
 pub(crate) fn frame<'py>(
     py: Python<'py>,

@@ -19,12 +19,12 @@ pub(crate) struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The built-in scene of a name, or the one in a file.
+    /// Loads a built-in scene by its name, or a scene file.
     #[staticmethod]
     fn load(source: PathBuf) -> PyResult<Self> {
         let stem = source.file_stem().unwrap_or(source.as_os_str());
         let name = stem.to_string_lossy().into_owned();
-        // A path that is not UTF-8 is no built-in name.
+        // A path that is not UTF-8 is not a built-in name.
         let read = || match source.to_str() {
             Some(text) => scene::Scene::load(text),
             None => scene::Scene::read(&source),
@@ -33,7 +33,7 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// The scene of a TOML text. Missing keys come from its `base`, by default the scene `earth`.
+    /// Parses a scene from TOML. Missing keys come from its `base`, by default the scene `earth`.
     #[staticmethod]
     fn parse(text: &str) -> PyResult<Self> {
         let scene = caught(|| scene::Scene::parse("scene", text).map_err(raised))?;
@@ -41,7 +41,7 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// This scene with the settings of a TOML text in place of its own.
+    /// This scene, changed by the settings of a TOML text.
     fn overridden(&self, text: &str) -> PyResult<Self> {
         Ok(Self {
             scene: caught(|| self.scene.with("overrides", text).map_err(raised))?,
@@ -54,14 +54,15 @@ impl Scene {
         self.scene.to_toml()
     }
 
-    /// For `pickle` and `copy`: the scene as a text, with the nodes and edges of a lattice of its own.
+    /// For `pickle` and `copy`: the scene as text, including the nodes and edges of a custom lattice.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
-        let text = serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
+        let text =
+            serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
-    /// The scene of a text that `__reduce__` made.
+    /// The scene of a text from `__reduce__`.
     #[staticmethod]
     fn restore(text: &str) -> PyResult<Self> {
         let plan: RunPlan<SavedScene> =

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Freezes scenes, settings and seeds in a new folder. An axis of the grid is `KEY=V,V`.
+/// Writes a plan of scenes, settings and seeds into a new folder. An axis of the grid is `KEY=V,V`.
 #[pyfunction]
 pub(crate) fn sweep_plan(
     py: Python,
@@ -69,7 +69,7 @@ impl Stop {
     }
 }
 
-/// Does one run of a sweep, or goes on with it, on one thread. Returns its outcome in a word.
+/// Does or continues one run of a sweep on one thread. Returns its outcome in a word.
 #[pyfunction]
 #[pyo3(signature = (folder, index, stop = None))]
 pub(crate) fn sweep_run(
@@ -85,7 +85,7 @@ pub(crate) fn sweep_run(
         if index >= plan.runs() {
             let runs = plan.runs();
             return Err(Error::Usage(format!(
-                "there is no run {index}: the plan has {runs}, from 0 on"
+                "there is no run {index}: the plan has {runs} runs, numbered from 0"
             )));
         }
         let stop = watch.stop();
@@ -105,7 +105,7 @@ pub(crate) fn sweep_run(
     ended.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 
-/// The folders of all runs of a sweep, and the numbers of those that are left.
+/// The folders of all runs of a sweep, and the numbers of the unfinished runs.
 #[pyfunction]
 pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf>, Vec<usize>)> {
     let survey = || -> Result<_> {
@@ -118,7 +118,7 @@ pub(crate) fn sweep_status(py: Python, folder: PathBuf) -> PyResult<(Vec<PathBuf
     caught(|| py.detach(survey).map_err(raised))
 }
 
-/// Merges what is done. Returns the path of the table, and how many runs are missing.
+/// Merges the finished runs. Returns the path of the table and the number of missing runs.
 #[pyfunction]
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<(PathBuf, usize)> {
     let merge = || sweep::merge(&folder, &PlanOutline::read(&folder)?);

@@ -69,7 +69,7 @@ def test_an_interrupted_run_is_returned_and_goes_on(tmp_path: Path) -> None:
 def test_a_run_without_a_folder_is_returned_as_well() -> None:
     iterations, warning = interrupted("")
     assert 3 <= iterations < 800
-    assert warning.endswith("the robot as far as it got")
+    assert warning.endswith("the robot of that iteration")
 
 
 def test_a_run_of_a_sweep_saves_itself(tmp_path: Path) -> None:

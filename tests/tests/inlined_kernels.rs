@@ -11,7 +11,7 @@ fn code(line: &str) -> &str {
         .trim_start_matches("# ")
 }
 
-/// Functions `eval` of kernels: how many, and those that are not inlined by order.
+/// Functions `eval` and `eval_with` of kernels: how many, and those that are not inlined by order.
 fn kernels(text: &str) -> (usize, Vec<String>) {
     let lines: Vec<&str> = text.lines().map(code).collect();
     let (mut seen, mut wrong) = (0, Vec::new());
@@ -20,7 +20,12 @@ fn kernels(text: &str) -> (usize, Vec<String>) {
             continue;
         }
         let body = lines[at..].iter().take_while(|line| **line != "}");
-        if let Some(eval) = body.clone().position(|line| line.starts_with("fn eval<")) {
+        let is_eval = |line: &&str| {
+            ["fn eval<", "fn eval_with<"]
+                .iter()
+                .any(|name| line.starts_with(name))
+        };
+        if let Some(eval) = body.clone().position(is_eval) {
             seen += 1;
             if lines[at + eval - 1] != "#[inline(always)]" {
                 wrong.push((*line).to_string());

@@ -26,5 +26,6 @@ mod reference_rollouts;
 mod richer_physics;
 mod rollout_gradients;
 mod stability;
+mod surroundings;
 mod time_step;
 mod void_edges;

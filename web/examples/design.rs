@@ -1,8 +1,8 @@
-//! Designs a robot of a built-in scene and prints its `design.json`, to be compared with the page's.
+//! Designs a robot of a built-in scene and prints its `design.json`, for comparison with the page.
 //!
 //!     RUSTFLAGS='--cfg unoptimised' cargo run --release --example design -- stability 0 [KEY=VALUE...]
 //!
-//! With that flag the library uses no SIMD registers, and like WebAssembly has no fused multiply-add but that of the
+//! With this flag the library uses no SIMD registers. Like WebAssembly, it then has a fused multiply-add only in the
 //! elementary functions.
 
 use cosmic::codesign::CoDesign;

@@ -1,19 +1,19 @@
-// The page's end of the worker.
+// Requests to the worker.
 
-/** A refusal in the library's words. */
+/** An error that the library reported. */
 export class Refused extends Error {}
 
-/** What a request ends with whose worker stopped; `onstop` has told the page by then. */
+/** The error of a request whose worker stopped. The page has been told by `onstop`. */
 export class Stopped extends Error {}
 
 export class Client {
   #worker = null;
   #waiting = new Map();
   #next = 0;
-  /** Whether the worker has loaded the library, and so can compute. */
+  /** Whether the worker has loaded the library. */
   #loaded = false;
 
-  /** @param onstop is called with a message when a panic, or a lack of memory, stops the worker. */
+  /** @param onstop is called with a message when a panic or a lack of memory stops the worker. */
   constructor(onstop) {
     this.onstop = onstop;
     this.start();
@@ -25,16 +25,16 @@ export class Client {
     return first && this.#loaded ? performance.now() - first.since : 0;
   }
 
-  /** Replaces the worker by a new one. The work of the old worker is lost. */
+  /** Starts a new worker. The work of the old worker is lost. */
   start() {
-    this.#end("started anew");
+    this.#end("the worker was started again");
     this.#loaded = false;
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     this.#worker.onmessage = ({ data }) => data.loaded ? this.#load() : this.#answer(data);
     this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
   }
 
-  /** Carries out a request: a promise of `{ok, numbers}`. */
+  /** Carries out a request. The promise gives the answer. */
   ask(request) {
     return new Promise((resolve, reject) => {
       if (!this.#worker) return reject(new Stopped("the worker has stopped"));
@@ -48,12 +48,12 @@ export class Client {
     this.#begun();
   }
 
-  /** Notes that the worker begins its oldest request now. */
+  /** Notes that the worker now begins its oldest request. */
   #begun() {
     for (const request of this.#waiting.values()) request.since = performance.now();
   }
 
-  #answer({ number, ok, numbers, error, stopped }) {
+  #answer({ number, ok, error, stopped }) {
     const asked = this.#waiting.get(number);
     this.#waiting.delete(number);
     this.#begun();
@@ -63,7 +63,7 @@ export class Client {
     } else if (error !== undefined) {
       asked.reject(new Refused(error));
     } else {
-      asked.resolve({ ok, numbers });
+      asked.resolve(ok);
     }
   }
 

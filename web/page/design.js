@@ -1,24 +1,37 @@
-// Designing: iterations one after the other, the robot after each of them, and the one that is delivered.
+// Designs a robot: the iterations, the robot after each of them, and the delivered robot.
+/* global Walker: of drawing.js */
 
 import { Stopped } from "./client.js";
-import { Walk, World } from "./walk.js";
+
+/** A robot of the library's answer, with its walk. */
+class Walk extends Walker {
+  constructor({ robot, world }, { materials, mixtures, walk, along, diverged }) {
+    super(robot, world, mixtures, walk);
+    Object.assign(this, { materials, along, diverged });
+  }
+
+  /** The number of bars of a material. */
+  count(material) {
+    return this.materials.filter(is => is === material).length;
+  }
+}
 
 export class Design {
   #client;
-  /** What is asked for counts only as long as no other scene or seed is. */
+  /** The number of the current scene and seed. Answers to requests of earlier ones are dropped. */
   #run = 0;
-  /** The run that is iterated, or null. */
+  /** The run that is being iterated, or null. */
   #iterated = null;
   /** "empty", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
   state = "empty";
   world = null;
-  /** The robot before the first iteration and after every one, with its record. */
+  /** The robots before the first iteration and after each one, with the records of the iterations. */
   robots = [];
-  /** The robot that was delivered, as edited, with what was measured of it. */
+  /** The delivered robot, as edited, with its measurements. */
   delivered = null;
   seconds = 0;
 
-  /** @param onchange is called after every change; `panicAfter`: an iteration after which the library is to stop. */
+  /** @param onchange is called after every change. The library panics after the iteration `panicAfter`. */
   constructor(client, onchange, panicAfter = null) {
     this.#client = client;
     this.onchange = onchange;
@@ -29,7 +42,7 @@ export class Design {
     return this.robots.length - 1;
   }
 
-  /** Whether an iteration is being computed. After a pause the current iteration still has to end. */
+  /** Whether an iteration is being computed. After a pause, the current iteration still has to end. */
   get iterates() {
     return this.#iterated !== null && this.#iterated === this.#run;
   }
@@ -38,20 +51,20 @@ export class Design {
   async prepare(scene, seed) {
     const run = ++this.#run;
     this.#change("preparing");
-    const { ok, numbers } = await this.#client.ask({ do: "begin", scene, seed });
+    const { world, first } = await this.#client.ask({ do: "begin", scene, seed });
     if (run !== this.#run) return;
-    this.world = new World(ok.world);
-    this.robots = [{ walk: new Walk(this.world, ok.first, numbers), record: null }];
+    this.world = world;
+    this.robots = [{ walk: new Walk(world, first), record: null }];
     this.delivered = null;
     this.seconds = 0;
     this.#change("ready");
   }
 
-  /** Iterates until it is paused, or all is done. */
+  /** Iterates until a pause or the end. */
   async work() {
     const run = this.#run;
     this.#change("working");
-    // Resumed before the iteration at hand was done: it goes on.
+    // Resumed before the current iteration ended: it goes on.
     if (this.#iterated === run) return;
     this.#iterated = run;
     try {
@@ -72,7 +85,7 @@ export class Design {
     this.#change("paused");
   }
 
-  /** What was asked for is no longer waited for. */
+  /** Stops waiting for the current run. */
   abandon(state) {
     this.#run += 1;
     this.#change(state);
@@ -84,35 +97,35 @@ export class Design {
       await this.#client.ask({ do: "panic" });
     }
     const begun = performance.now();
-    const { ok, numbers } = await this.#client.ask({ do: "iterate", shown: true });
+    const { robot, record, done } = await this.#client.ask({ do: "iterate", shown: true });
     if (run !== this.#run) return false;
     this.seconds += (performance.now() - begun) / 1000;
-    this.robots.push({ walk: new Walk(this.world, ok.robot, numbers), record: ok.record });
+    this.robots.push({ walk: new Walk(this.world, robot), record });
     this.onchange(this.state);
-    return ok.done;
+    return done;
   }
 
   async #deliver(run) {
     this.#change("measuring");
-    const { ok, numbers } = await this.#client.ask({ do: "deliver" });
+    const measured = await this.#client.ask({ do: "deliver" });
     if (run !== this.#run) return;
-    const walk = new Walk(this.world, ok.robot, numbers);
-    this.delivered = { walk, asDesigned: walk, measured: ok };
+    const walk = new Walk(this.world, measured.robot);
+    this.delivered = { walk, asDesigned: walk, measured };
     this.#change("finished");
   }
 
   /** Gives the delivered robot other materials, or its own again. */
   async edit(materials) {
     const run = this.#run;
-    const { ok, numbers } = await this.#client.ask({ do: "edit", materials });
+    const { robot } = await this.#client.ask({ do: "edit", materials });
     if (run !== this.#run) return;
-    this.delivered.walk = materials === null ? this.delivered.asDesigned : new Walk(this.world, ok.robot, numbers);
+    this.delivered.walk = materials === null ? this.delivered.asDesigned : new Walk(this.world, robot);
     this.onchange(this.state);
   }
 
   /** The text of `design.json`. */
   async file() {
-    return (await this.#client.ask({ do: "design" })).ok;
+    return this.#client.ask({ do: "design" });
   }
 
   #change(state) {

@@ -1,6 +1,5 @@
-// Editing the delivered robot: by a click on a bar, or by the controls below the stage.
-
-import { MATERIALS } from "./walk.js";
+// Edits the delivered robot, by a click on a bar or by the controls below the stage.
+/* global MATERIALS: of drawing.js */
 
 export class Editor {
   #canvas;
@@ -8,12 +7,12 @@ export class Editor {
   #player;
   #parts;
   #design;
-  /** Bars from left to right and from bottom to top, as they stand at rest. */
+  /** Bars from left to right and from bottom to top, as they are at rest. */
   #order = [];
   #bar = null;
   #busy = Promise.resolve();
 
-  /** @param onerror is called with what an edit ended in, if not in a robot. */
+  /** @param onerror is called with the error of an edit that failed. */
   constructor({ canvas, stage, player, parts, onerror }) {
     [this.#canvas, this.#stage, this.#player, this.#parts] = [canvas, stage, player, parts];
     this.onerror = onerror;
@@ -27,7 +26,7 @@ export class Editor {
     canvas.addEventListener("keydown", event => this.#key(event));
   }
 
-  /** Editing begins with a delivered robot, and ends with null. */
+  /** Begins editing a delivered robot, or ends editing with null. */
   open(design) {
     this.#design = design;
     this.#bar = null;
@@ -44,8 +43,8 @@ export class Editor {
     this.#canvas.tabIndex = 0;
     this.#canvas.setAttribute("role", "application");
     this.#parts.legend.textContent = "Click a bar above, or choose one here. Every click changes its material, and the robot walks with it.";
-    const { rest, edges } = design.world;
-    const middle = ([i, j]) => [0, 1].map(axis => Math.round(1e6 * (rest[i][axis] + rest[j][axis])));
+    const { start, edges } = design.world.robot;
+    const middle = ([i, j]) => [0, 1].map(axis => Math.round(1e6 * (start[2 * i + axis] + start[2 * j + axis])));
     const middles = edges.map(middle);
     this.#order = [...edges.keys()].sort((a, b) => middles[a][1] - middles[b][1] || middles[a][0] - middles[b][0]);
   }
@@ -101,7 +100,7 @@ export class Editor {
   #give(material) {
     if (this.#bar === null) this.#bar = this.#order[0];
     const [bar, design] = [this.#bar, this.#design];
-    // One after the other: a quick second click is of the robot after the first.
+    // One after the other: a quick second click edits the robot of the first click.
     this.#busy = this.#busy.then(async () => {
       const materials = [...design.delivered.walk.materials];
       materials[bar] = material;

@@ -1,6 +1,6 @@
-// The library in WebAssembly: requests and answers as JSON, with an array of numbers beside an answer.
+// The library in WebAssembly. Requests and answers are JSON.
 
-/** An error that the library gave in words; it goes on. Any other exception of `ask` ends it. */
+/** An error that the library reported; the library can still be used. After any other exception of `ask` it cannot. */
 export class Refusal extends Error {}
 
 export class Engine {
@@ -11,9 +11,9 @@ export class Engine {
     this.#exports = new WebAssembly.Instance(module, {}).exports;
   }
 
-  /** Carries out a request: the answer's value, and a copy of its numbers. */
+  /** Carries out a request and returns the answer. */
   ask(request) {
-    const { memory, input, ask, answer, length, numbers, count } = this.#exports;
+    const { memory, input, ask, answer, length } = this.#exports;
     const bytes = new TextEncoder().encode(JSON.stringify(request));
     const at = input(bytes.length);
     new Uint8Array(memory.buffer, at, bytes.length).set(bytes);
@@ -21,11 +21,11 @@ export class Engine {
     try {
       ask();
     } catch (trap) {
-      // A panic left its message; a lack of memory or of stack leaves none.
+      // A panic leaves its message; a lack of memory or of stack leaves none.
       throw new Error(text() || `the computation stopped: ${trap.message}`);
     }
     const { ok, error } = JSON.parse(text());
     if (error !== undefined) throw new Refusal(error);
-    return { ok, numbers: new Float32Array(memory.buffer, numbers(), count()).slice() };
+    return ok;
   }
 }

@@ -1,8 +1,8 @@
-// A film of the walk: the canvas, recorded as the browser can.
+// Records the canvas as a film of the walk, in a format that the browser can write.
 
 const KINDS = [["video/webm;codecs=vp9", "webm"], ["video/webm;codecs=vp8", "webm"], ["video/webm", "webm"], ["video/mp4", "mp4"]];
 
-/** The kind of film that this browser records, or null. */
+/** The kind of film that this browser can record, or null. */
 export function filmKind() {
   if (!("MediaRecorder" in globalThis) || !("captureStream" in HTMLCanvasElement.prototype)) return null;
   return KINDS.find(([type]) => MediaRecorder.isTypeSupported(type)) ?? null;
@@ -10,8 +10,8 @@ export function filmKind() {
 
 /**
  * Records one walk from its beginning to its end, at the player's speed.
- * @param label gives the text in the corner at a time; `onprogress` is called with the share that is done.
- * @returns the film and the ending of its file's name.
+ * @param label returns the text in the corner at a time; `onprogress` is called with the share that is done.
+ * @returns the film and the extension of its file.
  */
 export async function film({ canvas, player, label, colours, onprogress, signal }) {
   const [type, ending] = filmKind();
@@ -26,7 +26,7 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   recorder.start();
   for (let last = 0; ; last = player.time) {
     await new Promise(requestAnimationFrame);
-    // It has begun anew, or another robot is there.
+    // The walk began again, or another robot is shown.
     if (player.time < last || signal.aborted) break;
     copyFrame(pen, canvas, colours, label(player.time));
     onprogress(player.time / player.walk.duration);
@@ -38,7 +38,7 @@ export async function film({ canvas, player, label, colours, onprogress, signal 
   return { blob: new Blob(parts, { type }), ending };
 }
 
-/** As large as the canvas, at most 1920 pixels wide, in even numbers as encoders want them. */
+/** The size of the canvas, at most 1920 pixels wide, in even numbers because encoders need them. */
 function evenSize({ width, height }) {
   const scale = Math.min(1, 1920 / width);
   return { width: 2 * Math.round(width * scale / 2), height: 2 * Math.round(height * scale / 2) };
@@ -54,7 +54,7 @@ function copyFrame(pen, canvas, { paper, ink }, label) {
   pen.fillText(label, height / 24, height / 12);
 }
 
-/** Has the browser save something under a name. */
+/** Lets the browser save a file. */
 export function save(name, blob) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

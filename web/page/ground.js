@@ -1,10 +1,10 @@
 // The profile of the ground, drawn with a pointer or with keys.
-/* global Drawing: of drawing.js */
+/* global Drawing, levelAt: of drawing.js */
 
-/** Metres between places, and how many there are; a scene takes 64 points. */
+/** Metres between places, and the number of places. A scene has at most 64 points. */
 const APART = 0.1;
 const PLACES = 40;
-/** The highest and the lowest place, m; a key moves one by a step. */
+/** The largest height and depth of a place, m, and the step of a key. */
 const MOST = 0.1;
 const STEP = 0.005;
 
@@ -16,7 +16,7 @@ export class GroundEditor extends Drawing {
   #place = 0;
   #drawing = null;
 
-  /** @param ondrawn is called with points [along, height] when a stroke is done. */
+  /** @param ondrawn is called with points [along, height] at the end of a stroke. */
   constructor(canvas, ondrawn) {
     super(canvas);
     this.ondrawn = ondrawn;
@@ -33,10 +33,10 @@ export class GroundEditor extends Drawing {
     this.#again();
   }
 
-  /** Shows a profile; the lattice stands on level ground before `from`. */
+  /** Shows a profile. The ground is level as far as the lattice reaches. */
   show(profile, lattice) {
     this.#from = round(Math.max(0.8, Math.ceil((lattice + 0.15) / APART) * APART));
-    this.#heights = Array.from({ length: PLACES }, (_, k) => round(heightAt(profile, this.#x(k))));
+    this.#heights = Array.from({ length: PLACES }, (_, k) => round(levelAt(profile, this.#x(k))));
     this.#again();
   }
 
@@ -59,11 +59,7 @@ export class GroundEditor extends Drawing {
       this.text(`${Math.round(100 * y)} cm`.replace("-", "\u2212"), 10, place(0, y)[1] + (y < 0 ? -5 : 15));
     }
     const line = [[0, place(0, 0)[1]], ...this.#heights.map((y, k) => place(this.#x(k), y)), [width, place(0, this.#heights.at(-1))[1]]];
-    const pen = this.pen;
-    pen.beginPath();
-    for (const point of [...line, [width, height], [0, height]]) pen.lineTo(...point);
-    pen.fillStyle = this.colour("earth");
-    pen.fill();
+    this.fill([...line, [width, height], [0, height]], this.colour("earth"));
     this.line(line, this.colour("ink"), 2);
     for (let k = 0; k < PLACES; k += width < 600 ? 10 : 5) this.text(`${this.#x(k).toFixed(1)} m`, place(this.#x(k), 0)[0], height - 8, "muted", "center");
     this.disc(...place(this.#x(this.#place), this.#heights[this.#place]), 6, this.colour("accent"), this.colour("paper"));
@@ -84,7 +80,7 @@ export class GroundEditor extends Drawing {
     return { k: Math.min(PLACES - 1, Math.max(0, Math.round(along / APART))), y: Math.min(MOST, Math.max(-MOST, y)) };
   }
 
-  // Places between two events of a quick pointer get heights in between.
+  // Interpolates the heights of places between two events of a quick pointer.
   #stroke(event) {
     const [from, to] = [this.#drawing, this.#at(event)];
     const count = Math.max(1, Math.abs(to.k - from.k));
@@ -125,7 +121,7 @@ export class GroundEditor extends Drawing {
     this.ondrawn(this.#points());
   }
 
-  /** The corners, those in line left out; none for level ground. */
+  /** The corners of the profile; none for level ground. */
   #points() {
     const all = this.#heights.map((y, k) => [this.#x(k), y]);
     if (all.every(([, y]) => y === 0)) return [];
@@ -142,14 +138,4 @@ export class GroundEditor extends Drawing {
     const attributes = { min: -100 * MOST, max: 100 * MOST, now: round(100 * height), text: `${round(100 * height)} cm at ${along} m` };
     for (const [name, value] of Object.entries(attributes)) this.canvas.setAttribute(`aria-value${name}`, value);
   }
-}
-
-/** Straight between points, level before the first and behind the last. */
-function heightAt(profile, along) {
-  if (profile.length === 0) return 0;
-  const ahead = profile.findIndex(([x]) => x > along);
-  if (ahead === 0) return profile[0][1];
-  if (ahead < 0) return profile.at(-1)[1];
-  const [[x0, y0], [x1, y1]] = [profile[ahead - 1], profile[ahead]];
-  return y0 + (y1 - y0) * (along - x0) / (x1 - x0);
 }

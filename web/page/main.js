@@ -1,5 +1,5 @@
 // The page: its controls, and what each of them does.
-/* global Stage, Ternary, Curve, decimals: of stage.js, ternary.js, curve.js and drawing.js */
+/* global Stage, Ternary, Curve, decimals: of drawing.js */
 
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -13,10 +13,10 @@ const $ = id => document.getElementById(id);
 /** Milliseconds after which a computation can be cancelled. */
 const LONG = 2000;
 const PHASES = { co_design: "co-design", attraction: "attraction", snap: "snap", fine_tuning: "fine-tuning" };
-/** `?panic=5` stops the library after iteration 5, for tests of what the page does then. */
+/** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
 
-// The world while there is no robot.
+// The world before there is a robot.
 const stage = new Stage($("stage"), { width: 2, ground: [[-9, 0], [9, 0]], cos: 1, limit: 1 });
 const ternary = new Ternary($("ternary"));
 const curve = new Curve($("curve"), x => look(Math.round(x)));
@@ -32,7 +32,7 @@ const editor = new Editor({
     materials: [...document.getElementsByName("material")],
   },
 });
-/** The iteration that is looked at; null for the last one or the delivered robot. */
+/** The iteration that is shown; null for the last one or the delivered robot. */
 let looked = null;
 let recording = null;
 /** The timer for the next update of the main button. */
@@ -40,9 +40,9 @@ let waiting;
 
 async function begin() {
   try {
-    const { ok } = await client.ask({ do: "scenes" });
-    $("scene").replaceChildren(...ok.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
-    const names = ok.map(({ name }) => name);
+    const scenes = await client.ask({ do: "scenes" });
+    $("scene").replaceChildren(...scenes.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
+    const names = scenes.map(({ name }) => name);
     if (!names.includes(scene.name)) {
       return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
     }
@@ -59,7 +59,7 @@ async function openInstead(name, reason) {
   $("refusal").textContent = `The link cannot be opened. ${reason.trim()}\nThe page shows the scene ${name} instead.`;
 }
 
-/** The scene, or the seed, is another one: its robot stands ready. */
+/** Prepares the robot of another scene or seed. */
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
@@ -83,20 +83,20 @@ async function prepare() {
     await design.prepare(scene.asked, scene.seed);
     return true;
   } catch (error) {
-    // The code that stopped the worker decides what comes next.
+    // If the worker was stopped, the code that stopped it sets the next state.
     if (!(error instanceof Stopped)) design.abandon("empty");
     fail(error);
     return false;
   }
 }
 
-/** Shows a refusal in the section that has the focus. A stopped worker has its own dialog. */
+/** Shows an error of the library in the section that has the focus. A stopped worker has its own dialog. */
 function fail(error) {
   if (error instanceof Stopped) return;
   if (!(error instanceof Refused)) throw error;
   (document.activeElement?.closest("section") ?? $("robot")).append($("refusal"));
   $("refusal").textContent = error.message;
-  $("status").textContent = "The scene is refused.";
+  $("status").textContent = "The scene has an error.";
 }
 
 function stopped(message) {
@@ -104,8 +104,6 @@ function stopped(message) {
   $("message").textContent = message;
   if (!$("stopped").open) $("stopped").showModal();
 }
-
-// What is shown.
 
 /** The robot that is shown, and the record of its iteration. */
 function shown() {
@@ -171,8 +169,7 @@ function step(by) {
 }
 
 function drawTernary(walk) {
-  const mixtures = walk.world.edges.map((_, e) => walk.mixture(e));
-  ternary.draw({ mixtures, delivered: walk.materials, highlight: player.highlight });
+  ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
 }
 
 function drawCurve() {
@@ -187,7 +184,7 @@ function drawCurve() {
   });
 }
 
-/** Spans of iterations of one phase. */
+/** The spans of iterations of each phase. */
 function phases() {
   const spans = [];
   design.robots.forEach(({ record }, k) => {
@@ -200,7 +197,7 @@ function phases() {
 }
 
 function describe(walk) {
-  const far = walk.along === null ? "its walk diverges" : `it gets ${decimals(walk.along, 2)} m far`;
+  const far = walk.along === null ? "its walk diverges" : `it walks ${decimals(walk.along, 2)} m`;
   $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bars of skeleton and ${walk.count(2)} actuators; ${far} in ${walk.duration.toFixed(1)} s`);
   const solid = walk.materials.length - walk.count(0);
   $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
@@ -216,7 +213,7 @@ function tellStatus(state) {
     measuring: "Measuring the robot from other starts …",
     stopped: "The computation stopped.",
   };
-  // What changes with every iteration is not read out.
+  // Texts that change with every iteration are not read out.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   $("status").textContent = about[state] ?? (state === "finished" ? finished() : working());
 }
@@ -269,13 +266,13 @@ async function pressDesign() {
   }
 }
 
-/** Ends a computation that takes too long. The worker loses its robot. */
+/** Ends a computation that takes too long. The robot in the worker is lost. */
 function cancel() {
   client.start();
   design.abandon("cancelled");
 }
 
-/** A new seed is designed for at once, where a robot was being designed or is finished. */
+/** Sets the seed. If a robot is being designed or is finished, the next design begins at once. */
 async function newSeed(seed) {
   const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
   scene.seed = seed;
@@ -293,7 +290,7 @@ async function saveFilm() {
   try {
     const { blob, ending } = await film({
       canvas: $("stage"), player, signal: recording.signal,
-      label: time => `${time.toFixed(1)} s   ${decimals(walkedAlong(walk, time), 2)} m`,
+      label: time => `${time.toFixed(1)} s   ${decimals(walk.at(time).metres, 2)} m`,
       colours: { paper: colour("panel"), ink: colour("ink") },
       onprogress: share => { $("saved").textContent = `Recording the walk: ${Math.round(100 * share)} %`; },
     });
@@ -301,20 +298,12 @@ async function saveFilm() {
     $("saved").textContent = "The animation is saved.";
   } catch (error) {
     if (error.name !== "AbortError") throw error;
-    $("saved").textContent = "No animation: another robot came while this one was recorded.";
+    $("saved").textContent = "No animation was saved, because another robot replaced this one.";
   } finally {
     recording = null;
     $("save-film").disabled = filmKind() === null;
     tellPlay();
   }
-}
-
-/** How far the payload is from its start along the ground. */
-function walkedAlong(walk, time) {
-  const trail = walk.trail(time);
-  const [payload] = walk.world.drawn.payloads;
-  const from = walk.world.rest[payload ?? 0];
-  return Math.sign(trail.at(-2) - from[0]) * Math.hypot(trail.at(-2) - from[0], trail.at(-1) - from[1]);
 }
 
 async function copyLink() {
@@ -323,7 +312,7 @@ async function copyLink() {
     await navigator.clipboard.writeText(location.href);
     $("saved").textContent = "The link is copied.";
   } catch {
-    $("saved").textContent = `The browser does not let the page copy. The link is in the address bar.`;
+    $("saved").textContent = "The browser does not allow the page to copy. The link is in the address bar.";
   }
 }
 
@@ -354,7 +343,7 @@ function connect() {
   });
   on("ternary", () => { player.highlight = null; }, "pointerleave");
   on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
-  // The space bar plays wherever the focus is, except where it has a use of its own.
+  // The space bar plays wherever the focus is, except on controls that use it themselves.
   addEventListener("keydown", event => {
     if (event.key !== " " || event.target.closest("button, select, input:not([type=range]), dialog")) return;
     event.preventDefault();
@@ -366,7 +355,7 @@ function connect() {
 
 connect();
 tellPlay();
-if (filmKind() === null) $("saved").textContent = "This browser cannot record a canvas: no animation.";
+if (filmKind() === null) $("saved").textContent = "This browser cannot record animations.";
 begin();
-/** For tests: what a picture costs. */
+/** The time of a frame's script, for tests. */
 globalThis.playerCost = player.cost;

@@ -1,30 +1,28 @@
-// Plays walks on the stage: one robot turns into the next without a jump.
+// Plays walks on the stage. One robot turns into the next without a jump.
 /* global everyFrame: of drawing.js */
 
-/** A void bar that is longer than so many rest lengths leads to a node that was left behind. */
+/** A void bar that is longer than this many rest lengths leads to a node that was left behind. */
 const LEFT_BEHIND = 2;
-/** Seconds in which most of the difference between two robots is gone. */
+/** Seconds in which most of the difference between two robots disappears. */
 const BLEND = 0.12;
 
 export class Player {
   #stage;
   #walk = null;
-  #bars = [];
-  #shown = new Float32Array(0);
-  #offset = new Float32Array(0);
-  #camera = 0;
-  #cameraOffset = 0;
+  /** The positions and the camera that are shown, and their differences from the walk's when it began to be shown. */
+  #shown = { positions: [], camera: [0, 0] };
+  #offset = null;
   #blend = 0;
   time = 0;
   speed = 1;
-  /** Whether void bars are shown, for a robot that was shown with them. */
+  /** Whether void bars are shown. */
   withVoid = false;
   playing;
   highlight = null;
-  /** The longest and the mean time of a picture's script in milliseconds, for tests. */
+  /** The number of frames, and the total and longest time of their scripts in milliseconds, for tests. */
   cost = { frames: 0, total: 0, longest: 0 };
 
-  /** @param ontime is called with the time after every picture. */
+  /** @param ontime is called with the time after every frame. */
   constructor(stage, ontime) {
     this.#stage = stage;
     this.ontime = ontime;
@@ -40,30 +38,25 @@ export class Player {
   /** Shows a robot from now on, at the same time of its walk. */
   show(walk, { withVoid = false, restart = false } = {}) {
     const same = this.#walk?.world === walk.world;
-    if (!same) this.#stage.world = walk.world.drawn;
-    const count = 2 * walk.world.rest.length;
-    const before = same ? this.#shown.slice() : null;
-    const cameraBefore = this.#camera;
+    if (!same) this.#stage.world = { ...walk.world, payloads: walk.robot.payloads };
     if (!same || restart) this.time = 0;
-    // What does not move by itself is shown where it has got to.
+    // If nothing moves by itself, the robot is shown at the end of its walk.
     if (this.still.matches && !this.playing && !restart) this.time = walk.duration;
     this.#walk = walk;
-    this.#shown = new Float32Array(count);
     this.withVoid = withVoid;
-    this.#bars = walk.bars(withVoid);
-    walk.positions(this.time, this.#shown);
-    const blends = before !== null && !restart && this.playing;
+    const blends = same && !restart && this.playing;
     this.#blend = blends ? 1 : 0;
     if (blends) {
-      this.#offset = before.map((place, k) => place - this.#shown[k]);
-      this.#cameraOffset = cameraBefore - walk.camera(this.time);
+      const { positions, camera } = walk.at(this.time);
+      const from = (before, now) => now.map((x, k) => before[k] - x);
+      this.#offset = { positions: from(this.#shown.positions, positions), camera: from(this.#shown.camera, camera) };
     }
     if (!this.playing) this.paint();
   }
 
   /** Whether a void bar is at the robot. */
   #isNear([i, j, rest]) {
-    const [at, body] = [this.#shown, this.#walk.body];
+    const [at, { body }] = [this.#shown.positions, this.#walk];
     const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
     return (body.has(i) || body.has(j)) && length < LEFT_BEHIND * rest;
   }
@@ -81,19 +74,16 @@ export class Player {
   paint() {
     const walk = this.#walk;
     if (!walk) return;
-    walk.positions(this.time, this.#shown);
-    this.#camera = walk.camera(this.time);
+    const moment = walk.at(this.time);
+    this.#shown = moment;
     if (this.#blend > 0.01) {
-      for (let k = 0; k < this.#shown.length; k++) this.#shown[k] += this.#blend * this.#offset[k];
-      this.#camera += this.#blend * this.#cameraOffset;
+      const moved = name => moment[name].map((x, k) => x + this.#blend * this.#offset[name][k]);
+      this.#shown = { positions: moved("positions"), camera: moved("camera") };
     }
-    this.#stage.draw({
-      positions: this.#shown,
-      edges: this.#bars.filter(bar => bar[3] !== 0 || (this.withVoid && this.#isNear(bar))),
-      camera: [this.#camera, walk.world.floor(this.#camera)],
-      trail: walk.trail(this.time),
-      highlight: this.highlight,
-    });
+    // Void bars can be clicked, so they are as clear as the others.
+    const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
+    const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight });
     this.ontime(this.time);
   }
 

@@ -1,6 +1,6 @@
-// The scene of the page: a built-in one, and settings in place of its own. The link holds both, and the seed.
+// The scene of the page: a built-in scene, and settings that replace its own. The link holds them and the seed.
 
-/** Fields of the form: a key, its name, and what its number or word may be. */
+/** Fields of the form: a key, its name, and the numbers or words that it may have. */
 const FIELDS = [
   { key: "lattice.columns", name: "Columns of nodes", min: 2, max: 16, step: 1 },
   { key: "lattice.rows", name: "Rows of nodes", min: 2, max: 16, step: 1 },
@@ -11,9 +11,9 @@ const FIELDS = [
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
-/** The default scene for links without a scene, as in the program. */
+/** The scene of links without one: the program's default. */
 export const DEFAULT = "earth";
-/** Milliseconds to wait for the computation of another scene before it is ended. */
+/** Milliseconds to wait for the computation of another scene before the worker is restarted. */
 const PATIENCE = 1000;
 const POINTS = "ground.points";
 const PROFILE = "ground.profile";
@@ -25,12 +25,12 @@ export class Scene {
   #asked = 0;
   name = DEFAULT;
   seed = 0;
-  /** Settings in place of the scene's, each a key and a value in TOML. */
+  /** Settings that replace the scene's, each a key and a value in TOML. */
   changed = new Map();
-  /** All settings and the text of `scene.toml`, or null while there are none. */
+  /** All settings, and the text of `scene.toml`; null before the library has checked the scene. */
   checked = null;
 
-  /** @param onchange is called when the scene, or what is wrong with it, is known. */
+  /** @param onchange is called with null, or with the error of the scene. */
   constructor(client, form, onchange) {
     this.#client = client;
     this.#form = form;
@@ -39,19 +39,19 @@ export class Scene {
     this.#readLink();
   }
 
-  /** As requests name it. */
+  /** The scene in requests. */
   get asked() {
     return { scene: this.name, settings: [...this.changed].map(([key, value]) => `${key}=${value}`) };
   }
 
-  /** The fragment of a link to this scene. */
+  /** The fragment of the link to this scene. */
   get link() {
     const link = new URLSearchParams({ scene: this.name, seed: String(this.seed) });
     for (const setting of this.asked.settings) link.append("set", setting);
     return `#${link}`;
   }
 
-  /** Another built-in scene, without changes. */
+  /** Chooses a built-in scene, without changes. */
   async choose(name) {
     this.name = name;
     this.changed.clear();
@@ -63,7 +63,7 @@ export class Scene {
     return this.check();
   }
 
-  /** The ground as points [along, height], or level. */
+  /** Sets the ground to points [along, height]; without points it is level. */
   setGround(points) {
     this.changed.delete(POINTS);
     this.changed.set(PROFILE, points.length > 0 ? "points" : "flat");
@@ -72,16 +72,16 @@ export class Scene {
     return this.check();
   }
 
-  /** Has the library look at the scene. The last call's answer counts. */
+  /** Lets the library check the scene. Only the answer to the last call counts. */
   async check() {
     const asked = ++this.#asked;
     if (this.#client.busyFor > PATIENCE) this.#client.start();
     try {
       const own = await this.#client.ask({ do: "check", scene: this.name, settings: [] });
-      const { ok } = await this.#client.ask({ do: "check", ...this.asked });
+      const { toml, profile, settings } = await this.#client.ask({ do: "check", ...this.asked });
       if (asked !== this.#asked) return;
-      this.#own = flat(own.ok.settings);
-      this.checked = { toml: ok.toml, profile: ok.profile, settings: flat(ok.settings) };
+      this.#own = flat(own.settings);
+      this.checked = { toml, profile, settings: flat(settings) };
       for (const [key, value] of this.changed) {
         if (key !== POINTS && String(this.#own[key]) === value) this.changed.delete(key);
       }

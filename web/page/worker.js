@@ -1,9 +1,9 @@
-// Runs the library off the page's thread. A message is [number, request]; the answer bears its number.
+// Runs the library outside the page's thread. A message is [number, request]; the answer has the same number.
 
 import { Engine, Refusal } from "./engine.js";
 
 const engine = WebAssembly.compileStreaming(fetch(new URL("cosmic.wasm", import.meta.url)))
-  // A file server that does not know WebAssembly's type.
+  // For a file server that does not know the type of WebAssembly.
   .catch(async () => WebAssembly.compile(await (await fetch(new URL("cosmic.wasm", import.meta.url))).arrayBuffer()))
   .then(module => new Engine(module));
 // If the library cannot be loaded, every request is answered with the error.
@@ -11,8 +11,7 @@ engine.then(() => postMessage({ loaded: true }), () => {});
 
 addEventListener("message", async ({ data: [number, request] }) => {
   try {
-    const { ok, numbers } = (await engine).ask(request);
-    postMessage({ number, ok, numbers }, [numbers.buffer]);
+    postMessage({ number, ok: (await engine).ask(request) });
   } catch (error) {
     postMessage({ number, error: error.message, stopped: !(error instanceof Refusal) });
   }

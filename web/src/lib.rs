@@ -1,13 +1,11 @@
-//! The library `cosmic` behind functions that JavaScript calls: a request goes in as JSON, an answer
-//! comes out as JSON, with an array of numbers beside it.
+//! The library `cosmic` behind functions that JavaScript calls. Requests and answers are JSON.
 //!
-//! 1. `input(bytes)` is the address at which the caller writes the request, UTF-8.
-//! 2. `ask()` carries it out and returns the length of the answer: `{"ok": …}`, or `{"error": "…"}` with a
-//!    sentence.
-//! 3. `answer()` is the address of the answer, `numbers()` that of the array of `f32`, `count()` its length.
+//! 1. `input(bytes)` returns the address at which the caller writes the request in UTF-8.
+//! 2. `ask()` carries out the request and returns the length of the answer: `{"ok": …}`, or `{"error": "…"}`.
+//! 3. `answer()` returns the address of the answer.
 //!
-//! A panic ends in a trap; `answer()` and `length()` then have its message, and nothing else may be called.
-//! Every one of them may move memory: the caller takes its views anew after each.
+//! A panic ends in a trap. Then `answer()` and `length()` give its message, and nothing else may be called. Every
+//! function may move the memory, so the caller must take its views again after each call.
 
 mod view;
 mod session;
@@ -21,7 +19,7 @@ thread_local! {
     static SESSION: RefCell<session::Session> = RefCell::default();
 }
 
-/// Where a request of so many bytes is to be written.
+/// The address for a request of `bytes` bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn input(bytes: usize) -> *mut u8 {
     INPUT.with_borrow_mut(|input| {
@@ -31,7 +29,7 @@ pub extern "C" fn input(bytes: usize) -> *mut u8 {
     })
 }
 
-/// Carries out the request that was written. Returns the length of the answer in bytes.
+/// Carries out the request. Returns the length of the answer in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn ask() -> usize {
     std::panic::set_hook(Box::new(|panic| ANSWER.set(panic.to_string())));
@@ -42,7 +40,7 @@ pub extern "C" fn ask() -> usize {
     length()
 }
 
-/// Where the answer is.
+/// The address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const u8 {
     ANSWER.with_borrow(|answer| answer.as_ptr())
@@ -52,16 +50,4 @@ pub extern "C" fn answer() -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn length() -> usize {
     ANSWER.with_borrow(String::len)
-}
-
-/// Where the numbers of the answer are.
-#[unsafe(no_mangle)]
-pub extern "C" fn numbers() -> *const f32 {
-    SESSION.with_borrow(|session| session.numbers.as_ptr())
-}
-
-/// How many numbers there are.
-#[unsafe(no_mangle)]
-pub extern "C" fn count() -> usize {
-    SESSION.with_borrow(|session| session.numbers.len())
 }

@@ -1,36 +1,36 @@
 //! Requests in JSON.
 
 use crate::session::Session;
+use cosmic::Registry;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::Registry;
 use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// What the page asks for.
+/// A request of the page.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
-    /// The built-in scenes.
+    /// Lists the built-in scenes.
     Scenes,
-    /// Whether a scene is right, and all its settings.
+    /// Checks a scene, and lists all its settings.
     Check(Asked),
-    /// Before the first iteration.
+    /// Begins a design, before the first iteration.
     Begin { scene: Asked, seed: u64 },
-    /// One iteration.
+    /// Does one iteration.
     Iterate { shown: bool },
-    /// The choice of the robot after the last iteration.
+    /// Chooses the robot after the last iteration.
     Deliver,
-    /// The delivered robot with other materials, or with its own again.
+    /// Gives the delivered robot other materials, or its own again.
     Edit { materials: Option<Vec<Material>> },
     /// The text of `design.json`.
     Design,
-    /// Stops as an error in the program would: for tests.
+    /// Panics, for tests.
     Panic,
 }
 
-/// A scene: the name of a built-in one or TOML, and settings in place of its own.
+/// A scene: the name of a built-in scene or TOML, and settings that replace its own.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
@@ -52,7 +52,7 @@ impl Asked {
 pub(crate) fn answer(session: &mut Session, request: &[u8]) -> String {
     let answer = match serde_json::from_slice(request) {
         Ok(request) => carry_out(session, request).map_err(|error| error.to_string()),
-        Err(error) => Err(format!("a request that is none: {error}")),
+        Err(error) => Err(format!("malformed request: {error}")),
     };
     match answer {
         Ok(ok) => json!({ "ok": ok }).to_string(),

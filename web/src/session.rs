@@ -1,4 +1,4 @@
-//! An optimisation in progress, and the robot that came of it.
+//! An optimisation in progress, and the robot that it delivers.
 
 use crate::view;
 use cosmic::codesign::{CoDesign, Delivery, Progress};
@@ -12,20 +12,16 @@ use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
 
-/// All that the page works on.
+/// The state of the page's library.
 #[derive(Default)]
-pub(crate) struct Session {
-    work: Option<Work>,
-    /// The numbers of the last answer: the mixtures of all edges, then the positions of a rollout.
-    pub(crate) numbers: Vec<f32>,
-}
+pub(crate) struct Session(Option<Work>);
 
 struct Work {
     codesign: CoDesign,
     progress: Progress,
-    /// The robot that was delivered, after the last iteration.
+    /// The delivered robot, after the last iteration.
     delivered: Option<Robot>,
-    /// That robot with other materials.
+    /// The delivered robot with other materials.
     edited: Option<Robot>,
 }
 
@@ -38,7 +34,7 @@ struct Robot {
 }
 
 impl Session {
-    /// Begins with a scene, and answers with what there is to draw of the robot before the first iteration.
+    /// Begins with a scene. Answers with the world and the robot before the first iteration.
     pub(crate) fn begin(&mut self, scene: &Scene, seed: u64) -> Answer {
         let codesign = CoDesign::new(scene)?;
         let progress = codesign.begin(seed)?;
@@ -48,32 +44,26 @@ impl Session {
             delivered: None,
             edited: None,
         };
-        let first = begun.present(&mut self.numbers);
+        let first = begun.present();
         let answer = json!({ "world": view::world(&begun.codesign), "first": first });
-        self.work = Some(begun);
+        self.0 = Some(begun);
         Ok(answer)
     }
 
-    /// One iteration; with the rollout of the robot after it if `shown`.
+    /// Does one iteration. The answer has the rollout of its robot if `shown`.
     pub(crate) fn iterate(&mut self, shown: bool) -> Answer {
-        let Self { work, numbers } = self;
-        let work = begun(work)?;
+        let work = self.work()?;
         let record = work.codesign.iterate(&mut work.progress);
         let check = work.codesign.step_check(&work.progress);
         check.accept(&work.codesign.scene().physics)?;
-        let robot = if shown {
-            work.present(numbers)
-        } else {
-            Value::Null
-        };
+        let robot = if shown { work.present() } else { Value::Null };
         let done = work.codesign.is_done(&work.progress);
         Ok(json!({ "record": record, "robot": robot, "done": done }))
     }
 
     /// Chooses the robot to deliver and measures it.
     pub(crate) fn deliver(&mut self) -> Answer {
-        let Self { work, numbers } = self;
-        let work = begun(work)?;
+        let work = self.work()?;
         let Delivery {
             design,
             controller,
@@ -89,7 +79,7 @@ impl Session {
             projected: work.codesign.design(&work.progress),
             controller,
         };
-        let shown = work.show(&robot, numbers);
+        let shown = work.show(&robot);
         work.delivered = Some(robot);
         work.edited = None;
         Ok(json!({
@@ -101,14 +91,13 @@ impl Session {
         }))
     }
 
-    /// Gives the delivered robot other materials, or its own again.
+    /// Gives the delivered robot other materials, or its own again for `None`.
     pub(crate) fn edit(&mut self, materials: Option<Vec<Material>>) -> Answer {
-        let Self { work, numbers } = self;
-        let work = begun(work)?;
+        let work = self.work()?;
         let mut robot = work.delivered.clone().ok_or_else(nothing)?;
         let Some(materials) = materials else {
             work.edited = None;
-            return Ok(json!({ "robot": work.show(&robot, numbers) }));
+            return Ok(json!({ "robot": work.show(&robot) }));
         };
         let (found, edges) = (materials.len(), robot.design.edges());
         if found != edges {
@@ -117,14 +106,14 @@ impl Session {
         }
         robot.design = Design::Layout(materials.clone());
         robot.projected = Design::Layout(materials);
-        let shown = work.show(&robot, numbers);
+        let shown = work.show(&robot);
         work.edited = Some(robot);
         Ok(json!({ "robot": shown }))
     }
 
-    /// The text of `design.json` for the robot that was delivered, as edited.
+    /// The text of `design.json` for the delivered robot, as edited.
     pub(crate) fn design(&mut self) -> Answer {
-        let work = begun(&mut self.work)?;
+        let work = self.work()?;
         let robot = work.edited.as_ref().or(work.delivered.as_ref());
         let robot = robot.ok_or_else(nothing)?;
         let lattice = &work.codesign.task().lattice;
@@ -136,30 +125,30 @@ impl Session {
         );
         Ok(file.to_json().into())
     }
-}
 
-fn begun(work: &mut Option<Work>) -> cosmic::Result<&mut Work> {
-    work.as_mut().ok_or_else(nothing)
+    fn work(&mut self) -> cosmic::Result<&mut Work> {
+        self.0.as_mut().ok_or_else(nothing)
+    }
 }
 
 fn nothing() -> Error {
-    Error::Usage("no robot is there yet".to_owned())
+    Error::Usage("there is no robot yet; begin with a scene".to_owned())
 }
 
 impl Work {
     /// The robot as it is now, rolled out in the precision of gradients.
-    fn present(&self, numbers: &mut Vec<f32>) -> Value {
+    fn present(&self) -> Value {
         let robot = Robot {
             design: self.progress.design.clone(),
             projected: self.codesign.design(&self.progress),
             controller: self.progress.controller.clone(),
         };
         let seen = self.codesign.watch(&self.progress, self.steps());
-        self.answer(&robot, seen.ok_or("its walk diverges".to_owned()), numbers)
+        self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
     }
 
     /// A robot, rolled out in double precision.
-    fn show(&self, robot: &Robot, numbers: &mut Vec<f32>) -> Value {
+    fn show(&self, robot: &Robot) -> Value {
         let task = self.codesign.task();
         let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
         let guarded = task.guarded(&robot.projected, &robot.controller, &start, &span);
@@ -167,10 +156,10 @@ impl Work {
             None => Ok(guarded.trajectory),
             Some(divergence) => Err(Error::from(divergence).to_string()),
         };
-        self.answer(robot, seen, numbers)
+        self.answer(robot, seen)
     }
 
-    /// The steps that are drawn, and the last one, which says how far the robot got.
+    /// The steps that are drawn, and the last step, which gives the displacement.
     fn steps(&self) -> Vec<usize> {
         let last = self.codesign.scene().physics.steps;
         let mut steps = view::drawn_steps(&self.codesign);
@@ -180,37 +169,22 @@ impl Work {
         steps
     }
 
-    /// Mixtures and positions go to the numbers; of a rollout that diverges those at rest.
-    fn answer(
-        &self,
-        robot: &Robot,
-        seen: Result<Trajectory<f64>, String>,
-        numbers: &mut Vec<f32>,
-    ) -> Value {
-        let task = self.codesign.task();
-        numbers.clear();
-        let mixtures = robot.projected.mixtures();
-        numbers.extend(
-            mixtures
-                .iter()
-                .flat_map(|mixture| mixture.0.map(|share| share as f32)),
-        );
-        let along = match &seen {
-            Ok(trajectory) => {
-                let drawn = view::drawn_steps(&self.codesign).len();
-                numbers.extend(view::positions(&trajectory.states[..drawn]));
-                let ends = [&trajectory.states[0], trajectory.at(trajectory.last_step())];
-                let [from, to] = ends.map(|state| task.ground().along(state.x[0]));
-                Some(to - from)
-            }
-            Err(_) => {
-                numbers.extend(view::positions(&[task.lattice.state_at_rest()]));
-                None
-            }
+    /// A robot with its rollout, or with the reason why it has none.
+    fn answer(&self, robot: &Robot, seen: Result<Trajectory<f64>, String>) -> Value {
+        let ground = self.codesign.task().ground();
+        let along = |seen: &Trajectory<f64>| {
+            let ends = [&seen.states[0], seen.at(seen.last_step())];
+            let [from, to] = ends.map(|state| ground.along(state.x[0]));
+            to - from
         };
+        let thousandths = |share: f64| (1e3 * share).round() as i64;
+        let mixtures = robot.projected.mixtures();
+        let mixtures = mixtures.iter().map(|mixture| mixture.0.map(thousandths));
         json!({
             "materials": robot.projected.materials(),
-            "along": along,
+            "mixtures": mixtures.collect::<Vec<_>>(),
+            "walk": seen.as_ref().ok().map(|seen| view::walk(&self.codesign, seen)),
+            "along": seen.as_ref().ok().map(along),
             "diverged": seen.err(),
         })
     }

@@ -1,45 +1,53 @@
-//! What the page draws of a scene and of a rollout.
+//! The data from which the page draws a scene and a rollout.
 
 use cosmic::codesign::CoDesign;
 use cosmic::geometry::{Ground, Range, Vector, flat};
 use cosmic::lattice::State;
+use cosmic::simulator::Trajectory;
 use serde_json::{Value, json};
 
-/// The longest time between two pictures of a rollout, s: several a step of the gait. The page draws straight
-/// ways in between.
+/// The longest time between two frames of a rollout, s: several frames for a step of the gait. The page interpolates
+/// between frames.
 const INTERVAL: f64 = 0.04;
+/// Positions are rounded to `1 / PARTS` of the lattice's spacing.
+const PARTS: f64 = 1000.0;
 
-/// The steps whose states are drawn: equally far apart, from the start on.
+/// The steps that are drawn, at equal intervals from the start on.
 pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
-    let physics = &codesign.scene().physics;
-    (0..=physics.steps).step_by(every(codesign)).collect()
+    let steps = codesign.scene().physics.steps;
+    (0..=steps).step_by(every(codesign)).collect()
 }
 
-/// How many steps there are from one picture to the next.
+/// The number of steps between two frames.
 fn every(codesign: &CoDesign) -> usize {
     let physics = &codesign.scene().physics;
     ((INTERVAL / physics.dt) as usize).clamp(1, physics.steps)
 }
 
-/// The lattice and its world: nodes in metres, edges as pairs of nodes, the terrain as a line of points, the
-/// strain with the full colour, seconds between pictures.
+/// The lattice (m), its world, and the number of iterations.
 pub(crate) fn world(codesign: &CoDesign) -> Value {
     let (scene, lattice) = (codesign.scene(), &codesign.task().lattice);
     let ground = codesign.task().ground();
+    let [cos, sin] = ground.tangent().array();
     let limit = scene.materials.max_strain[2];
+    let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
+    let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({
-        "rest": lattice.positions,
-        "edges": lattice.edges,
-        "lengths": lattice.rest_length,
-        "payloads": lattice.payload.iter().map(|payload| payload.node).collect::<Vec<_>>(),
-        "width": 3.4 * lattice.side(),
-        "spacing": lattice.spacing,
-        "cos": ground.tangent().forward(),
-        "ground": terrain(codesign, &ground),
-        "limit": if limit > 0.0 { limit } else { 1.0 },
-        "every": every(codesign) as f64 * scene.physics.dt,
+        "robot": {
+            "start": flat(&lattice.positions),
+            "edges": lattice.edges,
+            "rest": lattice.rest_length,
+            "payloads": payloads,
+        },
+        "world": {
+            "width": 3.4 * lattice.side(),
+            "ground": terrain(codesign, &ground),
+            "cos": cos,
+            "sin": sin,
+            "limit": if limit > 0.0 { limit } else { 1.0 },
+            "origin": origin.forward(),
+        },
         "iterations": scene.schedule.iterations,
-        "snap": scene.schedule.snap_at,
     })
 }
 
@@ -47,14 +55,28 @@ pub(crate) fn world(codesign: &CoDesign) -> Value {
 fn terrain(codesign: &CoDesign, ground: &Ground) -> Vec<Vector<f64>> {
     let side = codesign.task().lattice.side();
     let profile = codesign.scene().physics.ground.resolved();
-    let points = profile
-        .between(Range::default().widened(100.0 * side))
-        .into_iter();
+    let points = profile.between(Range::default().widened(100.0 * side));
+    let points = points.into_iter();
     points.map(|point| ground.point_to_world(point)).collect()
 }
 
-/// Positions `x0, y0, x1, y1, …` of all nodes, state after state, in metres.
-pub(crate) fn positions(states: &[State<f64>]) -> impl Iterator<Item = f32> {
-    let coordinates = states.iter().flat_map(|state| flat(&state.x));
-    coordinates.map(|metres| metres as f32)
+/// The [`drawn_steps`] of a rollout, in the form of a walk in `designs.jsonl`: counts of `unit` (m), first of the
+/// positions, then of their changes from one frame to the next.
+pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
+    let unit = codesign.task().lattice.spacing / PARTS;
+    let mut before = vec![0; flat(&seen.states[0].x).len()];
+    let mut moved = |state: &State<f64>| -> Vec<i64> {
+        let counts = flat(&state.x)
+            .into_iter()
+            .map(|x| (x / unit).round() as i64);
+        let pairs = counts.zip(&mut before);
+        let change = |(count, before): (i64, &mut i64)| count - std::mem::replace(before, count);
+        pairs.map(change).collect()
+    };
+    let drawn = seen.states.iter().take(drawn_steps(codesign).len());
+    json!({
+        "every": every(codesign) as f64 * codesign.scene().physics.dt,
+        "unit": unit,
+        "counts": drawn.map(&mut moved).collect::<Vec<_>>(),
+    })
 }

@@ -1,4 +1,4 @@
-// Browsers that are installed, and what their pages did that they should not.
+// Installed browsers, and the faults of their pages.
 import puppeteer from "puppeteer-core";
 import { existsSync } from "node:fs";
 
@@ -12,12 +12,12 @@ export const installed = browser => PLACES[browser].find(existsSync);
 
 export async function launch(browser, options = {}) {
   const args = browser === "chrome" ? ["--no-sandbox", "--autoplay-policy=no-user-gesture-required"] : ["--width=1280", "--height=900"];
-  // Firefox ESR cannot set the size of a page; the page takes the size of the window.
+  // Firefox ESR cannot set the size of a page, so the page has the size of the window.
   const ofBrowser = browser === "chrome" ? {} : { defaultViewport: null };
   return puppeteer.launch({ browser, executablePath: installed(browser), args, ...ofBrowser, ...options });
 }
 
-/** A page at an address, with a list of its errors and of what it asked others for. */
+/** Opens a page. Returns it with a list of its errors and of its requests to other servers. */
 export async function open(browser, address, { width = 1280, height = 900, touch = false, features = [], sized = true } = {}) {
   const page = await browser.newPage();
   const faults = [];
@@ -36,10 +36,10 @@ export async function open(browser, address, { width = 1280, height = 900, touch
 
 export const text = (page, id) => page.$eval(`#${id}`, element => element.textContent);
 
-/** Waits until a control may be pressed. */
+/** Waits until a control is enabled. */
 export const ready = (page, id = "design") => page.waitForSelector(`#${id}:enabled`, { timeout: 60_000 });
 
-/** Waits until the main button, which says what is going on, says this. */
+/** Waits until the main button shows some words. */
 export async function says(page, words, timeout = 120_000) {
   await page.waitForFunction(words => document.getElementById("design").textContent === words, { timeout }, words);
 }

@@ -1,4 +1,4 @@
-// Lighthouse's score for accessibility: at least 95 of 100. Ends with 1 below that.
+// Checks that Lighthouse's score for accessibility is at least 95 of 100. Exits with 1 if it is lower.
 import lighthouse from "lighthouse";
 import { fileURLToPath } from "node:url";
 import { installed, launch } from "./browsers.mjs";

@@ -1,6 +1,6 @@
 // Every control of the page in real browsers, the files it saves, and its robot in the native program.
 //   node test/page.mjs [--shots FOLDER] [--program COSMIC]
-// What is missing here (a browser, the program) is named and skipped. Ends with 1 where something is wrong.
+// Tests whose browser or program is missing are named and skipped. Exits with 1 if a check fails.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -17,7 +17,7 @@ const SMALL = "#scene=stability&seed=1&" + [
   "lattice.columns=3", "lattice.rows=3", "physics.steps=512", "schedule.iterations=120", "schedule.attraction_from=40",
   "schedule.snap_at=80", "schedule.horizon=[128, 256]", "loss.window=64",
 ].map(setting => `set=${encodeURIComponent(setting)}`).join("&");
-/** Milliseconds of script that a picture is to take on average. */
+/** The milliseconds of script that a frame should take on average. */
 const FRAME = 4;
 
 let failures = 0;
@@ -30,7 +30,7 @@ const wait = milliseconds => new Promise(resolve => setTimeout(resolve, millisec
 const press = (page, id) => page.$eval(`#${id}`, element => element.click());
 const value = (page, id) => page.$eval(`#${id}`, element => element.value);
 
-/** Checks that something becomes true on the page, given time. */
+/** Checks that something becomes true on the page within 20 seconds. */
 async function until(page, says, is, ...given) {
   check(await page.waitForFunction(is, { timeout: 20_000 }, ...given).then(() => true, () => false), says);
 }
@@ -45,7 +45,7 @@ async function set(page, selector, to) {
   }, to);
 }
 
-/** A file that the page saves under a name, once it is whole. */
+/** Waits for a file that the page saves under a name. */
 async function saved(folder, matches, timeout = 60_000) {
   for (const end = Date.now() + timeout; Date.now() < end; await wait(100)) {
     const name = readdirSync(folder).find(name => matches.test(name));
@@ -55,7 +55,7 @@ async function saved(folder, matches, timeout = 60_000) {
 }
 
 async function designing(page) {
-  check(await page.$eval("#stage", canvas => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some(x => x > 0)), "the robot is there before it is designed");
+  check(await page.$eval("#stage", canvas => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some(x => x > 0)), "the robot is shown before the design");
   await page.evaluate(() => {
     globalThis.shifted = [];
     const shift = ({ value, sources }) => `${value.toFixed(5)} by ${sources.map(({ node }) => node?.id || node?.nodeName).join(", ")}`;
@@ -92,7 +92,7 @@ async function playing(page) {
   check(await text(page, "play") === "Play walk", "the walk pauses");
   const clock = await text(page, "clock");
   await wait(300);
-  check(clock === await text(page, "clock"), "and stands still");
+  check(clock === await text(page, "clock"), "and its clock stops");
   await page.evaluate(() => document.activeElement.blur());
   await page.keyboard.press("Space");
   check(await text(page, "play") === "Pause walk", "the space bar plays");
@@ -102,8 +102,8 @@ async function playing(page) {
   await wait(1500);
   const cost = await page.evaluate(() => globalThis.playerCost);
   const mean = cost.total / cost.frames;
-  // A time is printed and not judged: it belongs to the machine.
-  console.log(`     a picture takes ${mean.toFixed(2)} ms of script, where ${FRAME} are wanted (mean of ${cost.frames}, longest ${cost.longest.toFixed(1)})`);
+  // The time is only printed, because it depends on the machine.
+  console.log(`     a frame takes ${mean.toFixed(2)} ms of script, and should take at most ${FRAME} (mean of ${cost.frames}, longest ${cost.longest.toFixed(1)})`);
 }
 
 async function editing(page) {
@@ -202,7 +202,7 @@ async function scenes(page, address) {
   check(true, "the scene's own settings");
   await set(page, "[name='lattice.columns']", "1");
   await page.waitForFunction(() => document.getElementById("refusal").textContent.includes("out of range"));
-  check(await page.$eval("#design", button => button.disabled), "what the library refuses is said");
+  check(await page.$eval("#design", button => button.disabled), "an error of the library is shown");
   await page.goto("about:blank");
   await page.goto(`${address}${SMALL}`);
   await ready(page);
@@ -215,7 +215,7 @@ async function stopping(browser, address) {
   await page.keyboard.press("Enter");
   await page.waitForSelector("#stopped[open]");
   const message = await text(page, "message");
-  check(message.includes("a panic that was asked for"), `a panic is told: ${message.replaceAll("\n", " ")}`);
+  check(message.includes("a panic that was asked for"), `a panic is shown: ${message.replaceAll("\n", " ")}`);
   await page.keyboard.press("Enter");
   await page.waitForSelector("#stopped:not([open])");
   await ready(page);
@@ -236,7 +236,7 @@ async function motionless(browser, address) {
   await ready(page);
   await (await page.$("#design")).tap();
   await says(page, "Design again");
-  check(await text(page, "play") === "Play walk" && await text(page, "clock") === "1.0 s", "with reduced motion the robot stands where it got to; the button takes a touch");
+  check(await text(page, "play") === "Play walk" && await text(page, "clock") === "1.0 s", "with reduced motion the robot is shown at the end of its walk; the button reacts to a touch");
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);
   check(wide <= 400, `at 400 px nothing is wider: ${wide} px`);
   const box = await (await page.$("#stage")).boundingBox();
@@ -249,18 +249,18 @@ async function motionless(browser, address) {
   return close(page, faults);
 }
 
-/** The free space of the stage to the left and to the right of the robot's bars, as fractions of its width. */
+/** The free space to the left and to the right of the robot's bars, as fractions of the stage's width. */
 const margins = page => page.$eval("#stage", canvas => {
   const { width, height } = canvas;
   const { data } = canvas.getContext("2d").getImageData(0, 0, width, Math.floor(0.78 * height));
   const columns = [];
-  // Above the ground line there is only the robot; the trail and the marks are below it.
+  // Above the ground's line there is only the robot. The trail and the marks are below.
   for (let k = 3; k < data.length; k += 4) if (data[k] > 20) columns.push(((k - 3) / 4) % width);
   const [low, high] = columns.reduce(([low, high], x) => [Math.min(low, x), Math.max(high, x)], [width, 0]);
   return [low / width, 1 - high / width];
 });
 
-/** An undecided robot is fully visible in the middle, on a telephone too. */
+/** An undecided robot is fully visible in the middle, also on a telephone. */
 async function framed(browser, address) {
   for (const width of [400, 1280]) {
     const { page, faults } = await open(browser, `${address}#scene=stability`, { width, height: 800, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
@@ -274,7 +274,7 @@ async function framed(browser, address) {
   }
 }
 
-/** A robot whose walks from perturbed starts differ much is called unreliable. */
+/** A robot is called unreliable if its walks from perturbed starts differ much. */
 async function unreliable(browser, address) {
   const few = SMALL.replace("seed=1", "seed=11").replace("iterations%3D120", "iterations%3D20").replace("from%3D40", "from%3D4").replace("at%3D80", "at%3D8");
   const { page, faults } = await open(browser, `${address}${few}&set=selection.perturbation%3D0.001`);
@@ -285,7 +285,7 @@ async function unreliable(browser, address) {
   await close(page, faults);
 }
 
-/** For a link that cannot be opened, the page shows the reason in sight and another robot. */
+/** For a link that cannot be opened, the page shows the reason and another robot. */
 async function refusedLinks(browser, address) {
   for (const [link, reason, shows] of [
     ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "earth"],
@@ -301,7 +301,7 @@ async function refusedLinks(browser, address) {
   }
 }
 
-/** A slow computation can be cancelled, before and during a design. Choosing another scene ends it too. */
+/** A slow computation can be cancelled, before and during a design. Choosing another scene also ends it. */
 async function cancelled(browser, address) {
   const huge = "#scene=stability&set=lattice.columns%3D64&set=lattice.rows%3D64";
   const { page, faults } = await open(browser, address + huge);

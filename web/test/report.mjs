@@ -1,5 +1,5 @@
-// Opens a run's page, and one of several runs, in Chromium: uses every control, and takes screenshots in both
-// schemes at three widths.
+// Opens the page of a run and a page of several runs in Chromium, uses every control, and takes screenshots in light and
+// dark at three widths.
 //   node report.mjs RUN/report.html [COMPARISON.html] [FOLDER FOR SCREENSHOTS]
 // Needs puppeteer-core, and Chromium at /usr/bin/chromium or $CHROMIUM.
 import assert from "node:assert/strict";
@@ -8,7 +8,7 @@ import { resolve } from "node:path";
 import puppeteer from "puppeteer-core";
 
 const [report, ...others] = process.argv.slice(2);
-assert(report, "name the page of a run");
+assert(report, "expected the page of a run");
 const comparison = others.find(name => name.endsWith(".html"));
 const folder = others.find(name => !name.endsWith(".html"));
 const widths = [400, 1280, 2560];
@@ -18,7 +18,7 @@ const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ??
 const problems = [];
 const pause = milliseconds => new Promise(done => setTimeout(done, milliseconds));
 
-// A page of which every message of the console, every error and every request is a problem.
+// Opens a page. Every message in the console, every error and every request is a problem.
 async function open(file, { width = 1280, scheme = "light", motion = "no-preference" } = {}) {
   const page = await browser.newPage();
   const url = `file://${resolve(file)}`;
@@ -42,7 +42,7 @@ const set = (page, id, to) => page.$eval(`#${id}`, (element, to) => {
   element.dispatchEvent(new Event("change", { bubbles: true }));
 }, to).then(() => pause(80));
 
-// What a canvas shows, once it is in view.
+// The content of a canvas after it was scrolled into view.
 async function picture(page, id) {
   await page.$eval(`#${id}`, canvas => canvas.scrollIntoView({ block: "center" }));
   await pause(150);
@@ -62,7 +62,7 @@ async function playing(page) {
   return (await value(page, "time")) !== before;
 }
 
-// The space bar plays and pauses wherever the focus is, once.
+// The space bar plays or pauses once, wherever the focus is.
 async function space(page, ids) {
   for (const id of ids) {
     await page.focus(`#${id}`);
@@ -93,7 +93,7 @@ async function useRun() {
   await page.keyboard.press("Space");
   await set(page, "speed", 1);
 
-  // One iteration for robot, layout, mixtures and curves.
+  // Robot, layout, mixtures and curves show the same iteration.
   const pictures = async () => {
     const seen = [];
     for (const id of ["stage", "layout", "ternary", "displacement", "volumes"]) seen.push(await picture(page, id));
@@ -117,7 +117,7 @@ async function useRun() {
   await set(page, "iteration", await page.$eval("#iteration", slider => slider.max));
   assert.match(await text(page, "which"), /^delivered, iteration \d+$/);
 
-  // One edge for all pictures, by list, picture, row, point and column.
+  // All drawings show the same chosen edge, whether the list, a drawing or a row chose it.
   const chosen = () => value(page, "edge");
   const rows = await page.$$eval("#rows button", buttons => buttons.length);
   await set(page, "edge", "");
@@ -147,7 +147,7 @@ async function useRun() {
   await pause(80);
   assert.equal(await chosen(), "");
 
-  // Diagrams over the time go to theirs.
+  // A click into a diagram over time goes to its time.
   for (const id of ["feet", "strains", "energy"]) {
     await set(page, "time", 0);
     await clickIn(page, id, [0.7, 0.5]);
@@ -158,7 +158,7 @@ async function useRun() {
   await page.close();
 }
 
-// Without motion where none is wanted.
+// With reduced motion the robot waits.
 async function useQuietly() {
   const page = await open(report, { motion: "reduce" });
   assert(!(await playing(page)), "it waits");
@@ -179,7 +179,7 @@ async function useComparison() {
   await page.close();
 }
 
-// Screenshots of the whole page, and nothing wider than its window.
+// Takes screenshots of the whole page. Nothing may be wider than the window.
 async function look(file, name) {
   for (const width of widths) {
     for (const scheme of schemes) {

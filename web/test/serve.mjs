@@ -1,4 +1,4 @@
-// A file server for tests, as plain as there is: a folder, and the types that browsers insist on.
+// A minimal file server for tests: a folder, and the types that browsers require.
 //   node serve.mjs [FOLDER [PORT]]
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 
 const TYPES = { ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".wasm": "application/wasm", ".svg": "image/svg+xml" };
 
-/** Serves a folder; the address, and a function that ends it. */
+/** Serves a folder. Returns the address and a function that stops the server. */
 export async function serve(folder, port = 0) {
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://here").pathname));

@@ -1,20 +1,18 @@
-//! How many instructions gradients take, and what they are gradients of: counts that a busy
-//! machine does not disturb, beside the times of the other benches. Needs valgrind, and says so
-//! where there is none.
+//! Counts the instructions of functions and of their gradients, which a busy machine does not disturb. Needs
+//! valgrind; without it the bench says that it is skipped.
 //!
 //! `cargo bench -p benches --bench instructions` prints a section of `RESULTS.md`.
 
+mod callgrind;
 mod document;
 mod works;
 
 use std::process::ExitCode;
 
-use benches::callgrind::{self, CountError};
 use benches::machine::section;
 use works::{CountTable, tables};
 
-/// The argument that makes this program do the work of that number, so many times: how it calls
-/// itself under valgrind.
+/// `--work NUMBER REPETITIONS` does one piece of work: the bench calls itself so under valgrind.
 const WORK: &str = "--work";
 
 fn main() -> ExitCode {
@@ -26,7 +24,7 @@ fn main() -> ExitCode {
         return work_of(&tables, work, repeats);
     }
     let Some(version) = callgrind::version() else {
-        println!("skipped: instructions are counted by valgrind, and none is on the path");
+        println!("SKIPPED: valgrind, which counts instructions, is not on the path");
         return ExitCode::SUCCESS;
     };
     match count(&tables) {
@@ -37,13 +35,13 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("instructions: {error}");
+            eprintln!("error: {error}");
             ExitCode::FAILURE
         }
     }
 }
 
-/// Does one work, by its number among all.
+/// Does one piece of work, by its number.
 fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
     let mut works = tables.iter().flat_map(CountTable::works);
     let found = work.parse().ok().and_then(|work| works.nth(work));
@@ -53,14 +51,16 @@ fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
             ExitCode::SUCCESS
         }
         _ => {
-            eprintln!("instructions: '{WORK} {work} {repeats}' is no work and its repetitions");
+            eprintln!(
+                "error: `{WORK} {work} {repeats}`: expected the number of a work and a count"
+            );
             ExitCode::FAILURE
         }
     }
 }
 
-/// Instructions a unit of every work of every table, in order.
-fn count(tables: &[CountTable]) -> Result<Vec<f64>, CountError> {
+/// The instructions per unit of each work of all tables, in order.
+fn count(tables: &[CountTable]) -> Result<Vec<f64>, String> {
     let all = tables.iter().flat_map(CountTable::works).count();
     let works = tables.iter().flat_map(CountTable::works).enumerate();
     works

@@ -1,22 +1,20 @@
-//! The counted works: those of the other benches.
+//! The work to count.
 
 use std::hint::black_box;
 use std::path::Path;
 
-use autodiff::Real;
+use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
 use benches::adbench::{self, Case};
 use benches::machine::built_in;
 use benches::objectives::Problem;
-use benches::tapes::step::SpringLattice;
-use benches::tapes::{Gradient, inputs, kernels, on_tape, plain};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
-/// Work to be counted. Its setup is done anew in every process, whatever the repetitions.
+/// Work to count. Every process sets it up once, for any number of repetitions.
 pub(crate) struct CountedWork {
-    /// Sets up, and repeats the work so many times.
+    /// Sets up, and repeats the work the given number of times.
     pub(crate) run: Box<dyn Fn(u64)>,
-    /// Repetitions that are counted: one where it has thousands of steps.
+    /// The number of counted repetitions; one is enough for thousands of steps.
     pub(crate) repeats: u64,
     /// Units of a repetition, such as time steps.
     pub(crate) units: f64,
@@ -32,7 +30,7 @@ impl CountedWork {
     }
 }
 
-/// The figure that counts are compared to.
+/// The figure that counts are divided by.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ComparedTo {
     /// The first figure of the table.
@@ -45,7 +43,7 @@ pub(crate) enum ComparedTo {
 pub(crate) struct CountTable {
     pub(crate) title: &'static str,
     pub(crate) about: &'static str,
-    /// The names of the columns, that of the rows first.
+    /// The column heads, including the one of the row names.
     pub(crate) columns: &'static [&'static str],
     pub(crate) rows: Vec<(String, Vec<CountedWork>)>,
     pub(crate) base: ComparedTo,
@@ -68,9 +66,9 @@ fn robot() -> CountTable {
     let row = |name: &str, works| (name.to_owned(), works);
     CountTable {
         title: "The robot's rollout",
-        about: "6x6 nodes, 110 edges, 32 hidden units: instructions a step of 4096, with their share \
-                of what a rollout does at its beginning and end. In brackets: times the two bare \
-                mat-vecs of the controller in f64.",
+        about: "6x6 nodes, 110 edges, 32 hidden units: instructions a step of 4096, including the beginning \
+                and end of the rollout. In brackets: times the two matrix-vector products of the controller \
+                in f64.",
         columns: &[
             "design",
             "rollout",
@@ -78,7 +76,7 @@ fn robot() -> CountTable {
             "value and controller gradient",
         ],
         rows: vec![
-            row("nothing but two mat-vecs, f64", vec![matvecs(mixture)]),
+            row("only two mat-vecs, f64", vec![matvecs(mixture)]),
             row("mixture, f64", in_type::<f64>(mixture)),
             row("mixture, f32", in_type::<f32>(mixture)),
             row("one-hot, f64", in_type::<f64>(one_hot)),
@@ -98,7 +96,7 @@ fn matvecs(scene: &'static str) -> CountedWork {
     CountedWork::new(1, MEASURED_STEPS, run)
 }
 
-/// Work on a rollout of a scene's robot, whose setting `design.one_piece` may be another one.
+/// Work on a rollout of a scene's robot; `one_piece` replaces the scene's `design.one_piece`.
 fn rollout(
     scene: &'static str,
     one_piece: Option<bool>,
@@ -151,36 +149,66 @@ fn one_piece() -> CountTable {
     }
 }
 
-/// Steps of the rollouts that kernels are counted in.
+/// Steps of the rollouts of [`Populations`].
 const STEPS: usize = 256;
 
+/// Hares and lynxes after Lotka and Volterra: an explicit step by four rates.
+#[derive(Clone)]
+struct Populations;
+
+impl Kernel<6, 2> for Populations {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
+        let h = R::lit(0.01);
+        [x + h * x * (a - b * y), y + h * y * (c * x - d)]
+    }
+}
+
+impl Model for Populations {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let [a, b, c, d] = [(); 4].map(|()| program.parameter(1));
+        let [x, y] = [(); 2].map(|()| program.state(1));
+        let next = program.map(Populations, [x, y, a, b, c, d]);
+        program.advance(x, next[0]);
+        program.advance(y, next[1]);
+    }
+}
+
 fn scalar_tapes() -> CountTable {
-    let row = |name: &str, work| (name.to_owned(), vec![work]);
-    let value = || kernels::value(&SpringLattice::default(), STEPS);
-    let gradient = || kernels::gradient(&SpringLattice::default(), STEPS);
+    fn end<R: Real>(rates: &[R]) -> R {
+        let mut state = [R::lit(3.0), R::one()];
+        for _ in 0..STEPS {
+            let ([x, y], [a, b, c, d]) = (state, [rates[0], rates[1], rates[2], rates[3]]);
+            state = Populations.eval([x, y, a, b, c, d]);
+        }
+        state[0]
+    }
+    fn rolled<R: Real>(rates: &[R]) -> R {
+        let rollout = Rollout::new(Populations, STEPS);
+        rollout.run(
+            &[R::lit(3.0), R::one()],
+            &rates.chunks(1).collect::<Vec<_>>(),
+        )[0]
+    }
+    const RATES: [f64; 4] = [1.1, 0.4, 0.1, 0.4];
+    let row = |name: &str, work: fn(&[f64]) -> f64| {
+        let run = move |repeats| (0..repeats).for_each(|_| _ = black_box(work(black_box(&RATES))));
+        (name.to_owned(), vec![CountedWork::new(16, STEPS, run)])
+    };
     let rows = vec![
-        row("primal, scalar f64", spring_step(1, plain)),
-        row("`Tape`", spring_step(1, on_tape)),
-        row("primal, kernels in lanes", spring_step(STEPS, value)),
-        row("kernels", spring_step(STEPS, gradient)),
+        row("primal, scalar f64", |x| end(x)),
+        row("`Tape`", |x| gradient(end, x)[0]),
+        row("primal, `Rollout`", |x| rolled(x)),
+        row("`Rollout`", |x| gradient(rolled, x)[0]),
     ];
     CountTable {
         title: "Scalar tapes",
-        about: "The gradient of one step of springs. In brackets: times the primal.",
+        about: "The gradient by four rates of a model of two populations, instructions a step of 256. \
+                In brackets: times the primal.",
         columns: &["one step", "instructions"],
         rows,
         base: ComparedTo::Table,
     }
-}
-
-fn spring_step(steps: usize, gradient: impl Fn() -> Gradient + 'static) -> CountedWork {
-    let run = move |repeats| {
-        let (lattice, inputs, mut gradient) = (SpringLattice::default(), inputs(), gradient());
-        for _ in 0..repeats {
-            black_box(gradient(&lattice, black_box(&inputs)));
-        }
-    };
-    CountedWork::new(16, steps, run)
 }
 
 fn problems() -> CountTable {

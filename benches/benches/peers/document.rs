@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::task::{Outcome, Task};
 
-/// A task with what its ways took.
+/// A task with its measurements.
 pub(crate) type Measured = (Task, Vec<Outcome>);
 
 /// A task's table.
@@ -21,7 +21,7 @@ pub(crate) fn table((task, outcomes): &Measured) -> String {
     table
 }
 
-/// The fastest of our ways, and the fastest of the peers'.
+/// The fastest way of ours and the fastest way of a peer.
 fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     let least = |ours: bool| {
         let some = outcomes[1..]
@@ -35,7 +35,7 @@ fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     )
 }
 
-/// For each task the fastest way of either side.
+/// The fastest ways of both sides for each task.
 pub(crate) fn summary(measured: &[Measured]) -> String {
     let mut table = String::from(
         "| task | ours, us | over the first row | fastest peer | its us | over ours | lines, ours and its |\n\

@@ -1,10 +1,10 @@
-//! An ensemble: pendulums from many starts under one small network, whose weights are to bring them to rest.
+//! An ensemble: one small network brings pendulums from many starts to rest.
 
 use crate::task::{Task, Way, kept};
 
-/// How many starts.
+/// The number of starts.
 const STARTS: usize = 64;
-/// How many steps.
+/// The number of steps.
 const STEPS: usize = 100;
 /// The length of a step.
 const STEP: f64 = 0.05;
@@ -61,7 +61,7 @@ mod primal {
     }
 }
 
-/// The step recorded once, starts abreast in lanes.
+/// The step recorded once, with the starts in lanes.
 mod ours {
     use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, lit};
 

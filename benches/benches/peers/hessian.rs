@@ -2,12 +2,12 @@
 
 use crate::task::{Task, Way, kept};
 
-/// How many weights.
+/// The number of weights.
 const WEIGHTS: usize = 10;
-/// How many data.
+/// The number of data.
 const DATA: usize = 200;
 
-/// What is seen of a datum, times the sign of its class: the loss is the sum of `ln(1 + exp(-w x))`.
+/// The features of a datum times the sign of its class. The loss is the sum of `ln(1 + exp(-w x))`.
 type Datum = [f64; WEIGHTS];
 
 pub(crate) fn task() -> Task {
@@ -89,7 +89,7 @@ mod ours {
     }
 }
 
-/// A datum's loss, in lanes over the data.
+/// The loss of a datum, in lanes over the data.
 mod ours_sum {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, hessian};

@@ -1,5 +1,5 @@
-//! This workspace's differentiation beside its peers: small tasks, each written as a crate's own documentation
-//! would have it. Answers are compared before anything is timed.
+//! Compares `autodiff` with other crates on small tasks, each written as the documentation of the crate recommends.
+//! Answers are compared before anything is timed.
 //!
 //! `cargo bench -p benches --bench peers --features rivals`, or `--features candle` with
 //! `RAYON_NUM_THREADS=1` for tensors too, prints a section of `RESULTS.md`.
@@ -15,14 +15,14 @@ mod task;
 
 use benches::machine::section;
 
-/// Times that each way is measured, in turns; the least counts.
+/// The number of rounds; the minimum counts.
 const ROUNDS: usize = 100;
 
 fn main() {
     #[cfg(feature = "candle")]
     assert!(
         candle_core::utils::get_num_threads() == 1,
-        "one thread for each is fair: set RAYON_NUM_THREADS=1"
+        "set RAYON_NUM_THREADS=1: every crate gets one thread"
     );
     let tasks = [
         rosenbrock::task(100),

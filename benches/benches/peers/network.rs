@@ -11,7 +11,7 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
             "Value and gradient of a network's loss, layers of {sizes:?} on {points} points"
         ),
         about: "Tanh between the layers, squared errors. By hand: matrix products of ndarray (matrixmultiply), \
-                on which the sweep back is written out. All on one thread.",
+                with the reverse sweep written out. All on one thread.",
         source: include_str!("network.rs"),
         // Sums of up to 256 terms in another order, through three layers.
         tolerance: 1e-12,
@@ -27,7 +27,7 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
     }
 }
 
-/// A network with tanh between its layers, and points with the values that it is to have there.
+/// A network with tanh between its layers, and points with target values.
 struct Case {
     sizes: &'static [usize],
     /// For each layer its matrix, row by row, and its biases.
@@ -50,7 +50,7 @@ impl Case {
         }
     }
 
-    /// The inputs and outputs of each layer, and where its parameters begin.
+    /// The numbers of inputs and outputs of each layer, and the index of its first parameter.
     fn layers(&self) -> Vec<(usize, usize, usize)> {
         let mut first = 0;
         let sizes = self.sizes.windows(2);
@@ -68,7 +68,7 @@ fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
-/// Matrix products, and the sweep back written out.
+/// Matrix products, with the reverse sweep written out.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -128,7 +128,7 @@ mod hand {
     }
 }
 
-/// A point's loss, which layers and lanes are found in.
+/// The loss of a point, in which the library finds layers and lanes.
 mod ours {
     use autodiff::data::{Sum, Summand};
     use autodiff::{Real, value_and_gradient};

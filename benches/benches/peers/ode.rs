@@ -4,7 +4,7 @@ use crate::task::{Task, Way, kept};
 
 /// The length of a step.
 const STEP: f64 = 0.01;
-/// How many steps.
+/// The number of steps.
 const STEPS: usize = 1000;
 /// Steps between observations.
 const APART: usize = 100;
@@ -64,7 +64,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
-/// The fit in plain numbers; closures are inlined without being asked.
+/// The fit in plain numbers; closures are inlined automatically.
 mod primal {
     use super::{APART, START, STEP};
 
@@ -92,7 +92,7 @@ mod primal {
     }
 }
 
-/// A step. Kernels want every function marked, which closures cannot be.
+/// A step. Kernels need `#[inline(always)]` on every function, which closures cannot have.
 mod ours_step {
     use autodiff::{Real, lit};
 
@@ -152,7 +152,7 @@ mod ours_forward {
     }
 }
 
-/// One sweep back over all that was recorded.
+/// One reverse sweep over the whole recording.
 mod ours_tape {
     use super::{POINT, ours_fit::Fit};
 

@@ -23,7 +23,7 @@ pub(crate) fn task(arguments: usize) -> Task {
     Task {
         title: format!("Gradient of Rosenbrock's function in {arguments} dimensions"),
         about: "Scalar code on a tape, some eight operations an argument. A kept tape was recorded before the clock \
-                started. num-dual has forward mode alone, and stands where that is still sensible.",
+                started. num-dual has only forward mode, and takes part where that is still sensible.",
         source: include_str!("rosenbrock.rs"),
         // Two terms an argument, in another order: a few roundings.
         tolerance: 1e-14,
@@ -98,7 +98,7 @@ mod echidna_kept {
     }
 }
 
-/// Variables on a tape of its own; each term a function, as a closure cannot name the lifetime.
+/// Variables on its own tape. Each term is a function, because a closure cannot name the lifetime.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

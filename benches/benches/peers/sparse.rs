@@ -2,15 +2,15 @@
 
 use crate::task::{Task, Way, kept};
 
-/// How many equations, and unknowns.
+/// The number of equations and unknowns.
 const SIZE: usize = 1000;
 
 pub(crate) fn task() -> Task {
     let x = kept((0..SIZE).map(|i| -0.5 + 0.1 * (i as f64).sin()));
     Task {
         title: format!("Tridiagonal Jacobian of {SIZE} equations"),
-        about: "Broyden's tridiagonal equations. A kept pattern, with its colours, was found before the clock started, \
-                as an iteration by Newton does it; a kept tape was recorded then.",
+        about: "Broyden's tridiagonal equations. A kept pattern and its colours were found before the clock started, \
+                as in an iteration by Newton; a kept tape was recorded before, too.",
         source: include_str!("sparse.rs"),
         // A few roundings an entry.
         tolerance: 1e-14,
@@ -94,7 +94,7 @@ mod ours {
     }
 }
 
-/// As Newton's method takes it.
+/// As in Newton's method.
 mod ours_kept {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -142,7 +142,7 @@ mod echidna {
     }
 }
 
-/// As Newton's method takes it.
+/// As in Newton's method.
 mod echidna_kept {
     use echidna::sparse::column_coloring;
 

@@ -1,18 +1,18 @@
-//! A task, the ways to do it, and what each takes.
+//! A task, and several ways to do it with their times.
 
 use benches::machine::{SPAN, in_turns};
 
-/// Data that all ways of a task share, kept for the program's life.
+/// Data that all ways of a task share, kept for the lifetime of the program.
 pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
     data.into_iter().collect::<Vec<T>>().leak()
 }
 
 /// One way to do a task.
 pub(crate) struct Way {
-    /// The crate, `ours` or a peer; `by hand` or `primal` is what ratios are taken to.
+    /// The crate: `ours` or a peer. `by hand` or `primal` is the reference of ratios.
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
-    /// The modules of the task's file that make it up.
+    /// The modules of the task's file that belong to it.
     pub(crate) modules: &'static [&'static str],
     pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
 }
@@ -33,18 +33,18 @@ impl Way {
     }
 }
 
-/// A task, done in several ways; the first is the one that ratios are taken to.
+/// A task, done in several ways. The first one is the reference of ratios.
 pub(crate) struct Task {
     pub(crate) title: String,
     pub(crate) about: &'static str,
-    /// The text of its file.
+    /// The source text of its file.
     pub(crate) source: &'static str,
-    /// By how much answers may differ, as a share of the largest number in them.
+    /// The allowed difference of answers, relative to their largest number.
     pub(crate) tolerance: f64,
     pub(crate) ways: Vec<Way>,
 }
 
-/// What a way took.
+/// The measurements of a way.
 pub(crate) struct Outcome {
     pub(crate) by: &'static str,
     pub(crate) how: &'static str,
@@ -68,7 +68,7 @@ impl Task {
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
-            "{}: an answer of zeros tells nothing",
+            "{}: all answers are zero, so nothing is compared",
             self.title
         );
         for (by, how, other) in answers {
@@ -84,7 +84,7 @@ impl Task {
         }
     }
 
-    /// Times the ways in turns.
+    /// Times the ways alternately.
     pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
         let works = self.ways.iter_mut().map(|way| &mut way.run);
         let seconds = in_turns(&mut works.collect::<Vec<_>>(), SPAN, rounds);
@@ -99,8 +99,7 @@ impl Task {
     }
 }
 
-/// The lines of code of a module at a file's outermost level: those within its braces that are neither blank
-/// nor a comment.
+/// The lines of code of a top-level module of a file, without blank lines and comments.
 fn lines(source: &str, module: &str) -> usize {
     let head = format!("mod {module} {{");
     let body = source.lines().skip_while(|line| *line != head).skip(1);

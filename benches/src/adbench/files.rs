@@ -1,4 +1,4 @@
-//! ADBench's files in the form of GradBench's inputs.
+//! Converts ADBench files to GradBench inputs.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -7,31 +7,31 @@ use serde_json::{Value, json};
 
 use crate::objectives::Error;
 
-/// The numbers and names of a file, separated by white space or colons.
+/// The tokens of a file, separated by white space or colons.
 struct Tokens<'a> {
     rest: std::vec::IntoIter<&'a str>,
     all: usize,
 }
 
-/// A value, or what is wrong with the file.
+/// A value, or the fault of the file.
 type Read<T> = Result<T, String>;
 
 impl Tokens<'_> {
     fn next<T: FromStr>(&mut self) -> Read<T> {
         let place = self.all - self.rest.len() + 1;
         let token = self.rest.next();
-        let token = token.ok_or_else(|| format!("ends before number {place}"))?;
+        let token = token.ok_or_else(|| format!("the file ends before token {place}"))?;
         let number = token.parse();
-        number.map_err(|_| format!("'{token}', number {place}, cannot be read"))
+        number.map_err(|_| format!("token {place} cannot be read: '{token}'"))
     }
 
-    /// The next token as a count: at least one, and no more than memory is likely to hold.
+    /// The next token as a count of at least one. The limit protects memory.
     fn count(&mut self) -> Read<usize> {
         const MOST: usize = 1 << 24;
         let count = self.next()?;
         let fits = (1..=MOST).contains(&count);
         fits.then_some(count)
-            .ok_or_else(|| format!("the count {count} must lie between 1 and {MOST}"))
+            .ok_or_else(|| format!("the count is {count}; it must be from 1 to {MOST}"))
     }
 
     fn list<T: FromStr>(&mut self, len: usize) -> Read<Vec<T>> {
@@ -45,29 +45,26 @@ impl Tokens<'_> {
 
 /// Reads a whole file.
 fn read<T>(path: &Path, content: impl FnOnce(&mut Tokens) -> Read<T>) -> Result<T, Error> {
-    let wrong = |what: String| Error::File {
-        path: path.to_owned(),
-        what,
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let wrong = Error::file(path);
+    let text = Error::read(path)?;
     let tokens = text.split(|c: char| c == ':' || c.is_whitespace());
     let tokens: Vec<&str> = tokens.filter(|token| !token.is_empty()).collect();
     let mut tokens = Tokens {
         all: tokens.len(),
         rest: tokens.into_iter(),
     };
-    let value = content(&mut tokens).map_err(wrong)?;
+    let value = content(&mut tokens).map_err(&wrong)?;
     match tokens.rest.next() {
         None => Ok(value),
-        Some(token) => Err(wrong(format!("goes on after its last number: '{token}'"))),
+        Some(token) => Err(wrong(format!("unexpected token after the end: '{token}'"))),
     }
 }
 
-/// Reads the file of a problem as GradBench's input of the module `gmm`, `ba`, `lstm` or `ht`. The folder
-/// `model` has the model of a hand.
+/// Reads the data file of a problem as the GradBench input of the module `gmm`, `ba`, `lstm` or `ht`. The folder
+/// `model` contains the model of the hand.
 ///
 /// # Errors
-/// If the module is another one, or a file cannot be read or is not in its format.
+/// If the module is unknown, or a file cannot be read or has the wrong format.
 pub fn input(module: &str, file: &Path, model: &Path) -> Result<Value, Error> {
     match module {
         "gmm" => read(file, gmm),
@@ -109,7 +106,7 @@ fn lstm(tokens: &mut Tokens) -> Read<Value> {
     }))
 }
 
-/// The form is complicated if the file has a `u1 u2` for each correspondence.
+/// The problem is the complicated one if the file has `u1 u2` for each correspondence.
 fn hand(tokens: &mut Tokens, model: Result<Value, Error>) -> Read<Value> {
     let (count, theta) = (tokens.count()?, tokens.count()?);
     let complicated = tokens.all == 2 + 6 * count + theta;
@@ -125,7 +122,7 @@ fn hand(tokens: &mut Tokens, model: Result<Value, Error>) -> Read<Value> {
     }))
 }
 
-/// Reads the three files of a hand.
+/// Reads the three files of a hand model.
 fn hand_model(folder: &Path) -> Result<Value, Error> {
     let (mut names, mut parents) = (Vec::<String>::new(), Vec::<i64>::new());
     let (mut relatives, mut inverses) = (Vec::new(), Vec::new());

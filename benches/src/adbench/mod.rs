@@ -1,11 +1,73 @@
-//! ADBench's files, and its way to judge and time answers.
+//! ADBench: its files, and how it compares and times answers.
 
-mod cases;
 mod files;
 mod reference;
 mod table;
 
-pub use cases::{Case, cases};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::objectives::{Error, Problem, problem};
 pub use files::input;
 pub use reference::{Gap, gap};
 pub use table::table;
+
+/// A data file with its reference answer.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The name of the files.
+    pub name: String,
+    /// The GradBench module: `gmm`, `ba`, `lstm` or `ht`.
+    pub module: String,
+    /// The data.
+    pub file: PathBuf,
+    /// The reference answer.
+    pub reference: Value,
+}
+
+impl Case {
+    /// Reads the instance.
+    ///
+    /// # Errors
+    /// If a file cannot be read or has the wrong format.
+    pub fn open(&self) -> Result<Box<dyn Problem>, Error> {
+        let model = self.file.with_file_name("model");
+        problem(&self.module, input(&self.module, &self.file, &model)?)
+    }
+}
+
+/// Returns all cases of a folder, sorted by name: every `reference/CASE.json` with its `data/KIND/CASE.txt`.
+///
+/// # Errors
+/// If the folder has no case, or a case cannot be read.
+pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
+    let references = folder.join("reference");
+    let wrong = Error::file(&references);
+    let files = std::fs::read_dir(&references).map_err(|error| wrong(error.to_string()))?;
+    let paths = files.flatten().map(|file| file.path());
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "json"));
+    let cases = paths.map(|path| case(folder, &path));
+    let mut cases = cases.collect::<Result<Vec<Case>, _>>()?;
+    if cases.is_empty() {
+        return Err(wrong("the folder has no reference answer".into()));
+    }
+    cases.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(cases)
+}
+
+fn case(folder: &Path, path: &Path) -> Result<Case, Error> {
+    let reference: Value = serde_json::from_str(&Error::read(path)?)?;
+    let field = |key: &str| {
+        let text = reference[key].as_str();
+        text.ok_or_else(|| Error::file(path)(format!("the key `{key}` is missing")))
+    };
+    let (name, kind) = (field("case")?.to_owned(), field("kind")?);
+    let kind = kind.trim_end_matches("_complicated");
+    Ok(Case {
+        file: folder.join("data").join(kind).join(format!("{name}.txt")),
+        module: if kind == "hand" { "ht" } else { kind }.to_owned(),
+        name,
+        reference,
+    })
+}

@@ -1,16 +1,17 @@
-//! Comparing answers with the reference answers of ADBench's cases.
+//! Compares answers with the reference answers of ADBench cases.
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 use crate::distance::largest_distance;
 
-/// How far an answer is from its reference.
+/// The difference between an answer and its reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// The field that is furthest off, as a JSON pointer.
+    /// The field with the largest error, as a JSON pointer.
     pub field: String,
-    /// Its `max |a - b| / max |b|`; infinite where lengths or integers differ.
+    /// Its `max |a - b| / max |b|`; infinite if lengths or integers differ.
     pub error: f64,
     /// The error that the reference allows.
     pub tolerance: f64,
@@ -26,7 +27,7 @@ impl Gap {
 /// Fields of a reference that are not part of the answer.
 const DESCRIPTION: [&str; 3] = ["/case", "/kind", "/tolerance"];
 
-/// Compares every field of a reference. A reference may have a `digest` in place of long lists.
+/// Compares every field of a reference. A reference may contain a `digest` instead of long lists.
 pub fn gap(answer: &Value, reference: &Value) -> Gap {
     let expected = reference.get("digest");
     let digest = expected.map(|expected| json!({ "digest": digest(answer, expected) }));
@@ -75,39 +76,24 @@ fn error(got: &Value, expected: &Value) -> f64 {
     }
 }
 
-/// The answer of a bundle adjustment.
-#[derive(Deserialize)]
-struct Residuals {
-    reproj_err: Vec<f64>,
-    w_err: Vec<f64>,
-    jacobian: Jacobian,
-}
-
-/// Sparse, row after row.
-#[derive(Deserialize)]
-struct Jacobian {
-    ncols: usize,
-    rows: Vec<usize>,
-    cols: Vec<usize>,
-    vals: Vec<f64>,
-}
-
-/// The reductions of a bundle adjustment's answer that stand in for its long lists; `None` if it is
-/// not such an answer.
+/// The reductions of a bundle adjustment's answer that replace its long lists; `None` for other answers.
 fn digest(answer: &Value, expected: &Value) -> Option<Value> {
-    let Residuals {
-        reproj_err,
-        w_err,
-        jacobian,
-    } = Residuals::deserialize(answer).ok()?;
+    fn list<T: DeserializeOwned>(value: &Value) -> Option<Vec<T>> {
+        Vec::deserialize(value).ok()
+    }
+    let jacobian = &answer["jacobian"];
+    let ncols = jacobian["ncols"].as_u64()? as usize;
+    let (rows, cols) = (
+        list::<usize>(&jacobian["rows"])?,
+        list::<usize>(&jacobian["cols"])?,
+    );
+    let (vals, reproj_err) = (
+        list::<f64>(&jacobian["vals"])?,
+        list::<f64>(&answer["reproj_err"])?,
+    );
+    let w_err = list::<f64>(&answer["w_err"])?;
     let residuals = [&reproj_err[..], &w_err].concat();
-    let Jacobian {
-        ncols,
-        rows,
-        cols,
-        vals,
-    } = &jacobian;
-    let mut gradient = vec![0.0; *ncols];
+    let mut gradient = vec![0.0; ncols];
     let mut products = vec![0.0; residuals.len()];
     for (row, residual) in residuals.iter().enumerate() {
         for entry in *rows.get(row)?..*rows.get(row + 1)? {
@@ -135,8 +121,8 @@ fn digest(answer: &Value, expected: &Value) -> Option<Value> {
         "reproj_last": reproj_err.last_chunk::<2>(),
         "w_first": w_err.first(),
         "w_last": w_err.last(),
-        "vals_abs": absolute(vals),
-        "vals_square": square(vals),
+        "vals_abs": absolute(&vals),
+        "vals_square": square(&vals),
         "jv_weighted": weighted(&products),
         "jtf_abs": absolute(&gradient),
         "jtf_weighted": weighted(&gradient),
@@ -146,13 +132,13 @@ fn digest(answer: &Value, expected: &Value) -> Option<Value> {
             "nrows": residuals.len(),
             "ncols": ncols,
             "nnz": vals.len(),
-            "cols_hash": hash(cols),
-            "rows_hash": hash(rows),
+            "cols_hash": hash(&cols),
+            "rows_hash": hash(&rows),
         },
     }))
 }
 
-/// The fixed pattern of weights that the reductions use.
+/// The fixed weights of the reductions.
 fn weight(i: usize) -> f64 {
     ((7919 * i + 13) % 10007) as f64 / 5003.5 - 1.0
 }

@@ -1,4 +1,4 @@
-//! The table of times, as Markdown.
+//! The table of times.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,11 @@ use super::{Case, gap};
 use crate::machine::in_turns;
 use crate::objectives::Error;
 
-/// ADBench's least seconds of a sample, and its number of samples.
+/// The minimum duration of an ADBench sample in seconds, and the number of samples.
 const SAMPLE: f64 = 0.5;
 const SAMPLES: usize = 10;
 
-/// Times that others published or measured, in milliseconds: hand-written C++ derivatives.
+/// Published times of hand-written C++ derivatives, in milliseconds.
 const CPP: [(&str, f64, f64); 4] = [
     ("ba1_n49_m7776_p31843", 0.67, 3.92),
     ("gmm_d10_K25", 1.36, 2.47),
@@ -18,7 +18,7 @@ const CPP: [(&str, f64, f64); 4] = [
     ("lstm_l2_c1024", 1.16, 7.39),
 ];
 
-/// Checks and times all cases.
+/// Checks and times all cases and returns a Markdown table.
 ///
 /// # Errors
 /// If a case cannot be read or its answer is out of tolerance.
@@ -44,21 +44,17 @@ pub fn table(cases: &[Case]) -> Result<String, Error> {
     Ok(table)
 }
 
-/// The milliseconds of objective and derivative, and the error of the answer.
+/// Returns the milliseconds of objective and derivative, and the error of the answer.
 fn measure(case: &Case) -> Result<([f64; 2], f64), Error> {
     let (mut problem, mut other) = (case.open()?, case.open()?);
     problem.derivative();
     problem.objective();
     let gap = gap(&problem.answer(), &case.reference);
     if !gap.is_close() {
-        let what = format!("the answer is wrong: {gap:?}");
-        return Err(Error::File {
-            path: case.file.clone(),
-            what,
-        });
+        return Err(Error::file(&case.file)(format!("wrong answer: {gap:?}")));
     }
-    let works: [&mut dyn FnMut(); 2] = [&mut || problem.objective(), &mut || other.derivative()];
-    let mut works = works;
+    let mut works: [&mut dyn FnMut(); 2] =
+        [&mut || problem.objective(), &mut || other.derivative()];
     let seconds = in_turns(&mut works, SAMPLE, SAMPLES);
     Ok(([seconds[0] * 1e3, seconds[1] * 1e3], gap.error))
 }

@@ -1,62 +1,69 @@
-//! The two modes as values, to be nested in any order.
+//! Gradient descent in either mode of differentiation, nested at will.
 
-use autodiff::{Dual, Real, Var, gradient};
+use autodiff::{Dual, Mask, Real, Var, gradient};
 
-/// A scalar function of `x` that other numbers are given to.
+use super::work::Error;
+
+/// A scalar function of `x` and of given numbers.
 pub(super) trait Objective {
     /// The value at `x`.
     fn eval<R: Real>(&self, given: &[R], x: &[R]) -> R;
 }
 
 /// A way to differentiate.
-pub(super) trait Mode {
-    /// The gradient by `x`. What is given may itself carry derivatives of whatever contains this.
-    fn gradient<R: Real>(objective: &impl Objective, given: &[R], x: &[R]) -> Vec<R>;
+#[derive(Clone, Copy)]
+pub(super) enum Mode {
+    /// Forward mode, one argument at a time.
+    Forward,
+    /// Reverse mode.
+    Reverse,
 }
 
-/// Reverse mode.
-pub(super) struct Reverse;
-
-impl Mode for Reverse {
-    fn gradient<R: Real>(objective: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
-        let given: Vec<Var<R>> = given.iter().map(|&number| Var::constant(number)).collect();
-        gradient(|x| objective.eval(&given, x), x)
+impl Mode {
+    /// The outer and the inner mode that GradBench names by two letters, as in `rf`.
+    pub(super) fn pair(function: &str) -> Result<[Self; 2], Error> {
+        use Mode::{Forward, Reverse};
+        Ok(match function {
+            "rr" => [Reverse, Reverse],
+            "ff" => [Forward, Forward],
+            "fr" => [Forward, Reverse],
+            "rf" => [Reverse, Forward],
+            _ => return Error::function(function),
+        })
     }
-}
 
-/// Forward mode, one argument at a time.
-pub(super) struct Forward;
-
-impl Mode for Forward {
-    fn gradient<R: Real>(objective: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
-        let constants = |numbers: &[R]| -> Vec<Dual<R, 1>> {
-            numbers
-                .iter()
-                .map(|&number| Dual::constant(number))
-                .collect()
-        };
-        let given = constants(given);
+    /// The gradient by `x`. The given numbers may carry derivatives of an outer differentiation.
+    pub(super) fn gradient<R: Real>(self, of: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
+        if let Self::Reverse = self {
+            let given: Vec<Var<R>> = given.iter().map(|&number| Var::constant(number)).collect();
+            return gradient(|x| of.eval(&given, x), x);
+        }
+        let constant = |&number: &R| Dual::<R, 1>::constant(number);
+        let given: Vec<_> = given.iter().map(constant).collect();
         let partial = |i: usize| {
-            let mut moving = constants(x);
+            let mut moving: Vec<_> = x.iter().map(constant).collect();
             moving[i] = Dual::variable(x[i], 0);
-            objective.eval(&given, &moving).tangent[0]
+            of.eval(&given, &moving).tangent[0]
         };
         (0..x.len()).map(partial).collect()
     }
 }
 
-/// The point where an objective is least, by descent along its gradient from `x` on.
-pub(super) fn argmin<R: Real, M: Mode>(objective: &impl Objective, given: &[R], x: &[R]) -> Vec<R> {
-    /// How small a gradient and a step must be to stop.
-    const TOLERANCE: f64 = 1e-5;
-    /// After so many steps in a row that were taken, steps grow.
+/// Minimises an objective by gradient descent from `x`.
+pub(super) fn argmin<R: Real>(
+    mode: Mode,
+    objective: &impl Objective,
+    given: &[R],
+    x: &[R],
+) -> Vec<R> {
+    /// Steps grow after this many accepted steps in a row.
     const STREAK: usize = 10;
     let mut x = x.to_vec();
     let mut value = objective.eval(given, &x);
-    let mut slope = M::gradient(objective, given, &x);
+    let mut slope = mode.gradient(objective, given, &x);
     let (mut rate, mut taken) = (1e-5, 0);
     loop {
-        if below(length(&slope), TOLERANCE) {
+        if is_short(&slope) {
             return x;
         }
         if taken == STREAK {
@@ -65,12 +72,12 @@ pub(super) fn argmin<R: Real, M: Mode>(objective: &impl Objective, given: &[R], 
         }
         let step: Vec<R> = slope.iter().map(|&g| R::lit(rate) * g).collect();
         let next: Vec<R> = x.iter().zip(&step).map(|(&x, &step)| x - step).collect();
-        if below(length(&step), TOLERANCE) {
+        if is_short(&step) {
             return x;
         }
         let next_value = objective.eval(given, &next);
-        if autodiff::Mask::any(next_value.less(value)) {
-            slope = M::gradient(objective, given, &next);
+        if next_value.less(value).any() {
+            slope = mode.gradient(objective, given, &next);
             (x, value) = (next, next_value);
             taken += 1;
         } else {
@@ -79,13 +86,9 @@ pub(super) fn argmin<R: Real, M: Mode>(objective: &impl Objective, given: &[R], 
     }
 }
 
-/// The length of a vector; it decides where to stop, and carries no derivative.
-fn length<R: Real>(v: &[R]) -> R {
+/// True if a vector is so short that the descent stops.
+fn is_short<R: Real>(v: &[R]) -> bool {
+    const TOLERANCE: f64 = 1e-5;
     let v: Vec<R> = v.iter().map(|entry| entry.detach()).collect();
-    R::dot(&v, &v).sqrt()
-}
-
-/// Whether a single number is at most this.
-fn below<R: Real>(number: R, bound: f64) -> bool {
-    autodiff::Mask::any(number.less_equal(R::lit(bound)))
+    R::dot(&v, &v).sqrt().less_equal(R::lit(TOLERANCE)).any()
 }

@@ -1,8 +1,8 @@
 //! The determinant by expansion along the first row, recursively.
 //!
-//! The expansion along the upper rows is a sum over the ways to choose a column in each. Its terms are
-//! alike, so lanes work on them: a way is a datum, which picks columns by products with ones and
-//! zeros. Of a large matrix the first rows are expanded by nested calls, to stay within memory.
+//! The expansion along the upper rows is a sum over the ways to choose a column in each row. Lanes compute its terms,
+//! which have the same form: each way is a datum that picks columns by products with ones and zeros. The first rows
+//! of a large matrix are expanded by nested calls to save memory.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
@@ -18,14 +18,14 @@ struct Input {
     ell: usize,
 }
 
-/// The order of the minors that are part of a term.
+/// The order of the minor in a term.
 const LEAF: usize = 6;
 /// The largest order that is one sum over data.
 const LARGEST: usize = 9;
 
-/// A term of the expansion along all rows but the last few: one entry of each upper row, times the
-/// minor of what is left. The datum holds a sign and, for each row and then for each column left, ones
-/// and zeros that pick a column.
+/// A term of the expansion along all rows but the last [`LEAF`]: one entry of each upper row, times the remaining
+/// minor. The datum is a sign and, for each upper row and then for each remaining column, ones and zeros that pick a
+/// column.
 #[derive(Clone)]
 struct Term {
     order: usize,
@@ -51,7 +51,7 @@ impl Summand for Term {
     }
 }
 
-/// The minor of the last rows of a small matrix and as many columns, by those of one row less.
+/// The minor of the last rows of a small matrix and as many columns, by minors with one row less.
 macro_rules! expansion {
     ($name:ident, $order:literal, $smaller:ident) => {
         #[inline(always)]
@@ -64,11 +64,7 @@ macro_rules! expansion {
                     others[k] = columns[if k < j { k } else { k + 1 }];
                 }
                 let term = row[columns[j]] * $smaller(matrix, others);
-                if j % 2 == 0 {
-                    sum += term;
-                } else {
-                    sum -= term;
-                }
+                sum += if j % 2 == 0 { term } else { -term };
             }
             sum
         }
@@ -100,7 +96,7 @@ impl Function for Determinant {
     }
 }
 
-/// The determinant of a matrix; `expansion` is for the order that it has.
+/// The determinant of a matrix. `expansion` is used for the minors of its order.
 fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>>) -> R {
     if order == 1 {
         return matrix[0];
@@ -123,7 +119,7 @@ fn determinant<R: Real>(matrix: &[R], order: usize, expansion: Option<&Sum<Term>
     sum
 }
 
-/// The ways to choose a column in each upper row, as the data of [`Term`].
+/// Lists the ways to choose a column in each upper row, as the data of [`Term`].
 fn ways(order: usize) -> Vec<Vec<f64>> {
     let mut ways = Vec::new();
     let mut columns: Vec<usize> = (0..order).collect();
@@ -131,7 +127,7 @@ fn ways(order: usize) -> Vec<Vec<f64>> {
     ways
 }
 
-/// Adds all ways that begin with the first `chosen` of the columns; the others ascend.
+/// Adds all ways that begin with the first `chosen` columns; the other columns ascend.
 fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f64>>) {
     let order = columns.len();
     if chosen + LEAF == order {
@@ -145,12 +141,8 @@ fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f6
     }
     for j in chosen..order {
         columns[chosen..=j].rotate_right(1);
-        let sign = if (j - chosen).is_multiple_of(2) {
-            sign
-        } else {
-            -sign
-        };
-        choose(columns, chosen + 1, sign, ways);
+        let odd = (j - chosen) % 2 == 1;
+        choose(columns, chosen + 1, if odd { -sign } else { sign }, ways);
         columns[chosen..=j].rotate_left(1);
     }
 }
@@ -160,7 +152,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let entries = ell.checked_mul(ell);
     require(
         ell > 0 && entries == Some(matrix.len()),
-        "the matrix is not square",
+        "`A` must have `ell * ell` numbers",
     )?;
     let determinant = Determinant { order: ell };
     match function {

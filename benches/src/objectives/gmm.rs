@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 
 use super::work::{Error, Prepared, Problem, flat, functions, read, require};
 
-/// The input, as GradBench sends it. A factor is a lower triangle: the logarithms `q` of its diagonal, and
-/// the part `l` below, column by column.
+/// The input from GradBench. A factor is a lower triangle: the logarithms `q` of its diagonal, and the part `l` below
+/// the diagonal, column by column.
 #[derive(Deserialize)]
 pub(super) struct Input {
     d: usize,
@@ -23,7 +23,7 @@ pub(super) struct Input {
     mu: Vec<Vec<f64>>,
     q: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
-    /// The prior's sign: -1 in ADBench.
+    /// The sign of the prior: -1 in ADBench.
     #[serde(default = "plus")]
     sign: f64,
 }
@@ -35,7 +35,7 @@ fn plus() -> f64 {
 /// An instance, with memory for its results.
 pub(super) struct Gmm {
     mixture: Mixture,
-    /// Weights, means, then factors: each its `q`, then its `l`.
+    /// Weights, means, then factors; `q` before `l` in each factor.
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
@@ -72,8 +72,8 @@ impl Shape {
     }
 }
 
-/// A point's logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)`. The shared numbers are, per
-/// component, `c`, `mu` and the lower triangle of `Q` row by row.
+/// The logarithm of `sum_k exp(c_k - |Q_k (x - mu_k)|^2 / 2)` at a point. The shared numbers of each component are
+/// `c`, `mu` and the lower triangle of `Q`, row by row.
 #[derive(Clone, Debug)]
 struct Likelihood(Shape);
 
@@ -97,7 +97,7 @@ impl Summand for Likelihood {
     }
 }
 
-/// `ln sum exp(v)`; the largest entry is held constant and taken out first. Destroys `v`.
+/// `ln sum exp(v)`, relative to the largest entry, which is held constant. Overwrites `v`.
 #[inline(always)]
 fn log_sum_exp<R: Real>(v: &mut [R]) -> R {
     let mut largest = v[0];
@@ -140,11 +140,11 @@ impl Function for Mixture {
     }
 }
 
-/// Appends the rows of a lower triangle whose part below the diagonal comes column by column.
+/// Appends the rows of a lower triangle whose part below the diagonal is stored by columns.
 fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
     let d = diagonal.len();
     for (row, &last) in diagonal.iter().enumerate() {
-        // Column j begins after its j predecessors, of lengths d - 1, d - 2, ...
+        // Column j begins after j columns of lengths d - 1, d - 2, ...
         let entry = |j: usize| below[j * (2 * d - j - 1) / 2 + row - j - 1];
         packed.extend((0..row).map(entry));
         packed.push(last);
@@ -156,34 +156,11 @@ impl Mixture {
     fn constant(&self) -> f64 {
         let d = self.shape.d as f64;
         let freedom = d + self.m + 1.0;
-        let gammas = (0..self.shape.d).map(|j| log_gamma(0.5 * (freedom - j as f64)));
+        let gammas = (0..self.shape.d).map(|j| libm::lgamma(0.5 * (freedom - j as f64)));
         let log_gamma = 0.25 * d * (d - 1.0) * PI.ln() + gammas.sum::<f64>();
         let wishart = freedom * d * (self.gamma.ln() - 0.5 * 2.0_f64.ln()) - log_gamma;
         self.sign * self.shape.k as f64 * wishart - 0.5 * self.points as f64 * d * (2.0 * PI).ln()
     }
-}
-
-/// The logarithm of the gamma function for positive arguments: Stirling's series, from an argument
-/// that is large enough for it.
-fn log_gamma(x: f64) -> f64 {
-    const LARGE: f64 = 16.0;
-    /// `B_2k / (2k (2k - 1))`, from the last to the first.
-    const SERIES: [f64; 6] = [
-        -691.0 / 360360.0,
-        1.0 / 1188.0,
-        -1.0 / 1680.0,
-        1.0 / 1260.0,
-        -1.0 / 360.0,
-        1.0 / 12.0,
-    ];
-    let (mut large, mut product) = (x, 1.0);
-    while large < LARGE {
-        product *= large;
-        large += 1.0;
-    }
-    let by_square = |sum: f64, c: &f64| sum / (large * large) + c;
-    let series = SERIES.iter().fold(0.0, by_square) / large;
-    (large - 0.5) * large.ln() - large + 0.5 * (2.0 * PI).ln() + series - product.ln()
 }
 
 impl Gmm {
@@ -193,16 +170,9 @@ impl Gmm {
             d > 0 && k > 0 && !x.is_empty(),
             "`d`, `k` and `x` must not be empty",
         )?;
-        let components = [
-            input.alpha.len(),
-            input.mu.len(),
-            input.q.len(),
-            input.l.len(),
-        ];
-        require(
-            components == [k; 4],
-            "`alpha`, `mu`, `q` and `l` must have `k` entries",
-        )?;
+        let components = [&input.mu, &input.q, &input.l].map(Vec::len);
+        let fits = components == [k; 3] && input.alpha.len() == k;
+        require(fits, "`alpha`, `mu`, `q` and `l` must have `k` entries")?;
         flat(&x, d, "a point must have `d` numbers")?;
         let mut parameters = input.alpha;
         parameters.extend(flat(&input.mu, d, "a mean must have `d` numbers")?);

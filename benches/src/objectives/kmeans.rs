@@ -1,7 +1,7 @@
-//! The squared distances of points from the closest of some centroids.
+//! The squared distances of points from their closest centroids.
 //!
-//! Which centroid is the closest is found first, in lanes over points; it is constant almost
-//! everywhere. What is left is, for each centroid, a sum over its points.
+//! The closest centroids are found first, in lanes over points. They are constant almost everywhere, so the objective
+//! is then a sum over the points of each centroid.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
@@ -17,13 +17,13 @@ struct Input {
     centroids: Vec<Vec<f64>>,
 }
 
-/// Points, also by coordinate, with the last repeated to fill whole registers.
+/// Points, by point and by coordinate. Columns repeat the last point to fill whole registers.
 struct Cloud {
     points: Vec<Vec<f64>>,
     columns: Vec<Vec<f64>>,
 }
 
-/// At least as many as any register has lanes.
+/// At least the number of lanes of any register.
 const PADDING: usize = 16;
 
 impl Cloud {
@@ -94,7 +94,7 @@ impl Summand for SquaredDistance {
     }
 }
 
-/// The derivative of another term as all shared numbers grow alike, by forward mode.
+/// The derivative of a term along a shift of all shared numbers, by forward mode.
 #[derive(Clone)]
 struct Growth<S>(S);
 
@@ -106,8 +106,8 @@ impl<S: Summand> Summand for Growth<S> {
     }
 }
 
-/// The step of Newton's method for each centroid, its sign reversed. The Hessian is diagonal, so that
-/// its product with ones is all of it: reverse mode over forward.
+/// The negative Newton step for each centroid. The Hessian is diagonal, so its product with a vector of ones gives
+/// all its entries: reverse mode over forward mode.
 fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     let d = cloud.columns.len();
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });
@@ -131,10 +131,10 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let d = points.first().map_or(0, Vec::len);
     require(
         d > 0 && !centroids.is_empty(),
-        "one point at least, and one centroid",
+        "`points` and `centroids` must not be empty",
     )?;
-    flat(&points, d, "the points differ in length")?;
-    let centroids = flat(&centroids, d, "centroids and points differ in length")?;
+    flat(&points, d, "all points must have the same length")?;
+    let centroids = flat(&centroids, d, "centroids must be as long as points")?;
     let cloud = Cloud::new(points);
     match function {
         "cost" => work(move || {

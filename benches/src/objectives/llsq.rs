@@ -1,4 +1,4 @@
-//! The least squares of a polynomial's distance from a sign function.
+//! The least-squares fit of a polynomial to the sign function.
 
 use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
@@ -11,7 +11,7 @@ use super::work::{Error, Prepared, read, require, work};
 struct Input {
     /// The coefficients, from the constant on.
     x: Vec<f64>,
-    /// How many points.
+    /// The number of points.
     n: usize,
 }
 
@@ -31,7 +31,7 @@ impl Summand for Misfit {
     }
 }
 
-/// The points that a polynomial is fitted to, evenly from -1 to 1.
+/// The fit to points that are evenly spaced from -1 to 1.
 struct Fit {
     points: usize,
 }
@@ -49,7 +49,7 @@ impl Function for Fit {
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let Input { x, n } = read(input)?;
-    require(n >= 2, "two points at least")?;
+    require(n >= 2, "`n` must be 2 or more")?;
     let fit = Fit { points: n };
     match function {
         "primal" => work(move || fit.eval(&x)),

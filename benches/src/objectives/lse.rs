@@ -1,4 +1,4 @@
-//! The logarithm of a sum of exponentials, the largest taken out first.
+//! The logarithm of a sum of exponentials, relative to the largest one.
 
 use autodiff::data::Recorded;
 use autodiff::{Function, Real, gradient, lit};
@@ -27,7 +27,7 @@ struct LogSumExp;
 
 impl Function for LogSumExp {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        // A shift by any constant leaves the function as it is.
+        // The function does not depend on this constant.
         let largest = x.iter().fold(f64::NEG_INFINITY, |largest, x| {
             f64::max(largest, x.primal())
         });
@@ -39,7 +39,7 @@ impl Function for LogSumExp {
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let Input { x } = read(input)?;
-    require(!x.is_empty(), "one number at least")?;
+    require(!x.is_empty(), "`x` must not be empty")?;
     match function {
         "primal" => work(move || LogSumExp.eval(&x)),
         "gradient" => work(move || gradient(|x| LogSumExp.eval(x), &x)),

@@ -1,13 +1,13 @@
 //! The objectives of ADBench (Srajer, Kukelova, Fitzgibbon, *A benchmark of selected algorithmic
 //! differentiation tools*, arXiv:1807.10129) and GradBench (<https://github.com/gradbench/gradbench>), written
-//! once over `R: Real`. All derivatives come from `autodiff`, and each run records everything anew.
+//! once over `R: Real`. All derivatives come from `autodiff`, and each run records everything again.
 //!
 //! | module | derivative |
 //! | --- | --- |
 //! | `hello` | reverse mode of a closure |
 //! | `gmm` | reverse mode: a sum over data, replayed in lanes over blocks of data |
-//! | `ba` | the local Jacobian of every observation, by code emitted from the reverse tape, in lanes over observations |
-//! | `lstm` | reverse mode: a rollout with one step per character, adjoints emitted |
+//! | `ba` | forward mode: the local Jacobian of every observation, in lanes over observations |
+//! | `lstm` | reverse mode: a rollout with one step per character |
 //! | `ht` (ADBench's `hand`) | forward mode: four directions serve all fingers, in lanes over vertices |
 //! | `kmeans` | reverse mode, and reverse over forward, of sums in lanes over the points of a centroid |
 //! | `ode` | reverse mode: a rollout of Runge-Kutta steps |
@@ -44,7 +44,7 @@ pub use work::{Error, Prepared, Problem, Work};
 /// Reads the input of a function, given the function's name.
 pub type Prepare = fn(&str, &RawValue) -> Prepared;
 
-/// All of GradBench's evaluations, by the names of their modules.
+/// All GradBench evaluations, by the names of their modules.
 pub const EVALUATIONS: [(&str, Prepare); 12] = [
     ("hello", hello::prepare),
     ("gmm", gmm::prepare),
@@ -60,7 +60,7 @@ pub const EVALUATIONS: [(&str, Prepare); 12] = [
     ("saddle", saddle::prepare),
 ];
 
-/// The evaluation of a module.
+/// Returns the evaluation of a module.
 ///
 /// # Errors
 /// If the module is unknown.
@@ -70,10 +70,10 @@ pub fn evaluation(module: &str) -> Result<Prepare, Error> {
     found.map(|&(_, prepare)| prepare).ok_or_else(unknown)
 }
 
-/// The problem of the module `gmm`, `ba`, `lstm` or `ht`, which are ADBench's too.
+/// Returns the ADBench problem of the module `gmm`, `ba`, `lstm` or `ht`.
 ///
 /// # Errors
-/// If the module is another one, or the input is not in its format.
+/// If the module is unknown or the input has the wrong format.
 pub fn problem(module: &str, input: Value) -> Result<Box<dyn Problem>, Error> {
     use serde_json::from_value;
     Ok(match module {

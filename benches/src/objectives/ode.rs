@@ -1,5 +1,4 @@
-//! `y_0' = x_0`, `y_i' = x_i y_(i-1)`, from `y = 0`, by the classical method of Runge and Kutta: a
-//! rollout.
+//! `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
 
 use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
 use serde::Deserialize;
@@ -13,15 +12,15 @@ struct Input {
     s: usize,
 }
 
-/// The end of the time that is stepped through.
+/// The end time.
 const END: f64 = 2.0;
 
-/// The bytes that a rollout may keep: little more than the processor's caches.
+/// The memory of a rollout in bytes, which about fits the caches of a processor.
 const MEMORY: usize = 1 << 24;
 
-/// The slope, and where it leads in so much time.
+/// The slope, and the state after following it for the given time.
 struct Stage(f64);
-/// Where the mean of four slopes leads, the last of which is computed.
+/// The state after following the weighted mean of four slopes. The last slope is computed here.
 struct Last(f64);
 
 impl Kernel<3, 2> for Stage {
@@ -40,7 +39,7 @@ impl Kernel<6, 1> for Last {
     }
 }
 
-/// A step of a chain, whose first number keeps its value.
+/// A step of the chain, whose first number is constant.
 #[derive(Clone)]
 struct Chain {
     len: usize,
@@ -70,8 +69,8 @@ struct Solution {
 }
 
 impl Solution {
-    /// The chosen numbers of `y` at the end, all where none are chosen. The chain begins with a one, so
-    /// that the slope of `y_0` is like the others.
+    /// The given entries of `y` at the end time, or all. The chain starts with a one, so that the slope of `y_0` has the
+    /// same form as the other slopes.
     fn end<R: Real>(&self, x: &[R], entries: Option<Vec<usize>>) -> Vec<R> {
         let chain = Chain {
             len: x.len() + 1,
@@ -99,7 +98,7 @@ pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let Input { x, s: steps } = read(input)?;
     require(
         !x.is_empty() && steps > 0,
-        "one number and one step at least",
+        "`x` must not be empty, and `s` must be 1 or more",
     )?;
     let solution = Solution { steps };
     match function {

@@ -1,14 +1,11 @@
-//! A charged particle that is steered to the origin: a minimisation over a simulation whose forces
-//! are derivatives themselves.
-
-use std::marker::PhantomData;
+//! Steers a charged particle to the origin: minimises over a simulation whose forces are derivatives.
 
 use autodiff::{Mask, Real};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-use super::descent::{Forward, Mode, Objective, Reverse, argmin};
-use super::work::{Error, Prepared, read, work};
+use super::descent::{Mode, Objective, argmin};
+use super::work::{Prepared, read, work};
 
 #[derive(Deserialize)]
 struct Input {
@@ -33,17 +30,17 @@ impl Objective for Potential {
     }
 }
 
-/// The squared distance from the origin at which the particle crosses the line `y = 0`; forces are
-/// derivatives in the mode `M`.
-struct Miss<M>(PhantomData<M>);
+/// The squared distance from the origin at which the particle crosses the line `y = 0`. Forces are derivatives in
+/// the given mode.
+struct Miss(Mode);
 
-impl<M: Mode> Objective for Miss<M> {
+impl Objective for Miss {
     fn eval<R: Real>(&self, _: &[R], w: &[R]) -> R {
         let dt = R::lit(DT);
         let mut place = [R::zero(), R::lit(8.0)];
         let mut velocity = [R::lit(0.75), R::zero()];
         loop {
-            let slope = M::gradient(&Potential, w, &place);
+            let slope = self.0.gradient(&Potential, w, &place);
             for i in 0..2 {
                 place[i] += dt * velocity[i];
             }
@@ -60,17 +57,8 @@ impl<M: Mode> Objective for Miss<M> {
     }
 }
 
-fn particle<Outer: Mode, Inner: Mode>(w: f64) -> f64 {
-    argmin::<f64, Outer>(&Miss::<Inner>(PhantomData), &[], &[w])[0]
-}
-
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let Input { w } = read(input)?;
-    match function {
-        "rr" => work(move || particle::<Reverse, Reverse>(w)),
-        "ff" => work(move || particle::<Forward, Forward>(w)),
-        "fr" => work(move || particle::<Forward, Reverse>(w)),
-        "rf" => work(move || particle::<Reverse, Forward>(w)),
-        _ => Error::function(function),
-    }
+    let [outer, inner] = Mode::pair(function)?;
+    work(move || argmin(outer, &Miss(inner), &[], &[w])[0])
 }

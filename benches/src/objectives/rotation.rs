@@ -1,14 +1,14 @@
-//! Rotation by a vector: its direction the axis, its length the angle (Rodrigues).
+//! Rotation by a vector whose direction is the axis and whose length is the angle (Rodrigues).
 
 use autodiff::Real;
 
-/// `v` turned by the rotation vector `r`. Where `r` is exactly zero it is `v + r x v`, which has
-/// the right derivative there.
+/// Rotates `v` by the rotation vector `r`. If `r` is exactly zero, the result is `v + r x v`, which has the right
+/// derivative there.
 #[inline(always)]
 pub(super) fn rotate<R: Real>(r: [R; 3], v: [R; 3]) -> [R; 3] {
     let squared = dot(r, r);
     let at_zero = squared.less_equal(R::zero());
-    // Any other number in place of the zero: what follows is then not selected.
+    // Any number but zero, because the terms below are not selected then.
     let angle = R::select(at_zero, R::one(), squared).sqrt();
     let inverse = angle.recip();
     let axis = [r[0] * inverse, r[1] * inverse, r[2] * inverse];

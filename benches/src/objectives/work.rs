@@ -1,6 +1,6 @@
-//! What an objective offers, and how GradBench's functions of it are prepared.
+//! The interface of objectives, and the preparation of GradBench's functions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -28,36 +28,52 @@ pub trait Work {
     fn answer(&self) -> Value;
 }
 
-/// The function, or why the request is refused.
+/// A function, or the error of the request.
 pub type Prepared = Result<Box<dyn Work>, Error>;
 
-/// Why an input cannot be used.
+/// An error in a request or an input file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The module or function does not exist.
     #[error("unknown {0}")]
     Unknown(String),
-    /// The input is not in the format of the function.
+    /// The input does not have the format of the function.
     #[error("cannot read the input: {0}")]
     Input(#[from] serde_json::Error),
-    /// The parts of the input do not fit one another.
-    #[error("the input does not fit: {0}")]
+    /// The input has the wrong shape.
+    #[error("invalid input: {0}")]
     Shape(String),
-    /// The answer is infinite or NaN, which JSON does not have.
+    /// The answer is infinite or NaN, which JSON cannot represent.
     #[error("the answer is not finite")]
     NotFinite,
-    /// A file cannot be read, or it is not in its format.
+    /// The function panicked.
+    #[error("the function panicked")]
+    Panicked,
+    /// A file cannot be read or has the wrong format.
     #[error("{}: {what}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         what: String,
     },
 }
 
 impl Error {
+    /// An error about a file.
+    pub(crate) fn file(path: &Path) -> impl Fn(String) -> Self {
+        |what| Self::File {
+            path: path.to_owned(),
+            what,
+        }
+    }
+
+    /// Reads a text file.
+    pub(crate) fn read(path: &Path) -> Result<String, Self> {
+        std::fs::read_to_string(path).map_err(|error| Self::file(path)(error.to_string()))
+    }
+
     pub(super) fn function<T>(name: &str) -> Result<T, Self> {
         Err(Self::Unknown(format!("function '{name}'")))
     }
@@ -68,19 +84,19 @@ pub(super) fn read<T: DeserializeOwned>(input: &RawValue) -> Result<T, Error> {
     Ok(serde_json::from_str(input.get())?)
 }
 
-/// Refuses an input unless a condition holds.
+/// Returns an error unless a condition holds.
 pub(super) fn require(fits: bool, what: &str) -> Result<(), Error> {
     fits.then_some(())
         .ok_or_else(|| Error::Shape(what.to_owned()))
 }
 
-/// The rows of a matrix one after the other; all must have the same length.
+/// Concatenates the rows of a matrix, which must all have `columns` entries; `what` is the error otherwise.
 pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<f64>, Error> {
     require(rows.iter().all(|row| row.len() == columns), what)?;
     Ok(rows.concat())
 }
 
-/// A function, as what it does to a state, which holds its answer.
+/// A function that changes a state, which holds its answer.
 struct Function<S> {
     state: S,
     run: Box<dyn FnMut(&mut S)>,
@@ -97,7 +113,7 @@ impl<S> Work for Function<S> {
     }
 }
 
-/// Work that a closure does.
+/// A function that runs a closure.
 pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
     Ok(Box::new(Function {
         state: None,
@@ -106,7 +122,7 @@ pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'sta
     }))
 }
 
-/// The functions `objective` and `jacobian` of a problem, which reply with these answers.
+/// The functions `objective` and `jacobian` of a problem, with the answers that they reply with.
 pub(super) fn functions<P: Problem + 'static>(
     function: &str,
     problem: P,

@@ -1,12 +1,13 @@
-//! ADBench's cases against their reference answers, within the tolerances stated there; once as ADBench's
-//! instances and once through GradBench's protocol.
+//! Compares ADBench cases with their reference answers, within the tolerances of the references: as ADBench instances
+//! and through GradBench's protocol.
 
 use std::path::{Path, PathBuf};
 
 use benches::adbench::{cases, gap, input};
 use serde_json::{Value, json};
 
-use crate::driver::{answer, assert_close};
+use crate::driver::{agrees, answer, assert_close};
+use crate::naive::{gradient, numbers};
 
 /// The project's own cases, or those of `ADBENCH_DIR`.
 fn folder() -> PathBuf {
@@ -46,35 +47,24 @@ fn case(module: &str, name: &str) -> [Value; 2] {
 #[test]
 fn lstm() {
     let [input, reference] = case("lstm", "lstm_l2_c1024");
-    assert_close(
-        "lstm",
-        &answer("lstm", "objective", &input),
-        &reference["objective"],
-    );
-    assert_close(
-        "lstm",
-        &answer("lstm", "jacobian", &input),
-        &reference["gradient"],
-    );
+    agrees("lstm", "objective", &input, &reference["objective"]);
+    agrees("lstm", "jacobian", &input, &reference["gradient"]);
 }
 
 #[test]
 fn ba() {
     let [input, reference] = case("ba", "ba_test");
-    let numbers = |value: &Value| -> Vec<f64> {
-        serde_json::from_value(value.clone()).expect("a list of numbers")
-    };
     let (errors, weights) = (&reference["reproj_err"], &reference["w_err"]);
     let right = json!({
         "reproj_error": { "elements": [errors[0], errors[1]], "repeated": input["p"] },
         "w_err": { "element": weights[0], "repeated": input["p"] },
     });
-    assert_close("ba", &answer("ba", "objective", &input), &right);
+    agrees("ba", "objective", &input, &right);
     let ends = |list: &[f64]| [&list[..30.min(list.len())], &list[list.len() - 1..]].concat();
     let lists = ["rows", "cols", "vals"].map(|name| numbers(&reference["jacobian"][name]));
     let [rows, cols, vals] = lists.each_ref().map(|list| ends(list));
     let right = json!({ "rows": rows, "cols": cols, "vals": vals });
-    assert_close("ba", &answer("ba", "jacobian", &input), &right);
+    agrees("ba", "jacobian", &input, &right);
     // A single observation has its two rows of fifteen columns, and one of the weight.
     let mut single = input;
     for count in ["n", "m", "p"] {
@@ -82,9 +72,26 @@ fn ba() {
     }
     let columns = || 0..15;
     let cols: Vec<usize> = columns().chain(columns()).chain([14]).collect();
-    let cols = [&cols[..30], &[14]].concat();
     let right = json!({ "rows": [0, 15, 30, 31, 31], "cols": cols, "vals": vals });
-    assert_close("ba", &answer("ba", "jacobian", &single), &right);
+    agrees("ba", "jacobian", &single, &right);
+    // The derivative without any rotation is that of finite differences.
+    let inputs = ["cam", "x", "w"]
+        .map(|name| numbers(&single[name]))
+        .concat();
+    let unrotated = [&[0.0; 3], &inputs[3..]].concat();
+    let at = |x: &[f64]| {
+        let mut input = single.clone();
+        (input["cam"], input["x"], input["w"]) = (json!(x[..11]), json!(x[11..14]), json!(x[14]));
+        input
+    };
+    let jacobian = numbers(&answer("ba", "jacobian", &at(&unrotated))["vals"]);
+    let rows = [0, 1].map(|row| {
+        let element = |input: &Value| {
+            answer("ba", "objective", input)["reproj_error"]["elements"][row].as_f64()
+        };
+        gradient(|x| element(&at(x)).expect("a number"), &unrotated)
+    });
+    assert_close("ba", &json!(jacobian[..30]), &json!(rows.concat()));
 }
 
 #[test]

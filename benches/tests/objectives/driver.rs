@@ -1,22 +1,23 @@
-//! The other side of the protocol.
+//! Drives the tool through its protocol.
 
 use benches::distance::distance;
-use benches::gradbench::protocol::serve;
+use benches::gradbench::serve;
 use serde_json::{Value, json};
 
-/// How far an answer may be from the right one, in the relative 2-norm: what GradBench accepts would pass
-/// wrong derivatives, and the answers of its tools agree to about 1e-12.
-pub(crate) const TOLERANCE: f64 = 1e-7;
+/// The allowed relative distance in the 2-norm. GradBench's own tolerance would accept wrong derivatives; the
+/// answers of its tools agree to about 1e-12.
+const TOLERANCE: f64 = 1e-7;
 
+#[track_caller]
 pub(crate) fn assert_close(what: &str, answer: &Value, right: &Value) {
     let distance = distance(answer, right);
     assert!(distance <= TOLERANCE, "{what} is off by {distance:e}");
 }
 
 /// The replies to lines.
-pub(crate) fn replies(lines: &str) -> Vec<Value> {
+pub(crate) fn replies(lines: &[u8]) -> Vec<Value> {
     let mut replies = Vec::new();
-    serve(lines.as_bytes(), &mut replies).expect("memory can be written");
+    serve(lines, &mut replies).expect("memory can be written");
     let replies = String::from_utf8(replies).expect("replies are text");
     let parse = |line| serde_json::from_str(line).expect("a reply is JSON");
     replies.lines().map(parse).collect()
@@ -29,9 +30,15 @@ pub(crate) fn request(module: &str, function: &str, input: &Value) -> Value {
 
 /// The only reply to a message.
 pub(crate) fn reply(message: &Value) -> Value {
-    let mut replies = replies(&format!("{message}\n"));
+    let mut replies = replies(format!("{message}\n").as_bytes());
     assert_eq!(replies.len(), 1, "a line has one reply");
     replies.remove(0)
+}
+
+/// Asserts that the answer of a function is close to the right one.
+#[track_caller]
+pub(crate) fn agrees(module: &str, function: &str, input: &Value, right: &Value) {
+    assert_close(module, &answer(module, function, input), right);
 }
 
 /// The answer of a function.

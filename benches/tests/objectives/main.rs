@@ -1,9 +1,9 @@
-//! The objectives against stored reference answers and against objectives that are written again, as
-//! plainly as can be, and differentiated in forward mode. The tool of GradBench is driven as GradBench
-//! drives it.
+//! Compares the objectives with stored reference answers and with a second, plain implementation that is
+//! differentiated by finite differences. The GradBench tool is driven as GradBench drives it.
 
 mod adbench;
 mod answers;
+mod draw;
 mod driver;
 mod naive;
 mod session;

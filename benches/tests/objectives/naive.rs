@@ -1,4 +1,4 @@
-//! The objectives once more, number by number, and derivatives by differences.
+//! A second, plain implementation of the objectives, and derivatives by finite differences.
 
 use serde_json::Value;
 
@@ -10,9 +10,9 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-/// The gradient by differences of fourth order.
+/// The gradient by finite differences of fourth order.
 pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
-    /// Roundings are about 1e-16 / STEP, and the error of the formula is STEP^4.
+    /// Rounding errors are about 1e-16 / STEP; the truncation error is STEP^4.
     const STEP: f64 = 1e-3;
     let mut at = x.to_vec();
     let mut partial = |i: usize| {
@@ -28,7 +28,7 @@ pub(crate) fn gradient(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     (0..x.len()).map(&mut partial).collect()
 }
 
-/// The gradient by the diagonal of the Hessian, for a function that is quadratic within 0.1.
+/// The gradient divided by the diagonal of the Hessian, for a function that is quadratic within 0.1.
 pub(crate) fn newton(f: impl Fn(&[f64]) -> f64, x: &[f64]) -> Vec<f64> {
     const STEP: f64 = 0.1;
     let quotient = |i: usize| {
@@ -54,7 +54,7 @@ pub(crate) fn least_squares(n: usize, x: &[f64]) -> f64 {
     (0..n).map(square).sum::<f64>() / 2.0
 }
 
-/// By elimination.
+/// The determinant, by Gaussian elimination.
 pub(crate) fn determinant(ell: usize, x: &[f64]) -> f64 {
     let mut rows: Vec<Vec<f64>> = x.chunks(ell).map(Vec::from).collect();
     let mut determinant = 1.0;
@@ -76,7 +76,7 @@ pub(crate) fn determinant(ell: usize, x: &[f64]) -> f64 {
     determinant
 }
 
-/// All of `y` after so many steps.
+/// All of `y` after the given number of steps.
 pub(crate) fn ode(steps: usize, x: &[f64]) -> Vec<f64> {
     let h = 2.0 / steps as f64;
     let slope = |y: &[f64]| -> Vec<f64> {
@@ -112,16 +112,7 @@ pub(crate) fn kmeans(points: &[Vec<f64>], centroids: &[f64]) -> f64 {
     points.iter().map(least).sum()
 }
 
-/// The logarithm of the gamma function at half of a whole number.
-fn log_gamma_of_half(twice: usize) -> f64 {
-    match twice {
-        1 => 0.5 * std::f64::consts::PI.ln(),
-        2 => 0.0,
-        _ => (0.5 * twice as f64 - 1.0).ln() + log_gamma_of_half(twice - 2),
-    }
-}
-
-/// The mixture of an input at `alpha`, then per component `mu`, `q` and `l`.
+/// The log-likelihood of an input; `x` has `alpha`, then `mu`, `q` and `l` of each component.
 pub(crate) fn mixture(input: &Value, x: &[f64]) -> f64 {
     let [d, k, m] = ["d", "k", "m"].map(|name| input[name].as_u64().expect("a count") as usize);
     let (points, gamma) = (numbers(&input["x"]), numbers(&input["gamma"])[0]);
@@ -147,7 +138,9 @@ pub(crate) fn mixture(input: &Value, x: &[f64]) -> f64 {
         (densities.sum::<f64>() / weights).ln()
     };
     let nu = d + m + 1;
-    let gammas: f64 = (1..=d).map(|j| log_gamma_of_half(nu + 1 - j)).sum();
+    let gammas: f64 = (1..=d)
+        .map(|j| libm::lgamma(0.5 * (nu + 1 - j) as f64))
+        .sum();
     let log_gamma = 0.25 * (d * (d - 1)) as f64 * std::f64::consts::PI.ln() + gammas;
     let scale = (nu * d) as f64 * (gamma.ln() - 0.5 * 2_f64.ln()) - log_gamma;
     let prior = |component: &&[f64]| {

@@ -4,12 +4,12 @@ use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
 
-/// Replaces a file by a text.
+/// Writes a text to a file, replacing its content.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
     write_atomic(path, |file| file.write_all(text.as_bytes()))
 }
 
-/// Replaces files of a folder by texts, each with the name of its file, and gives their paths.
+/// Writes texts to files of a folder, each with its name, and returns the paths.
 pub(crate) fn write_texts<N: AsRef<Path>>(
     folder: &Path,
     texts: impl IntoIterator<Item = (N, String)>,

@@ -11,7 +11,7 @@ use cosmic::settings::within;
 use cosmic_program::Program;
 
 cosmic::settings! {
-    /// Ground of mud: it slows down whatever touches it.
+    /// Muddy ground, which slows down every node that touches it.
     struct Mud<R> {
         /// Rate at which a velocity along the ground decays.
         rate: R = 500.0, allowed within(0.0, 1e5), unit "1/s", source "an example";

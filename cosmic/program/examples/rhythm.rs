@@ -1,4 +1,4 @@
-//! A policy: every bar has a rhythm of its own, and nothing of the robot is observed.
+//! A policy in open loop: every bar has its own rhythm.
 //!
 //! `cargo run --release -p cosmic-program --example rhythm -- optimize --iterations 8 --out runs/rhythm`
 

@@ -41,7 +41,7 @@ impl Law for Tendon {
 impl BarForce for Tendon {
     #[inline(always)]
     fn tension<R: Real>(tendon: &Tendon<R>, bar: Bar<R>) -> R {
-        // A void bar has almost no stiffness, so this factor is close to 0: there is no rubber beside it.
+        // A void bar has almost no stiffness, so this factor is close to 0 and it gets no rubber.
         let share = bar.stiffness / (bar.stiffness + R::lit(1.0));
         let change = bar.length - bar.rest_length;
         let slack = tendon.slack * bar.rest_length;

@@ -10,13 +10,13 @@ use std::num::NonZeroUsize;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// The most threads that are started: starting more takes longer than a run.
+/// The maximum number of threads; starting more takes longer than a run.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
 /// Reads whole numbers of a range.
 ///
-/// An argument with such a reader also needs `allow_negative_numbers`, or clap takes the -1 of
-/// `--seed -1` for an option.
+/// An argument with this reader also needs `allow_negative_numbers`, because otherwise clap takes the -1 of `--seed -1`
+/// for an option.
 pub(super) fn whole<T>(
     allowed: RangeInclusive<T>,
 ) -> impl Fn(&str) -> std::result::Result<T, String> + Clone
@@ -35,7 +35,7 @@ pub(super) fn seed(text: &str) -> std::result::Result<u64, String> {
     whole(0..=u64::MAX)(text)
 }
 
-/// Reads a count of things of which there is at least one.
+/// Reads a count of 1 or more.
 pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     let expected = |_| "expected a whole number, 1 or more".to_owned();
     text.parse().map_err(expected)
@@ -58,10 +58,10 @@ fn threads(text: &str) -> std::result::Result<NonZeroUsize, String> {
     whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
 }
 
-/// Settings in place of a scene's own.
+/// Changes of a scene's settings.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Settings {
-    /// Change a key of the scene, as in `--set physics.gravity=3.7`; repeatable
+    /// Change a key of the scene, as in `--set physics.gravity=3.7`; can be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
 }
@@ -77,7 +77,7 @@ impl Settings {
         scene.set(&self.set)
     }
 
-    /// Refuses settings where there is no scene that they could change.
+    /// Refuses settings when there is no scene to change.
     pub(super) fn refuse(&self, reason: &str) -> Result<()> {
         match self.set.first() {
             None => Ok(()),
@@ -86,10 +86,10 @@ impl Settings {
     }
 }
 
-/// How a command speaks.
+/// The output of a command.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Output {
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(long, short)]
     pub(super) quiet: bool,
     /// Write JSON to standard output
@@ -97,13 +97,13 @@ pub(super) struct Output {
     pub(super) json: bool,
 }
 
-/// How a command that simulates for long works and speaks.
+/// The threads and the output of a command that simulates for a long time.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Work {
     /// Number of threads, at most 1024 [default: one per core]; the results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(super) threads: Option<NonZeroUsize>,
-    /// How the command speaks.
+    /// The output of the command.
     #[command(flatten)]
     pub(super) output: Output,
 }

@@ -8,16 +8,16 @@ use cosmic::record::files::write_atomic;
 use cosmic_lab::report::Comparison;
 use std::path::PathBuf;
 
-/// Show the summaries of finished runs side by side, and with --out the robots walking
+/// Compare the summaries of finished runs; with --out, show their robots walking
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The runs' folders
+    /// The folders of the runs
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Write a page of HTML to this file as well: the robots in lanes on one ground, and the table
+    /// Also write an HTML page to this file, with the table and the robots walking side by side
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write JSON to standard output: each run's folder and its summary
+    /// Write JSON to standard output: the folder and the summary of each run
     #[arg(long)]
     json: bool,
 }

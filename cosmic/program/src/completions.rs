@@ -5,10 +5,10 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 use cosmic::error::Result;
 
-/// Print a script that completes this program's commands
+/// Print a completion script for a shell
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The shell to write for
+    /// The shell
     shell: Shell,
 }
 

@@ -10,7 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
 
-/// The file in which a divergence is kept.
+/// The file for the last states of a diverged simulation.
 const DIVERGED: &str = "diverged.json";
 
 /// Simulate one robot and print the results as JSON
@@ -25,14 +25,13 @@ pub(super) struct Arguments {
     file: String,
     #[command(flatten)]
     settings: Settings,
-    /// Add the exact gradients
+    /// Also compute the exact gradients
     #[arg(long)]
     gradient: bool,
-    /// Steps whose states are written [default: the steps that the file lists, else 0, 1, 2, 3 and
-    /// the last]
+    /// Write the states of these steps [default: the steps listed in the file, or 0, 1, 2, 3 and the last]
     #[arg(long, value_name = "STEPS", value_delimiter = ',')]
     record: Vec<usize>,
-    /// Write to this file in place of standard output
+    /// Write to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -50,15 +49,14 @@ impl Arguments {
         self.judge(&case, &results)
     }
 
-    /// Refuses the one name under which results would not last.
+    /// Refuses the name that a divergence would overwrite.
     fn check_out(&self) -> Result<()> {
         let name = self.out.as_deref().and_then(Path::file_name);
         if !name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "--out: {DIVERGED} is where the last states go of a robot that flies apart; the \
-             results take any other name"
+            "--out: {DIVERGED} is reserved for the last states of a diverged simulation; use another name"
         )))
     }
 
@@ -84,7 +82,7 @@ impl Arguments {
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
             Ok(()) => note(&see_again(&path)),
             // The divergence matters more; the caller reports it.
-            Err(error) => note(&format!("the last states are lost: {error}")),
+            Err(error) => note(&format!("the last states could not be written: {error}")),
         }
         Err(Error::from(divergence))
     }

@@ -20,8 +20,8 @@ use serde_json::{Value, json};
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
-    /// Measure microseconds per step over 4096 steps, or as many as the rollout has: processor time
-    /// of this thread, the least of several repeats
+    /// Measure microseconds per step over 4096 steps, or all steps of a shorter rollout: processor time of this
+    /// thread, the minimum of several repeats
     #[arg(long)]
     measure: bool,
     /// Write JSON
@@ -60,14 +60,14 @@ impl Arguments {
     }
 }
 
-/// Time steps, s, below which the starting design at rest does not ring.
+/// The largest stable time steps of the starting design at rest, s.
 #[derive(Serialize)]
 struct StableStep {
-    /// From the largest frequency itself.
+    /// From the largest frequency.
     exact: f64,
-    /// From a bound on it that is cheap and safe.
+    /// From a cheap upper bound on the frequency.
     bound: f64,
-    /// From a bound on the frequencies of every design of the lattice.
+    /// From an upper bound on the frequencies of all designs of the lattice.
     any_design: f64,
     /// Largest angular frequency, 1/s.
     largest_frequency: f64,
@@ -90,7 +90,7 @@ impl StableStep {
         let [exact, bound, any_design] =
             [self.exact, self.bound, self.any_design].map(|dt| rounded_down(dt, 4));
         format!(
-            "below {exact} s ({bound} s by the safe bound, {any_design} s whatever the design), \
+            "below {exact} s ({bound} s by the safe bound, {any_design} s for any design), \
              largest frequency {:.2} 1/s; this step is {:.0} % of it",
             self.largest_frequency,
             100.0 * dt / self.exact
@@ -178,7 +178,7 @@ fn contact_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// A sentence as part of another.
+/// A sentence as part of another sentence.
 fn within_a_sentence(sentence: &str) -> String {
     let mut rest = sentence.trim_end_matches('.').chars();
     let first = rest.next().map(|c| c.to_lowercase().to_string());
@@ -196,7 +196,7 @@ fn integrator_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// The terms: first those that a step computes, then those that it leaves out.
+/// The terms that a step computes, then the terms that it skips.
 fn plan_text(plan: &Plan) -> String {
     let row = |term: &Term| {
         let percent = 100.0 * term.share.unwrap_or(f64::NAN);
@@ -212,10 +212,10 @@ fn plan_text(plan: &Plan) -> String {
         terms.map(row).collect()
     };
     let measured = plan.step.map_or(String::new(), |step| {
-        format!(" ({step:.3} us; a term costs what leaving it out saves)")
+        format!(" ({step:.3} us; the cost of a term is the time saved without it)")
     });
     format!(
-        "  computed in every step{measured}\n{}  left out of it\n{}",
+        "  computed in every step{measured}\n{}  left out\n{}",
         rows(true),
         rows(false)
     )
@@ -272,7 +272,7 @@ fn speed_text(speed: &Speed) -> String {
     )
 }
 
-/// Times are microseconds a step.
+/// Times are in microseconds per step.
 fn speed_json(speed: &Speed) -> Value {
     let time = |key: &str| speed.time(key);
     let mut value = json!({

@@ -17,22 +17,22 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
-    /// The folder of a finished run; for `--mujoco` also a design.json, a scene or a reference case
+    /// The folder of a finished run; with `--mujoco` also a design.json, a scene or a reference case
     #[arg(value_name = "RUN")]
     run: String,
-    /// A model for the simulator MuJoCo, its controller, and a program in Python that walks it
+    /// Write a model for the simulator MuJoCo, its controller, and a Python program that runs them
     #[arg(long, group = "kind")]
     mujoco: bool,
-    /// bars.csv and nodes.csv: ends, rest lengths, materials, strokes, peak forces, masses
+    /// Write bars.csv and nodes.csv: ends, rest lengths, materials, strokes, peak forces, masses
     #[arg(long, group = "kind")]
     csv: bool,
-    /// pattern.svg: the bars as strips of plate with holes, layer by layer, to scale
+    /// Write pattern.svg: the bars as strips of plate with holes, layer by layer, to scale
     #[arg(long, group = "kind")]
     svg: bool,
-    /// pattern.dxf: the same pattern
+    /// Write pattern.dxf: the same pattern
     #[arg(long, group = "kind")]
     dxf: bool,
-    /// robot.stl, skeleton.stl and actuators.stl: struts and joints; solid.csv: what they weigh
+    /// Write robot.stl, skeleton.stl and actuators.stl: struts and joints; and solid.csv with their masses
     #[arg(long, group = "kind")]
     stl: bool,
     /// Folder for the files [default: `export` beside design.json]
@@ -52,19 +52,19 @@ pub(super) struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sizes for the workshop")]
 struct Sizes {
-    /// Width of a bar of the pattern, mm
+    /// Width of the bars of the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 12.0, value_parser = size, allow_negative_numbers = true)]
     width: f64,
-    /// Diameter of the pattern's holes at the nodes, mm
+    /// Diameter of the holes at the nodes of the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 4.0, value_parser = size, allow_negative_numbers = true)]
     hole: f64,
-    /// Thickness of the plate that the pattern is cut from, mm
+    /// Thickness of the plate for the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
     thickness: f64,
-    /// Least distance of bars in one layer of the pattern or one plane of the solid, mm
+    /// Minimum distance of bars in a layer of the pattern or a plane of the solid, mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = size, allow_negative_numbers = true)]
     gap: f64,
-    /// Radius of the solid's skeleton struts, mm; that of actuators follows from the line densities
+    /// Radius of the skeleton struts of the solid, mm; the radius of actuators follows from the line densities
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
     radius: f64,
 }
@@ -112,14 +112,15 @@ impl Arguments {
     ) -> Result<Vec<ExportFile>> {
         if !self.settings.set.is_empty() {
             return Err(Error::Usage(
-                "--set is for --mujoco: files for the workshop are of the run as it is".into(),
+                "--set works only with --mujoco: files for the workshop describe the finished run"
+                    .into(),
             ));
         }
         let run = &RunFiles::read(Path::new(&self.run), registry)?;
         if run.robot.design.design().layout().is_none() {
             note(
-                "warning: the design is not decided; each edge is taken to be what it is most of, \
-                 and so it is not the robot of the trajectory",
+                "warning: the design is undecided; every edge gets its largest material, so this is not the \
+                 robot of the trajectory",
             );
         }
         if let Some(says) = run

@@ -9,19 +9,19 @@ use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic_lab::verify::check_gradients;
 
-/// Check the program's own gradient against finite differences and forward mode
+/// Compare the gradient with finite differences and forward mode
 ///
-/// The loss is the scene's. A design has the scene beside it. For a reference case the loss is the
-/// payload's displacement after the last step.
+/// The loss is that of the scene, or of the scene beside a design. For a reference case it is the displacement of the
+/// payload after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
-    /// The most steps of the rollout that is checked; a robot's motion is chaotic, and over
-    /// thousands of steps finite differences mean nothing
+    /// Maximum number of steps of the rollout. The motion is chaotic, so finite differences are meaningless over
+    /// thousands of steps
     #[arg(long, value_name = "N", default_value_t = 256)]
     steps: usize,
-    /// Random directions in each group of parameters
+    /// Number of random directions in each group of parameters
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = whole(1..=u16::MAX), allow_negative_numbers = true)]
     directions: u16,
     /// Seed of the random directions
@@ -39,7 +39,7 @@ impl Arguments {
         let options = Options {
             directions: self.directions.into(),
             seed: self.seed,
-            // A node that grazes the ground has slopes that hold for less than a nanometre.
+            // Near contact, a slope is valid over less than a nanometre.
             smallest_step: 1e-12,
             ..Options::default()
         };
@@ -47,8 +47,8 @@ impl Arguments {
         let (name, steps) = (&self.robot.source, check.steps);
         let of = scene.map_or("the displacement", |_| "its scene's loss");
         print(&format!(
-            "gradient of {name} over {steps} steps, of {of} (over thousands of steps of a chaotic \
-             motion finite differences mean nothing)\n{check}\n"
+            "gradient of {name} over {steps} steps, of {of} (the motion is chaotic: over thousands of steps \
+             finite differences are meaningless)\n{check}\n"
         ))?;
         let failures = check.failures();
         if failures.is_empty() {

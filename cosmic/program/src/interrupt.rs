@@ -5,7 +5,7 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The user's wish that the run stops.
+/// True once the user has asked the run to stop.
 #[derive(Clone, Debug)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
@@ -13,7 +13,7 @@ impl Interrupt {
     /// Starts to listen.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the system has no place for the listener.
+    /// [`Error::Usage`] if the signal handler cannot be installed.
     pub(super) fn listen() -> Result<Self> {
         let asked = Arc::new(AtomicBool::new(false));
         let heard = Arc::clone(&asked);
@@ -24,7 +24,7 @@ impl Interrupt {
             }
         };
         ctrlc::set_handler(on_signal)
-            .map_err(|error| Error::Usage(format!("cannot listen for signals: {error}")))?;
+            .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))?;
         Ok(Self(asked))
     }
 

@@ -1,6 +1,6 @@
-//! The command line: one file a command, each a struct of arguments with a `run`.
+//! The command line: one file per command, each with a struct of arguments and a method `run`.
 //!
-//! The order of the modules is the architecture: each uses only those above it.
+//! The order of the modules is the architecture: each module uses only those above it.
 
 mod arguments;
 mod output;
@@ -35,7 +35,7 @@ use output::{complain, written};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Co-design of truss-lattice robots: structure, material and neural control optimised together.
+/// Designs truss robots: optimises structure, material and neural control together.
 #[derive(Debug, Parser)]
 #[command(name = "cosmic", version, arg_required_else_help = true)]
 struct Cli {
@@ -97,7 +97,7 @@ fn command(registry: &Registry) -> clap::Command {
     })
 }
 
-/// The program, with what its author adds to it.
+/// The program, with additions of its author.
 ///
 /// ```no_run
 /// use autodiff::Real;
@@ -105,7 +105,7 @@ fn command(registry: &Registry) -> clap::Command {
 /// use cosmic::laws::{Contact, Impact, Law, contact};
 ///
 /// cosmic::settings! {
-///     /// A node leaves the ground as fast as it meets it.
+///     /// A node leaves the ground as fast as it hits it.
 ///     struct Trampoline {}
 /// }
 ///
@@ -173,7 +173,7 @@ impl Program {
         Self(self.0.with_lattice(name, truss))
     }
 
-    /// Adds a scene with a name, from its TOML. The last one added is what an omitted scene means.
+    /// Adds a scene with a name, from its TOML. The last added scene is the default scene.
     ///
     /// # Panics
     /// As [`Registry::with_scene`].
@@ -182,7 +182,7 @@ impl Program {
         Self(self.0.with_scene(name, text))
     }
 
-    /// Runs the command that the process was started with. The exit code is 0, or the error's own
+    /// Runs the command of the command line. The exit code is 0, or that of the error
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
         self.run_with(std::env::args_os())

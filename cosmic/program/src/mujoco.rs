@@ -1,29 +1,29 @@
-//! The options of a model for MuJoCo.
+//! The options of `export --mujoco`.
 
 use crate::arguments::{number, whole};
 use clap::Args;
 use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
 
-/// Settings of MuJoCo that a scene does not have. The distance does not hang on their defaults.
+/// Settings of MuJoCo that scenes do not have. The distance is insensitive to their defaults.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Options of --mujoco")]
 pub(super) struct MujocoOptions {
-    /// Coefficient of friction, at most 5 [default: the scene's, 5 where that is more or nothing slips]
+    /// Coefficient of friction, at most 5 [default: that of the scene, or 5 if it is larger or infinite]
     #[arg(long, value_name = "MU", value_parser = above_zero(MOST_FRICTION), allow_negative_numbers = true)]
     friction: Option<f64>,
-    /// Mechanical steps for each of the controller, not fewer than the scene's
+    /// Mechanical steps per step of the controller, at least as many as in the scene
     #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().substeps, value_parser = whole(1..=64_usize), allow_negative_numbers = true)]
     substeps: usize,
-    /// Time constant of a contact, s, not shorter than two mechanical steps
+    /// Time constant of contacts in s, at least two mechanical steps
     #[arg(long, value_name = "S", default_value_t = MujocoSettings::default().contact_time, value_parser = above_zero(1.0), allow_negative_numbers = true)]
     contact_time: f64,
-    /// Ratio of frictional to normal impedance: a small one creeps
+    /// Ratio of frictional to normal impedance; with a small ratio contacts creep
     #[arg(long, value_name = "R", default_value_t = MujocoSettings::default().impedance_ratio, value_parser = above_zero(1e6), allow_negative_numbers = true)]
     impedance_ratio: f64,
-    /// The most iterations of the solver in a step
+    /// Maximum number of solver iterations per step
     #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().iterations, value_parser = whole(1..=10_000_usize), allow_negative_numbers = true)]
     solver_iterations: usize,
-    /// The tolerance at which the solver ends a step
+    /// Tolerance of the solver
     #[arg(long, value_name = "T", default_value_t = MujocoSettings::default().tolerance, value_parser = above_zero(1.0), allow_negative_numbers = true)]
     solver_tolerance: f64,
 }

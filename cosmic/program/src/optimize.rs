@@ -15,37 +15,34 @@ use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Co-design a robot: structure, material and controller together, by the paper's algorithm 1
+/// Design a robot and its controller together, with algorithm 1 of the paper
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene or a TOML file [default: earth, with --from the scene beside that
-    /// design]
+    /// A built-in scene or a TOML file [default: earth; with --from, the scene beside that design]
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
     #[command(flatten)]
     settings: Settings,
-    /// Try this many seeds, from --seed on, and keep the best
+    /// Try this many seeds, starting with --seed, and keep the best robot
     #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
     starts: NonZeroUsize,
-    /// Carry out all starts, or drop weak starts on the way as the scene's [search] says
+    /// full: finish all starts; halving: drop weak starts early, as set in [search] of the scene
     #[arg(long, default_value = "full", value_parser = search())]
     search: Search,
-    /// Begin with the robot of a run's folder or of a design.json; a design of one material per edge
-    /// enters after the snap, for the fine-tuning that is left
+    /// Start with the robot of a run's folder or of a design.json. If every edge already has one material, the run
+    /// starts after the snap and only fine-tunes
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
     from: Option<PathBuf>,
-    /// Stop after this many iterations; the phases stay where they are
+    /// Stop after this many iterations, without rescaling the phases
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
-    /// Go on although the time step is unstable for the robot (as unstable_step = "warn" in the
-    /// scene)
+    /// Continue even if the time step is unstable for the robot (like unstable_step = "warn" in the scene)
     #[arg(long)]
     allow_unstable: bool,
     /// Seed of the random generator
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Folder for the results, new or empty [default: runs/SCENE-SEED, with --from NAME and no
-    /// SCENE runs/NAME-on]
+    /// New or empty folder for the results [default: runs/SCENE-SEED; with --from NAME and no SCENE, runs/NAME-on]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -99,7 +96,7 @@ impl Arguments {
         };
         if plan.search == Search::Halving && plan.starts.get() == 1 {
             return Err(Error::Usage(
-                "--search halving drops the weak ones of several starts: add --starts N".into(),
+                "`--search halving` needs several starts: add --starts N".into(),
             ));
         }
         let default = || Path::new("runs").join(self.folder_name(&plan));
@@ -122,7 +119,7 @@ impl Arguments {
         .map_err(|error| self.with_place(error, &origin.source, registry))
     }
 
-    /// The scene that is named, else the one beside the design of `--from`, else the default.
+    /// The given scene, or the one beside the design of `--from`, or the default.
     fn origin(&self, registry: &Registry) -> Result<Origin> {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
@@ -144,8 +141,7 @@ impl Arguments {
         })
     }
 
-    /// The default name of the run's folder, after the scene and the seed. A run that goes on from
-    /// another in its scene has a name after that run.
+    /// The default name of the run's folder: scene and seed, or the name of the run that `--from` continues.
     fn folder_name(&self, plan: &RunPlan) -> OsString {
         let Some(mut name) = self.folder_before().filter(|_| self.scene.is_none()) else {
             return format!("{}-{}", plan.name, plan.seed).into();
@@ -166,7 +162,7 @@ impl Arguments {
     /// An error about an unstable time step, with the place in the scene that sets the step.
     fn with_place(&self, mut error: Error, source: &str, registry: &Registry) -> Error {
         if let Error::UnstableStep { remedy, .. } = &mut error {
-            remedy.push_str(" or say --allow-unstable");
+            remedy.push_str(" or add --allow-unstable");
         }
         let Some(remedy) = error.remedy() else {
             return error;

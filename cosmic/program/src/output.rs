@@ -6,7 +6,7 @@ use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Shows an error. Some errors about files bring their own "error:".
+/// Shows an error. Some errors about files already contain "error:".
 pub(super) fn complain(error: &Error) {
     note(&format!("error: {}", error.within()));
 }
@@ -17,8 +17,7 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The outcome of writing to standard output. A reader that stops early (`cosmic scene default |
-/// head`) is no error.
+/// The result of writing to standard output. A reader that stops early (`cosmic scene default | head`) is not an error.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -30,11 +29,11 @@ pub(super) fn written(text: io::Result<()>) -> Result<()> {
 
 /// A line on standard error.
 pub(super) fn note(text: &str) {
-    // Nobody is left to tell if the terminal is gone.
+    // If the terminal is gone, there is nobody to tell.
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// A count with its noun, whose plural ends in s.
+/// A count with its noun, whose plural ends with s.
 pub(super) fn counted(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),
@@ -58,10 +57,10 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
 /// The place of the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
-    format!("the last states are in {file}; see it again with: cosmic evaluate {word}")
+    format!("the last states are in {file}; replay them with: cosmic evaluate {word}")
 }
 
-/// Paths as JSON texts; bytes that are no Unicode are replaced.
+/// Paths as JSON strings; bytes that are not Unicode are replaced.
 pub(super) fn in_json<P: AsRef<Path>>(paths: &[P]) -> Vec<String> {
     let shown = |path: &P| path.as_ref().display().to_string();
     paths.iter().map(shown).collect()
@@ -79,7 +78,7 @@ pub(super) fn print_as(json: bool, value: &impl serde::Serialize, text: &str) ->
     if json { print_json(value) } else { print(text) }
 }
 
-/// Writes a result as JSON or as text, as the user asked for; nothing with `--quiet`.
+/// Writes a result as JSON or as text, or nothing with `--quiet`.
 pub(super) fn answer(output: &Output, value: &impl serde::Serialize, text: &str) -> Result<()> {
     if output.quiet && !output.json {
         return Ok(());

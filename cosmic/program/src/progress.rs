@@ -1,4 +1,4 @@
-//! Progress of runs: a bar in a terminal, now and then a line in a pipe.
+//! Shows the progress of runs: bars in a terminal, occasional lines in a pipe.
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
@@ -13,14 +13,13 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Iterations from one line to the next where there is no bar.
+/// The number of iterations between two lines when there is no bar.
 const LINE_EVERY: usize = 10;
 
-/// Shows the runs at work on standard error, and passes on the user's wish to stop. Standard output is left
-/// to results.
+/// Shows the active runs on standard error and passes on the user's request to stop. Standard output is for results.
 pub(super) struct Progress {
     quiet: bool,
-    /// Hidden with `--quiet`, where there is no terminal, or one on which nothing can be drawn twice.
+    /// Hidden with `--quiet` and without a terminal that can redraw lines.
     bars: MultiProgress,
     interrupt: Interrupt,
     /// The lines to show when the first run begins.
@@ -29,7 +28,7 @@ pub(super) struct Progress {
     runs: BTreeMap<u64, Shown>,
 }
 
-/// A run as it is shown.
+/// The display of a run.
 struct Shown {
     /// Its prefix is scene and seed, its length the number of the last iteration.
     bar: ProgressBar,
@@ -70,7 +69,7 @@ impl Shown {
         }
     }
 
-    /// Takes an iteration in; the line about it where there are no bars, now and then.
+    /// Shows an iteration. Returns a line about every tenth iteration, for output without bars.
     fn iteration(&mut self, record: &Record) -> Option<String> {
         self.displacement = record.displacement.or(self.displacement);
         self.skipped += record.skipped;
@@ -140,7 +139,7 @@ impl Observer for Progress {
     }
 }
 
-/// How fast this process works, for the time that is left.
+/// The speed of this process, for estimates of the remaining time.
 struct Pace {
     /// Iterations or runs that earlier processes did.
     before: usize,
@@ -155,14 +154,14 @@ impl Pace {
         }
     }
 
-    /// The time until `total` are done, where `done` are.
+    /// The remaining time when `done` of `total` are done.
     fn left(&self, done: usize, total: usize) -> String {
         let each = self.since.elapsed().as_secs_f64() / (done - self.before) as f64;
         clock(each * total.saturating_sub(done) as f64)
     }
 }
 
-/// Shows runs of which several are at work: a line each as it ends.
+/// Shows several simultaneous runs, with a line when each of them ends.
 pub(super) struct Many {
     quiet: bool,
     interrupt: Interrupt,
@@ -173,7 +172,7 @@ pub(super) struct Many {
 }
 
 impl Many {
-    /// For a plan of which `over` runs are over.
+    /// For a plan with `over` finished runs.
     pub(super) fn new<S>(
         output: &Output,
         interrupt: Interrupt,
@@ -234,7 +233,7 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
 }
 
 impl Drop for Shown {
-    /// Leaves the terminal to others, in the end to the result.
+    /// Clears the bar.
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
@@ -242,13 +241,13 @@ impl Drop for Shown {
 
 fn bar(title: String, done: u64, last: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix} [{bar:24}] {pos}/{len}  {msg}")
-        .expect("the template is one")
+        .expect("the template is valid")
         .progress_chars("=> ");
     let bar = ProgressBar::new(last).with_style(style);
     bar.with_position(done).with_prefix(title)
 }
 
-/// A duration as minutes and seconds, with hours before them where there are any.
+/// Formats a duration as minutes and seconds, with hours if there are any.
 fn clock(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);

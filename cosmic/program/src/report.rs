@@ -8,22 +8,22 @@ use cosmic::error::Result;
 use cosmic_lab::report::{self, Animations};
 use std::path::PathBuf;
 
-/// Draw a finished run, or a design alone: a page and pictures in its folder, of a run an animation
+/// Make a page, pictures and an animation of a finished run in its folder
 ///
-/// The animation is gait.gif, unless --mp4 alone asks for a film in its place. A design alone is a folder
-/// with design.json and scene.toml only, or a design's file with scene.toml beside it.
+/// The animation is gait.gif; with only --mp4 it is a film instead. RUN can also be a design without a run: a folder with
+/// only design.json and scene.toml, or a design file with scene.toml beside it. It gets no animation.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The run's folder, or a design's folder or file
+    /// The folder of the run, or the folder or file of a design
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Animate as GIF: 800 pixels wide, at most 250 pictures (the default)
+    /// Make an animated GIF, 800 pixels wide with at most 250 frames (the default)
     #[arg(long)]
     gif: bool,
-    /// Animate as a film, MP4, 1600 pixels wide; ffmpeg has to be on the path
+    /// Make an MP4 film, 1600 pixels wide; needs ffmpeg on the path
     #[arg(long)]
     mp4: bool,
-    /// Show as well, in evolution.gif or evolution.mp4, how the robot walks from the first iteration to the last
+    /// Also make evolution.gif or evolution.mp4: the robot walking, from the first iteration to the last
     #[arg(long)]
     evolution: bool,
     #[command(flatten)]

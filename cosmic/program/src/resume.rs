@@ -32,7 +32,7 @@ impl Arguments {
             resume(&self.run, registry, observer)
         });
         match done {
-            // The user was told when the run ended. There is nothing to do, and that is no error.
+            // The user already knows from the end of the run, so this is not an error.
             Err(Error::NoFigure(_)) if is_finished => Ok(()),
             done => done,
         }

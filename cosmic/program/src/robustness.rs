@@ -9,38 +9,38 @@ use cosmic::scene::RobustSettings;
 use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
 use std::path::PathBuf;
 
-/// Roll out finished designs with randomly drawn starts, friction, stiffness and masses
+/// Simulate finished designs with random starts, friction, stiffness and masses
 ///
-/// Every run meets the same draws.
+/// Every design gets the same random draws.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The runs' folders
+    /// The folders of the runs
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Draws
+    /// Number of random draws
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = whole(1..=u16::MAX), allow_negative_numbers = true)]
     samples: u16,
     /// Seed of the draws
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// How far a coordinate of the start is off at most, m
+    /// Maximum change of a coordinate at the start, m
     #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = up_to(1.0), allow_negative_numbers = true)]
     start: f64,
-    /// Share by which the coefficient of Coulomb friction is off at most
+    /// Maximum relative change of the coefficient of Coulomb friction
     #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = up_to(MOST), allow_negative_numbers = true)]
     friction: f64,
-    /// Share by which the stiffness of an edge is off at most
+    /// Maximum relative change of the stiffness of an edge
     #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = up_to(MOST), allow_negative_numbers = true)]
     stiffness: f64,
-    /// Share by which the mass of a node is off at most
+    /// Maximum relative change of the mass of a node
     #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = up_to(MOST), allow_negative_numbers = true)]
     mass: f64,
-    /// Try all designs in this scene, a built-in one or a TOML file, and not each in its own
+    /// Simulate all designs in this built-in scene or TOML file instead of their own scenes
     #[arg(long, value_name = "SCENE")]
     scene: Option<String>,
     #[command(flatten)]
     settings: Settings,
-    /// Write the results to this file as well: JSON, or a table where its name ends in .csv
+    /// Also write the results to this file, as JSON, or as a table if its name ends with .csv
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write JSON to standard output
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// The largest share by which a number may be off: a positive one stays positive.
+/// The largest relative change. Below 1, so that positive numbers stay positive.
 const MOST: f64 = 0.99;
 
 /// Reads a number from 0 to `most`.
@@ -87,7 +87,7 @@ impl Arguments {
     }
 }
 
-/// Says where nominal robots diverge, a line each.
+/// Returns an error with one line for each nominal robot that diverges.
 fn judge(runs: &[RobustRun]) -> Result<()> {
     let place = |run: &RobustRun| {
         let place = Error::from(run.divergence.as_ref()?);

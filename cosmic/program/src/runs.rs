@@ -79,11 +79,11 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     print(&describe(folder, summary))
 }
 
-/// A line each on how the bars hang together, what they bear, and what the clock alone does.
+/// One line each about the connections of the bars, their loads, and the robot in open loop.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.is_undecided() {
-        text += "bars and actuators: undecided, the run ended before every edge had one material\n";
+        text += "bars and actuators: undecided, because the run ended before every edge had one material\n";
     }
     if let Some(s) = summary.structure {
         let floppy = match s.floppy_modes {
@@ -104,7 +104,7 @@ fn robot(summary: &Summary) -> String {
         let Range { low, high } = loads.strains;
         text += &format!(
             "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
-             most; bars through one another {:.0} % of the time\n",
+             most; bars cross each other {:.0} % of the time\n",
             loads.strain.p99,
             loads.force.peak,
             loads.speed.peak,
@@ -116,7 +116,7 @@ fn robot(summary: &Summary) -> String {
         let keeps = summary.clock_keeps().map_or(String::new(), |kept| {
             format!(", which keeps {:.0} %", 100.0 * kept)
         });
-        text += &format!("without feedback, by the clock alone: {clock:.3} m{keeps}\n");
+        text += &format!("open loop, without feedback: {clock:.3} m{keeps}\n");
     }
     text
 }
@@ -147,7 +147,7 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     );
     text += &robot(summary);
     if let Some(entered) = summary.entered {
-        text += &format!("began after iteration {entered} with the robot in start.json\n");
+        text += &format!("started after iteration {entered} with the robot in start.json\n");
     }
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");

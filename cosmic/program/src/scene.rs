@@ -10,7 +10,7 @@ use cosmic::scene::{Builtin, Finding, Scene};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The seed of the start that a scene is checked with: that of `optimize`.
+/// The seed of the start that is checked: the default of `optimize`.
 const SEED: u64 = 0;
 
 /// List, show and check scenes
@@ -28,7 +28,7 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Print a scene complete, with every key and what it means
+    /// Print a complete scene, with all keys and comments
     Show {
         /// A built-in scene or a TOML file
         #[arg(value_name = "NAME")]
@@ -39,9 +39,10 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file: for an error, also one with which `optimize` would refuse to begin, print line,
-    /// column and the allowed values, and exit with 2; warn about settings that are probably a mistake or have
-    /// no effect
+    /// Check a scene file
+    ///
+    /// For an error, also one that only `optimize` would report, print the line, the column and the allowed values, and
+    /// exit with 2. Warn about settings that are probably a mistake or have no effect.
     Check {
         /// A TOML file
         #[arg(value_name = "FILE")]
@@ -51,8 +52,9 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Print the scene `earth` with all keys and comments, as a template for your own scene. `earth` also supplies
-    /// the keys that are missing in a scene file, unless the file names another `base`
+    /// Print the scene `earth` as a template for your own scenes
+    ///
+    /// `earth` also supplies the keys that are missing in a scene file, unless the file names another `base`.
     Default {
         /// Write JSON
         #[arg(long)]
@@ -108,7 +110,7 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
     ))
 }
 
-/// The error for a refusal, shown where the file or `--set` sets one of its keys.
+/// The error of a refusal, at the place where the file or `--set` sets one of its keys.
 fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);

@@ -14,7 +14,7 @@ use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
 
-/// The seed of the controller that a scene is tried out with.
+/// The seed of the controller when a scene has no trained one.
 const SEED: u64 = 0;
 
 /// A robot to roll out, and settings in place of its scene's.
@@ -41,12 +41,12 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads the robot that a name stands for: a built-in scene by its name, a run's folder by the
-    /// design in it, a file by its content. Every file is read once: a pipe has no second time.
+    /// Reads the robot of a built-in scene, of the design in a run's folder, or of a file, whose content decides how to
+    /// read it. Every file is read only once, because it may be a pipe.
     pub(super) fn read(name: &str, settings: &Settings, registry: &Registry) -> Result<Self> {
         let path = Path::new(name);
         let is_builtin = registry.scene(name).is_some();
-        // A name that is no file may be a misspelt scene: that reader has a hint.
+        // A name that is not a file may be a misspelt scene, for which that reader has a hint.
         if is_builtin || !is_json(path) && !path.exists() {
             return Self::of_scene(settings.load(name, registry)?);
         }
@@ -71,7 +71,7 @@ impl Source {
             }
             return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
         }
-        // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
+        // Without parsing: the reader of designs has a better error for a truncated design.
         let format = format_of(&text).unwrap_or_default();
         if format == design_file::FORMAT.name {
             return Self::of_design(path, bytes, settings, registry);
@@ -162,7 +162,7 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-/// Makes something of a design. An error about the design shows the place in its file.
+/// Applies `make` to a design. An error about the design shows the place in its file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);
@@ -188,7 +188,7 @@ fn read_design(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
     Ok((design, bytes))
 }
 
-/// The path of the design in a run's folder, or `path` itself where it is no folder.
+/// The path of the design in a run's folder, or `path` itself if it is not a folder.
 pub(super) fn design_of(path: &Path) -> PathBuf {
     if path.is_dir() {
         path.join(DESIGN)
@@ -201,7 +201,7 @@ fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|name| name == "json")
 }
 
-/// The name of a scene: that of its file without the extension, or its own.
+/// The name of a scene: its file name without the extension, or its built-in name.
 pub(super) fn name_of(scene: &Path) -> String {
     let name = scene.file_stem().unwrap_or(scene.as_os_str());
     name.to_string_lossy().into_owned()

@@ -12,34 +12,34 @@ use cosmic_lab::study::{Base, Study, StudyFile};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// The experiments of a data file: a table beside published numbers
+/// Do the experiments of a study file and compare their results with published numbers
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML file, or `paper`, `ablation`, `findings` or `transfer`
     #[arg(value_name = "FILE")]
     file: String,
-    /// Seeds per trial [default: the file's, else 16]
+    /// Seeds per trial [default: as in the file, or 16]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     seeds: Option<NonZeroUsize>,
     /// The first seed
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     first_seed: u64,
-    /// Folder for the results, without any or with those of fewer seeds [default: that of the runs]
+    /// Folder for the results; it may contain results of fewer seeds [default: the folder of the runs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Folder for the runs; an interrupted study goes on there [default: runs/study-NAME]
+    /// Folder for the runs, in which an interrupted study continues [default: runs/study-NAME]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
-    /// Freeze the plan in folder S and end; `sweep run S` does the runs, `study ... --runs S` the rest
+    /// Only write the plan into folder S; `sweep run S` then does the runs and `study ... --runs S` the rest
     #[arg(long, value_name = "S", conflicts_with_all = ["runs", "out", "threads"])]
     plan: Option<PathBuf>,
-    /// Stop every run after this many iterations, for a shortened trial of the study
+    /// Stop every run after this many iterations, to try the study quickly
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
-    /// A TOML file of settings under those of every built-in scene
+    /// A TOML file with settings for every built-in scene; the settings of the study override them
     #[arg(long, value_name = "FILE")]
     base: Option<PathBuf>,
-    /// A Python that has the packages mujoco and numpy, for a study with the key `mujoco`
+    /// A Python with the packages mujoco and numpy, for studies with the key `mujoco`
     #[arg(long, value_name = "PATH", default_value = "python3")]
     python: PathBuf,
     #[command(flatten)]

@@ -17,14 +17,13 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
-    /// Trajectories: error against run time, by integrator, time step and precision
+    /// Check trajectories: error against run time for each integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
-    /// Gradients: error, time and memory, by way and horizon
+    /// Check gradients: error, time and memory for each mode and horizon
     #[arg(long)]
     gradients: bool,
-    /// Stability: the time step beside those for which the design is stable, and stiff and extreme
-    /// robots
+    /// Check stability: the largest stable time steps of the design, and stiff and extreme robots
     #[arg(long)]
     stability: bool,
     /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
@@ -59,7 +58,7 @@ impl Arguments {
         sheet.judge()
     }
 
-    /// The parts asked for, or all of them.
+    /// The requested parts, or all parts.
     fn parts(&self) -> Vec<Part> {
         let parts: [(bool, Part); 3] = [
             (self.accuracy, accuracy),
@@ -72,7 +71,7 @@ impl Arguments {
     }
 }
 
-/// The size of the case, in a sentence.
+/// The size of the case in words.
 fn subject(case: &Case) -> String {
     let (lattice, physics) = (&case.lattice, &case.physics);
     format!(

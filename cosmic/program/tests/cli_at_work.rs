@@ -1,13 +1,13 @@
-//! Two processes and one run's folder: one works, the other is refused and does no harm.
+//! Two processes with one run's folder: one works, the other is refused and changes nothing.
 #![cfg(unix)]
 
 use crate::common::Bench;
 use crate::program::Told;
 use std::fs;
 
-/// Has intruders come for as long as the owner of a run is at work; both leave it unharmed.
+/// Other processes try to resume a run while its owner works. The run is not changed.
 fn besieged(options: &str) {
-    let bench = Bench::new(100, 512);
+    let bench = Bench::new(100, 256);
     let whole = bench.run("whole", options);
     assert!(whole.out.starts_with("run: whole\n"), "{whole:?}");
     let mut owner = bench.start(&format!("optimize tiny.toml --out a {options}"));
@@ -33,20 +33,20 @@ fn besieged(options: &str) {
 }
 
 #[test]
-fn a_run_is_one_process_s() {
+fn a_run_belongs_to_one_process() {
     besieged("");
 }
 
 #[test]
-fn several_starts_are_one_process_s() {
+fn several_starts_belong_to_one_process() {
     besieged("--starts 4");
 }
 
 #[test]
-fn of_two_that_begin_at_once_one_has_the_folder() {
+fn of_two_simultaneous_runs_one_gets_the_folder() {
     let bench = Bench::new(3, 32);
     for options in ["", "--starts 2"] {
-        for _ in 0..20 {
+        for _ in 0..8 {
             let both = [0, 7].map(|seed| {
                 let line = format!("optimize tiny.toml --out a --seed {seed} {options}");
                 bench.start(&line)

@@ -1,15 +1,15 @@
-//! `cosmic evaluate` of rollouts and gradients that are no numbers: what it says, writes and keeps.
+//! `cosmic evaluate` of rollouts and gradients that are not finite: messages and files.
 
 use crate::cli_evaluate::{evaluate, folder};
 use crate::common::Bench;
-use crate::program::Told;
+use crate::program::{Told, has};
 use serde_json::{Value, json};
 use std::fs;
 
-/// A small robot in steps that are far too long.
+/// A time step that is far too long.
 const WILD: &str = "dt = 0.5";
 
-/// The last line of a complaint.
+/// The last line on standard error.
 fn news(told: &Told) -> &str {
     told.error.lines().last().unwrap()
 }
@@ -28,9 +28,7 @@ fn a_divergence_is_told_kept_and_seen_again() {
     );
     let news_now = news(&told);
     assert!(news_now.starts_with("error: diverged in step "), "{told:?}");
-    for words in [": node ", " m, velocity ["] {
-        assert!(news_now.contains(words), "{told:?}");
-    }
+    has(&news_now, &[": node ", " m, velocity ["]);
     let json: Value = serde_json::from_str(&told.out).unwrap();
     assert!(json["results"]["l_disp"].is_null());
 
@@ -42,7 +40,7 @@ fn a_divergence_is_told_kept_and_seen_again() {
     assert!(states.contains_key(&kept["steps"].to_string()) && states.len() > 1);
 }
 
-/// The exact layout of a snapped design goes along.
+/// `diverged.json` keeps the exact layout of a snapped design.
 #[test]
 fn a_diverging_layout_is_seen_again() {
     let text = "base = \"stability\"\n[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
@@ -68,19 +66,19 @@ fn the_last_states_lie_beside_the_results() {
     assert!(exists("sub/diverged.json") && exists("sub/results.json"));
     assert!(!exists("diverged.json"));
 
-    let says = "error: --out: diverged.json is where the last states go";
+    let says = "error: --out: diverged.json is reserved for the last states";
     evaluate(&folder, "case.json --out diverged.json").fails(2, &[says]);
     assert!(!exists("diverged.json"));
     #[cfg(unix)]
     {
-        // Beside a device is no place for a file.
+        // No file can be written beside a device.
         evaluate(&folder, "case.json --out /dev/null").fails(3, &[]);
         assert!(exists("diverged.json"));
         assert!(!std::path::Path::new("/dev/diverged.json").exists());
     }
 }
 
-/// Every state is finite, and no derivative is: without damping small changes grow for ever.
+/// All states are finite but no derivative is: without damping small changes grow without bound.
 #[test]
 fn a_gradient_that_overflows_is_told_with_its_step() {
     let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");

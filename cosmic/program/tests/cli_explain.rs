@@ -1,14 +1,15 @@
-//! `cosmic explain` as a user meets it.
+//! `cosmic explain`.
 
 use crate::common::Bench;
+use crate::program::has;
 use cosmic::case::Case;
 use cosmic::scene::{Scene, VoidEdges};
 
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {
     let bench = Bench::default();
-    assert!(bench.cosmic("explain").ok().out.starts_with("earth\n"));
-    let told = bench.cosmic("explain stability").ok();
+    assert!(bench.ok("explain").out.starts_with("earth\n"));
+    let told = bench.ok("explain stability");
     assert!(told.out.starts_with("stability\n"), "{}", told.out);
     let words = [
         "36 nodes, 110 edges",
@@ -16,9 +17,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
         "infinite friction",
         "stable step",
     ];
-    for words in words {
-        assert!(told.out.contains(words), "no {words:?} in {}", told.out);
-    }
+    has(&told.out, &words);
     let json = bench.cosmic("explain coulomb --json").json();
     let rollout = &json["rollout"];
     assert_eq!(rollout["contact"], "coulomb");
@@ -28,7 +27,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
     assert_eq!(term("Coulomb friction")["kept"], true);
     assert_eq!(term("bending of bars")["kept"], false);
     let limit = |key: &str| rollout["stable_dt"][key].as_f64().unwrap();
-    // The scenes are stable with room to spare, and a bound is on the safe side.
+    // The scenes are stable with a margin, and the bound is conservative.
     assert!(limit("bound") > 0.002 && limit("bound") <= limit("exact"));
     assert!(json.get("measured").is_none());
 }
@@ -53,7 +52,7 @@ fn a_step_is_measured() {
     let errors = measured["f32_gradient_errors"].as_array().unwrap();
     let steps: Vec<_> = errors.iter().map(|e| e["steps"].as_u64()).collect();
     assert_eq!(steps, [Some(2048), Some(4096)]);
-    // Two computations that round differently; how far apart depends on the motion's chaos.
+    // Both computations round differently; the chaotic motion decides how far apart they get.
     assert!(errors.iter().all(|e| e["design"].as_f64() > Some(0.0)));
     let memory = &measured["peak_memory_bytes"];
     assert_eq!(memory.is_u64(), cfg!(target_os = "linux"));
@@ -88,7 +87,7 @@ fn void_edges_are_accounted_for() {
         assert_eq!(voids["dropped"], is_dropped);
         let number = |key: &str| voids[key].as_f64().unwrap();
         assert!(number("edges") > 40.0);
-        // Eight edges at a node at most, of 1e-7 N/m each.
+        // A node has at most eight edges, with 1e-7 N/m each.
         assert!(number("force") > 0.0 && number("force") <= 8.0e-7 * (1.0 + 1e-12));
         assert!(voids["body"]["displacement"].as_f64() > Some(0.0));
         assert!(voids["saving"].is_null());
@@ -96,7 +95,7 @@ fn void_edges_are_accounted_for() {
     assert!(explain("stability").get("void_edges").is_none());
     let told = bench.cosmic("explain dropped.toml");
     let words = "void edges pull a node with";
-    assert!(told.out.contains(words), "{}", told.out);
+    has(&told.out, &[words]);
     let wrong = scene.to_toml().replace("\"drop\"", "\"dropped\"");
     bench.write("wrong.toml", wrong);
     let told = bench.cosmic("explain wrong.toml");

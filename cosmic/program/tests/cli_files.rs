@@ -1,15 +1,16 @@
-//! `docs/files.md` and `docs/scene.md` have every key and every column of the files that users read and write.
+//! `docs/files.md` and `docs/scene.md` describe every key and every column of the files that users read and write.
+//! With `EMIT=1` the tests write the generated parts of these pages.
 
 use crate::common::Bench;
 use cosmic::case::Case;
 use cosmic::projection::Projection;
 use cosmic::scene::{Scene, reference};
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run of seconds with every phase, for a task that is ranked by its loss.
+/// A run of seconds with every phase, for a task whose starts are ranked by the loss.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -33,22 +34,50 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
-/// A link to a page of `docs`, so that the page is in the package too.
+/// The headings of the generated parts, which are the ends of the pages.
+const KEYS: &str = "## Keys\n\n";
+const COLUMNS: &str = "## Columns of the tables\n\n";
+
+/// A link to a page of `docs`, so that the package contains the page too.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests")
         .join(name)
 }
 
-/// Names that the page does not have as words of code.
+/// Names that the pages do not contain as code. The generated list of columns does not count as a description.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
+    let pages = pages
+        .each_ref()
+        .map(|page| page.split(COLUMNS).next().unwrap());
     let is_missing = |name: &&String| !pages.concat().contains(&format!("`{name}`"));
     names.iter().filter(is_missing).collect()
 }
 
-/// The keys of a value and of all in it, and what it says that it is. Numbers of steps, the keys of
-/// a trajectory, are no names.
+/// Asserts that the end of a page, from a heading on, is up to date. `EMIT=1` writes it.
+#[track_caller]
+fn is_fresh(name: &str, heading: &str, text: &str) {
+    let now = fs::read_to_string(page(name)).unwrap();
+    let (head, _) = now.split_once(heading).unwrap();
+    let fresh = format!("{head}{heading}{}\n", text.trim_end());
+    if std::env::var_os("EMIT").is_some() {
+        fs::write(page(name), fresh).unwrap();
+    } else {
+        let differs = now.lines().zip(fresh.lines()).find(|(a, b)| a != b);
+        assert_eq!(
+            differs, None,
+            "{name} is out of date: run this test with EMIT=1"
+        );
+        assert!(
+            now == fresh,
+            "{name} is out of date: run this test with EMIT=1"
+        );
+    }
+}
+
+/// Collects the keys and the format of a JSON value and of all values in it, except for numbers of steps, which are the
+/// keys of a trajectory.
 fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     match value {
         Value::Object(map) => {
@@ -62,22 +91,29 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names in all data of a folder and of those below, and the files' own. What is in a snapshot
-/// is the program's affair.
-fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
+/// The names of files, keys and columns, and the head of each table by the table's name.
+#[derive(Default)]
+struct Found {
+    names: BTreeSet<String>,
+    tables: BTreeMap<String, String>,
+}
+
+/// Collects the names in a folder and its subfolders. Of a snapshot only the outermost keys count.
+fn of_folder(folder: &Path, found: &mut Found) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         if path.is_dir() {
             if name != "claims" {
-                of_folder(&path, names);
+                of_folder(&path, found);
             }
             continue;
         }
-        // Solids are no text, and have no names in them.
+        // Solids are not text and contain no names.
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+        let names = &mut found.names;
         match name.rsplit_once('.').unwrap().1 {
             "json" if name == "snapshot.json" => {
                 let file = json(&text);
@@ -85,7 +121,21 @@ fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
             }
             "json" => of_json(&json(&text), names),
             "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
-            "csv" => names.extend(text.lines().next().unwrap().split(',').map(str::to_owned)),
+            "csv" => {
+                let head = text.lines().next().unwrap();
+                // Eight columns have one description.
+                let one = |name: &str| {
+                    if name.contains("_elastic_") {
+                        "elastic"
+                    } else {
+                        name
+                    }
+                    .to_owned()
+                };
+                names.extend(head.split(',').map(one));
+                let head = format!("`{}`", head.replace(',', "`, `"));
+                found.tables.insert(name.clone(), head);
+            }
             _ => continue,
         }
         names.insert(name);
@@ -100,15 +150,30 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
         "optimize tiny.toml --starts 2 --search halving --out runs/halved",
         "optimize --from runs/halved --out runs/on",
         "export runs/on --csv --svg --dxf --stl",
+        "robustness runs/on --samples 1 --out runs/robustness.csv",
         "sweep plan tiny.toml --seeds 1 --out runs/s",
         "sweep run runs/s --index all",
         "sweep merge runs/s",
         "study ablation --base base.toml --seeds 1 --iterations 2 --out runs/out --runs runs/study",
     ] {
-        bench.cosmic(command).ok();
+        bench.ok(command);
     }
-    let mut names = BTreeSet::new();
-    of_folder(&bench.path("runs"), &mut names);
+    let mut found = Found::default();
+    of_folder(&bench.path("runs"), &mut found);
+    let Found { mut names, tables } = found;
+    // The user chooses this name.
+    names.remove("robustness.csv");
+    let table = tables.iter().map(|(name, columns)| match &name[..] {
+        "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
+        "robustness.csv" => format!("| of `robustness` | {columns} |\n"),
+        _ => format!("| `{name}` | {columns} |\n"),
+    });
+    let head = "| table | columns, in order |\n| --- | --- |\n".to_owned();
+    is_fresh(
+        "files.md",
+        COLUMNS,
+        &table.fold(head, |text, row| text + &row),
+    );
     let rare = "bars.csv solid.csv start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
@@ -128,7 +193,7 @@ fn results_of_a_case_are_on_the_page() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The reader of cases says what it knows where it meets something else.
+/// The errors of the reader of cases list the known keys.
 #[test]
 fn every_key_that_a_case_may_have_is_on_the_page() {
     let mut names = BTreeSet::new();
@@ -152,19 +217,7 @@ fn every_key_that_a_case_may_have_is_on_the_page() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The tables of the scene's keys are those that the declarations give. `EMIT=1` writes them again.
 #[test]
 fn the_keys_of_a_scene_are_on_the_page() {
-    const BEFORE: &str = "## Keys\n\n";
-    let page = page("scene.md");
-    let page_now = fs::read_to_string(&page).unwrap();
-    let (head, _) = page_now.split_once(BEFORE).unwrap();
-    let fresh = format!("{head}{BEFORE}{}\n", reference().trim_end());
-    if std::env::var_os("EMIT").is_some() {
-        fs::write(page, fresh).unwrap();
-    } else {
-        let differs = page_now.lines().zip(fresh.lines()).find(|(a, b)| a != b);
-        assert_eq!(differs, None, "EMIT=1 writes the tables again");
-        assert!(page_now == fresh, "EMIT=1 writes the tables again");
-    }
+    is_fresh("scene.md", KEYS, &reference());
 }

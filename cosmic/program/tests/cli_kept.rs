@@ -19,15 +19,14 @@ const READERS: [&str; 7] = [
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);
     for line in READERS {
-        bench.cosmic(line).fails(2, &["a/scene.toml", says]);
+        bench.fails(line, 2, &["a/scene.toml", says]);
     }
     assert!(!bench.path("on").exists() && !bench.path("x").exists());
 }
 
 #[test]
 fn every_command_refuses_a_scene_that_differs_from_the_run() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let whole = bench.read("a/scene.toml");
     refused(&bench, "", "more keys are missing");
     refused(&bench, "base = \"stability\"\n", "more keys are missing");
@@ -41,16 +40,16 @@ fn every_command_refuses_a_scene_that_differs_from_the_run() {
     // Without the file, commands use the scene of the snapshot.
     bench.remove("a/scene.toml");
     for line in READERS.iter().filter(|line| !line.contains("--from")) {
-        bench.cosmic(line).ok();
+        bench.ok(line);
     }
     // A design may be put beside any complete scene. Changes of comments and of the base are allowed in a run.
     fs::create_dir(bench.path("b")).unwrap();
     fs::copy(bench.path("a/design.json"), bench.path("b/design.json")).unwrap();
     bench.write("b/scene.toml", edited);
-    bench.cosmic("evaluate b").ok();
+    bench.ok("evaluate b");
     let based = whole.replace("base = \"stability\"", "base = \"rough\" # mine");
     assert_ne!(based, whole);
     bench.write("a/scene.toml", based);
-    bench.cosmic("evaluate a").ok();
-    bench.cosmic("scene check a/scene.toml").ok();
+    bench.ok("evaluate a");
+    bench.ok("scene check a/scene.toml");
 }

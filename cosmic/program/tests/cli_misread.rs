@@ -1,6 +1,7 @@
 //! Files, folders and numbers that a command does not expect: each error says what is wrong and what to do.
 
 use crate::common::{Bench, scene};
+use cosmic::case::Case;
 use std::fs;
 
 /// A finished run of a few iterations in `run`.
@@ -14,29 +15,27 @@ fn finished() -> Bench {
 fn a_decimal_comma_has_its_own_error() {
     let bench = Bench::default();
     let says = ["`9,81` is not a number", "use a decimal point: 9.81"];
-    bench
-        .cosmic("scene show stability --set physics.gravity=9,81")
-        .fails(2, &says);
+    bench.fails("scene show stability --set physics.gravity=9,81", 2, &says);
     bench.write(
         "comma.toml",
         "[physics]\nsteps = 64\ngravity = 9,81 # 1,5\n",
     );
     let place = ["comma.toml:3:11"];
-    bench
-        .cosmic("scene check comma.toml")
-        .fails(2, &[&says[..], &place].concat());
+    bench.fails("scene check comma.toml", 2, &[&says[..], &place].concat());
     bench.write("text.toml", "[physics]\ngravity = \"9,81\"\n");
     let says = ["is a string: \"9,81\"", "use a decimal point: 9.81"];
-    bench.cosmic("scene check text.toml").fails(2, &says);
+    bench.fails("scene check text.toml", 2, &says);
     bench.write("list.toml", "[volume]\nsolid = [0,5, 0,6]\n");
     let told = bench.cosmic("scene check list.toml");
     assert!(
         told.code == 2 && !told.error.contains("decimal point"),
         "{told:?}"
     );
-    bench
-        .cosmic("robustness run --friction 0,2")
-        .fails(2, &["use a decimal point: 0.2"]);
+    bench.fails(
+        "robustness run --friction 0,2",
+        2,
+        &["use a decimal point: 0.2"],
+    );
 }
 
 #[test]
@@ -54,14 +53,12 @@ fn a_file_without_a_robot_is_named_by_its_kind() {
             "run/{file} is {kind} and contains no robot; the robot of this run is in run\n"
         );
         for command in ["evaluate", "explain", "gradcheck"] {
-            bench
-                .cosmic(&format!("{command} run/{file}"))
-                .fails(2, &[&says]);
+            bench.fails(&format!("{command} run/{file}"), 2, &[&says]);
         }
     }
     fs::rename(bench.path("run/summary.json"), bench.path("summary.json")).unwrap();
     let says = "name the folder of a run, a design.json, a reference case or a scene";
-    bench.cosmic("evaluate summary.json").fails(2, &[says]);
+    bench.fails("evaluate summary.json", 2, &[says]);
 }
 
 #[test]
@@ -80,18 +77,34 @@ fn a_folder_that_is_not_a_run_is_refused() {
         ("resume", "snapshot.json"),
     ] {
         let says = lacks("empty", file) + "name the folder that `cosmic optimize` wrote";
-        bench.cosmic(&format!("{command} empty")).fails(4, &[&says]);
+        bench.fails(&format!("{command} empty"), 4, &[&says]);
         let says = lacks(".", file) + "a run is in ./run";
-        bench.cosmic(&format!("{command} .")).fails(4, &[&says]);
+        bench.fails(&format!("{command} ."), 4, &[&says]);
         if command != "evaluate" {
             let told = bench.cosmic(&format!("{command} nowhere"));
             told.fails(4, &["cannot read nowhere: No such file"]);
         }
     }
     let says = "tiny.toml: a report needs the folder of a run, or a design.json";
-    bench.cosmic("report tiny.toml").fails(2, &[says]);
+    bench.fails("report tiny.toml", 2, &[says]);
     let says = "cannot read tiny.toml: it is a file; name the folder of a run";
-    bench.cosmic("resume tiny.toml").fails(4, &[says]);
+    bench.fails("resume tiny.toml", 4, &[says]);
+}
+
+/// Designs and cases too.
+#[test]
+fn a_truncated_file_is_refused_with_its_place() {
+    let bench = finished();
+    let case = Case::of_scene(&bench.plan().scene, 0).unwrap();
+    bench.write("case.json", case.to_json());
+    for file in ["run/design.json", "case.json"] {
+        let text = bench.read(file);
+        let half = text.len() / 2;
+        bench.write(file, &text[..half]);
+        let place = format!("{file}:1:{half}");
+        let command = format!("evaluate {file}");
+        bench.fails(&command, 2, &[&place, "truncated or damaged"]);
+    }
 }
 
 #[test]
@@ -111,7 +124,7 @@ fn a_truncated_snapshot_is_refused_with_a_remedy() {
         told.fails(2, &[says, &place, begin_again]);
     }
     bench.write("run/snapshot.json", &text);
-    bench.cosmic("resume run --quiet").ok();
+    bench.ok("resume run --quiet");
 }
 
 /// Every file of a run that a command reads: the error names NaN, which Python's `json` writes.
@@ -135,7 +148,7 @@ fn a_number_that_is_not_finite_is_named_in_every_file() {
         let column = text.find(key).unwrap() + key.len() + 1;
         let place = format!("{path}:1:{column}");
         let says = "NaN is not a JSON number; write null for a number that is not finite";
-        bench.cosmic(command).fails(2, &[says, &place]);
+        bench.fails(command, 2, &[says, &place]);
         bench.write(&path, text);
     }
     let truss =
@@ -167,7 +180,8 @@ fn a_run_continues_after_a_full_disk() {
     use std::os::unix::fs::symlink;
     let bench = finished();
     let remedy = "free some space there, then resume the run or repeat the command";
-    bench.cosmic("evaluate run --out /dev/full").fails(
+    bench.fails(
+        "evaluate run --out /dev/full",
         4,
         &["cannot write /dev/full: No space left on device", remedy],
     );
@@ -187,7 +201,7 @@ fn a_run_continues_after_a_full_disk() {
         ],
     );
     bench.remove("run/trajectory.json");
-    bench.cosmic("resume run --quiet").ok();
+    bench.ok("resume run --quiet");
     assert_eq!(bench.results("run"), before);
 }
 
@@ -211,7 +225,7 @@ fn progress_in_a_pipe_has_no_carriage_returns() {
         ),
         ("report a", 0),
     ] {
-        let told = bench.cosmic(line).ok();
+        let told = bench.ok(line);
         assert!(!told.error.contains(['\r', '\u{1b}']), "{told:?}");
         assert!(told.error.lines().count() >= lines, "{told:?}");
     }

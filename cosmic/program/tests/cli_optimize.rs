@@ -1,13 +1,13 @@
-//! `cosmic optimize` as a user meets it: the run's folder, what it says, exit codes.
+//! `cosmic optimize`: the run's folder, output and exit codes.
 
 use crate::common::Bench;
+use crate::program::has;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
 
 #[test]
 fn a_run_leaves_every_file_with_its_format_in_front() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let mut names: Vec<_> = bench.results("a").into_keys().collect();
     names.push("snapshot.json".to_string());
     names.sort();
@@ -36,8 +36,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
 
 #[test]
 fn the_history_has_a_row_an_iteration() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let rows = bench.rows("a/history.jsonl");
     assert!((1..=24).eq(rows.iter().map(|row| row["iteration"].as_u64().unwrap())));
     let phases: Vec<_> = rows
@@ -105,7 +104,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
         design.materials.iter().filter(solid).count() as f64 / 20.0
     };
     assert_eq!([volume, actuator_volume], [share(1), share(2)]);
-    // 0.47 to 0.53 and 0.17 to 0.25, to the rounding of the bounds.
+    // 0.47 to 0.53 and 0.17 to 0.25, up to rounding of the bounds.
     assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
 
     let text = bench.read("a/trajectory.json");
@@ -114,7 +113,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
     let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
     // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
-    // A run's folder stands for its design.
+    // The folder of a run means its design.
     let by_folder = bench.cosmic("evaluate a").json();
     assert_eq!(by_folder["results"], bench.evaluated("a"));
 }
@@ -134,12 +133,13 @@ fn a_seed_has_its_bytes_with_any_number_of_threads() {
 #[test]
 fn it_says_how_it_goes_and_what_came_of_it() {
     let bench = Bench::default();
-    let said = bench.cosmic("optimize tiny.toml --seed 3").ok();
+    let said = bench.ok("optimize tiny.toml --seed 3");
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
     let last = said.out.lines().last().unwrap();
-    for what in ["displacement ", " m (", " V 0.", " V_act 0.", " time "] {
-        assert!(last.contains(what), "{last}");
-    }
+    has(
+        &last,
+        &["displacement ", " m (", " V 0.", " V_act 0.", " time "],
+    );
     let lines: Vec<_> = said.error.lines().collect();
     assert_eq!(lines.len(), 4, "{}", said.error);
     assert!(lines[0].starts_with("world: gravity 4.8 m/s2; "));
@@ -162,7 +162,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     assert_eq!(summary["stop_reason"], "iteration_limit");
     let [whole, part] = ["whole", "part"].map(|run| bench.results(run));
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
-    // The run delivers the soft robot of its last iteration, which the design file holds.
+    // The final design is the undecided one of the last iteration.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
@@ -173,11 +173,11 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
         let value = summary.get(nothing).expect("the key is there");
         assert!(value.is_null(), "{value}");
     }
-    bench.cosmic("report part").ok();
+    bench.ok("report part");
     let page = bench.read("part/report.html");
-    let compared = bench.cosmic("compare part whole").ok().out;
+    let compared = bench.ok("compare part whole").out;
     for text in [&said.out, &page, &compared] {
-        assert!(text.contains("undecided"), "{text}");
+        has(&text, &["undecided"]);
         for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {
             assert!(!text.contains(wrong), "{wrong}");
         }
@@ -209,7 +209,7 @@ fn of_several_starts_the_best_is_kept() {
         .unwrap();
     assert_eq!(summary["seed"], best["seed"]);
     assert_eq!(summary["displacement_p50"], best["displacement_p50"]);
-    // Chosen by other starts than those it is judged by.
+    // The starts for the choice differ from those for the result.
     assert_ne!(best["displacement_p50"], best["displacement_selection_p50"]);
     let seed = best["seed"].to_string();
     bench.run("alone", &format!("--seed {seed}"));

@@ -1,7 +1,7 @@
-//! Runs with a beginning or a loss of their own: `cosmic optimize --from`, and a user's program.
+//! Runs with their own start or loss: `cosmic optimize --from`, and a user's program.
 
 use crate::common::{Bench, scene};
-use crate::program::{command, cosmic_in};
+use crate::program::{command, cosmic_in, has};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
@@ -26,10 +26,9 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 
 #[test]
 fn a_decided_robot_enters_after_the_snap() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let said = bench.run("b", "--from a --seed 7");
-    assert!(said.out.contains("began after iteration 19"), "{said:?}");
+    has(&said.out, &["started after iteration 19"]);
     assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
     assert!(is_the_start(&bench, ["a", "b"]));
     let summary = bench.json("b/summary.json");
@@ -39,18 +38,18 @@ fn a_decided_robot_enters_after_the_snap() {
     );
     let materials = |run: &str| bench.json(&format!("{run}/design.json"))["materials"].clone();
     assert_eq!(materials("a").as_array().unwrap().len(), 20);
-    // The result can be drawn as every run.
-    bench.cosmic("report b").ok();
-    // The limit counts the iterations of this run alone.
+    // The run can be reported like any other.
+    bench.ok("report b");
+    // The limit counts only the iterations of this run.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
-    // It was made by its start and its scene.
+    // Its start and its scene reproduce it.
     bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
     let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_eq!(b, d);
 }
 
-/// Folders have names of bytes, and not all bytes are Unicode.
+/// Names of folders are bytes, which need not be Unicode.
 #[cfg(unix)]
 #[test]
 fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
@@ -65,7 +64,7 @@ fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
     assert!(status.unwrap().success());
     let folder = bench.path("runs").join(name(b"m\xfcnchen-on"));
     assert!(folder.join("summary.json").exists());
-    // In the scene beside the robot, and not in the default one.
+    // The run uses the scene beside the robot, not the default scene.
     let scene = |folder: &Path| fs::read(folder.join("scene.toml")).unwrap();
     assert_eq!(scene(&folder), scene(&bench.path("").join(run)));
 }
@@ -78,14 +77,14 @@ fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
     assert!(iterations(&bench, "b").into_iter().eq(1..=24));
     assert!(is_the_start(&bench, ["soft", "b"]));
     assert_eq!(bench.json("b/summary.json")["entered"], 0);
-    // It is another start than the scene's.
+    // This start differs from the scene's start.
     bench.run("plain", "");
     let [b, plain] = ["b", "plain"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_ne!(b, plain);
     assert!(!bench.path("plain/start.json").exists());
 }
 
-/// A material that is held is none of an edge that is not decided, at the start as in the end.
+/// An undecided edge has no held material, neither at the start nor at the end.
 #[test]
 fn a_start_names_the_materials_of_its_mixture() {
     let held = scene(24, 64, "") + "[projection]\nhold_materials = 1.0\n";
@@ -95,12 +94,12 @@ fn a_start_names_the_materials_of_its_mixture() {
     assert!(is_the_start(&bench, ["soft", "b"]));
 }
 
-/// Stops a run after so many iterations.
+/// Stops a run after the given number of iterations.
 struct StopsAfter(usize);
 
 impl Observer for StopsAfter {
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        // Of several starts others are told of what they had at work.
+        // With several starts, other starts may still report iterations.
         self.0 = self.0.saturating_sub(1);
         match self.0 {
             0 => ControlFlow::Break(()),
@@ -109,11 +108,10 @@ impl Observer for StopsAfter {
     }
 }
 
-/// Also after a snapshot that no run can have written was refused.
+/// Also after refusing an impossible snapshot.
 #[test]
 fn an_interrupted_run_goes_on_to_the_same_bytes() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("whole", "--from a");
     let plan = bench.plan();
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
@@ -136,12 +134,12 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
             refused.fails(2, &["`progress.entered`"]);
         }
         bench.write(&snapshot, text);
-        bench.cosmic(&format!("resume {run}")).ok();
+        bench.ok(&format!("resume {run}"));
         assert_eq!(bench.results(&run), bench.results("whole"));
     }
 }
 
-/// Minus the height of the payload in the end.
+/// Minus the final height of the payload.
 struct Lift;
 
 impl Loss for Lift {
@@ -154,7 +152,7 @@ impl Loss for Lift {
     }
 }
 
-/// The options that a run's summary names as departures.
+/// The departures in the summary of a run.
 fn departures(bench: &Bench, run: &str) -> Vec<String> {
     let summary = bench.json(&format!("{run}/summary.json"));
     let departures = summary["departures"].as_array().unwrap().iter();
@@ -164,8 +162,7 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 
 #[test]
 fn a_run_says_what_of_its_scene_was_not_in_force() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     bench.run("b", "--from a");
     bench.run("c", "--from soft");
@@ -184,27 +181,23 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
     assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
 }
 
-/// Without a scene a run goes on in the one of the run that it comes from, beside that run.
+/// Without SCENE, a run uses the scene of `--from`, and its folder is beside that run.
 #[test]
 fn a_run_goes_on_in_its_own_scene() {
     let bench = Bench::default();
     bench.run("runs/a", "");
-    let said = bench.cosmic("optimize --from runs/a").ok();
-    for words in ["run: runs/a-on\n", "tiny, seed 0"] {
-        assert!(said.out.contains(words), "{said:?}");
-    }
+    let said = bench.ok("optimize --from runs/a");
+    has(&said.out, &["run: runs/a-on\n", "tiny, seed 0"]);
     let scene = |run: &str| bench.read(&format!("{run}/scene.toml"));
     assert_eq!(scene("runs/a"), scene("runs/a-on"));
-    // The folder that the user is in has a name as well.
+    // This also works from inside the folder.
     let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
-    assert!(said.out.contains("run: runs/a-on\n"), "{said:?}");
-    bench
-        .cosmic("optimize --from runs/a/design.json --out b")
-        .ok();
+    has(&said.out, &["run: runs/a-on\n"]);
+    bench.ok("optimize --from runs/a/design.json --out b");
     assert_eq!(scene("runs/a"), scene("b"));
 }
 
-/// It has a folder as every run, and no program goes on with it that has another loss.
+/// It has an ordinary run folder, but only a program with this loss can resume it.
 #[test]
 fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let bench = Bench::default();
@@ -223,7 +216,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
         stopped.contains("record::resume_with") && !stopped.contains("cosmic resume"),
         "{stopped}"
     );
-    bench.cosmic("resume b").fails(2, &["loss of its own"]);
+    bench.fails("resume b", 2, &["loss of its own"]);
     let go_on = |codesign: cosmic::Result<CoDesign>| {
         let observer = &mut StopsAfter(usize::MAX);
         resume_with(&bench.path("b"), codesign.unwrap(), observer)
@@ -235,12 +228,12 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
     assert_eq!(bench.results("b"), bench.results("whole"));
-    bench.cosmic("report whole").ok();
+    bench.ok("report whole");
 
     begin_of_the_scene(&bench, &plan);
 }
 
-/// A run for the scene's objective is not gone on with for another loss.
+/// A run with the scene's objective cannot be resumed with another loss.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let begin = |plan: &RunPlan, run: &str| {
         let codesign = CoDesign::new(&bench.plan().scene).unwrap();
@@ -257,7 +250,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         ..plan.clone()
     };
     let said = begin(&other, "d").unwrap_err().to_string();
-    assert!(said.contains("scene and seed"), "{said}");
+    has(&said, &["scene and seed"]);
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
     let observer = &mut StopsAfter(3);
@@ -274,7 +267,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         ..plan.clone()
     };
     assert_eq!(begin(&many, "d").unwrap_err().exit_code(), 2);
-    // A search has an optimisation for each of its starts.
+    // A search has one optimisation for each start.
     optimise(&bench.path("e"), &many, &mut StopsAfter(3)).unwrap_err();
     let codesign = CoDesign::new(&plan.scene).unwrap();
     let said = resume_with(&bench.path("e"), codesign, &mut StopsAfter(3)).unwrap_err();
@@ -285,15 +278,14 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
 
 #[test]
 fn what_cannot_be_begun_with_is_refused() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     let refused = |line: &str, says: &[&str]| {
         let said = bench.cosmic(&format!("optimize {line} --out b"));
         said.fails(2, says);
         assert!(!bench.path("b").exists());
     };
-    // Of another lattice, with the place in the file.
+    // A design of another lattice: the error shows the place in the file.
     let lattice = ["a/design.json", "`edges`", "110", "20"];
     refused("stability --from a", &lattice);
     refused("tiny.toml --from a --starts 2", &["--starts"]);

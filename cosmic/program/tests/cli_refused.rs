@@ -1,7 +1,7 @@
-//! `cosmic optimize` where it is refused, where its time step is unstable, and where numbers are lost.
+//! `cosmic optimize`: refusals, unstable time steps and numbers that are not finite.
 
 use crate::common::{Bench, scene};
-use crate::program::Told;
+use crate::program::{Told, has};
 use cosmic::record::optimise;
 use std::fs;
 
@@ -9,7 +9,7 @@ use std::fs;
 fn folders_that_will_not_do_are_refused() {
     let bench = Bench::default();
     fs::create_dir(bench.path("empty")).unwrap();
-    // A run killed in its very first write leaves no more than this.
+    // A run killed during its first write leaves only this file.
     bench.write("empty/.cosmic-half", "{");
     bench.run("empty", "");
     let before = bench.results("empty");
@@ -18,17 +18,15 @@ fn folders_that_will_not_do_are_refused() {
         .optimize("empty", "")
         .fails(2, &["empty: the folder is not empty"]);
     assert_eq!(bench.results("empty"), before);
-    // Root may write anywhere; no one can make a folder under a file.
+    // Root can write anywhere, but nobody can make a folder below a file.
     for out in ["tiny.toml", "tiny.toml/run"] {
         bench
             .optimize(out, "")
             .fails(4, &[&format!("cannot write {out}: ")]);
     }
-    bench.cosmic("optimize no_such_scene").fails(4, &[]);
+    bench.fails("optimize no_such_scene", 4, &[]);
     bench.write("bad.toml", "[physics]\ndt = \"fast\"\n");
-    bench
-        .cosmic("optimize bad.toml")
-        .fails(2, &["bad.toml:2:6"]);
+    bench.fails("optimize bad.toml", 2, &["bad.toml:2:6"]);
     assert!(!bench.path("runs").exists());
 }
 
@@ -66,23 +64,22 @@ fn numbers_out_of_range_say_which_are_allowed() {
     assert!(!bench.path("runs").exists());
 }
 
-/// A controller that answers the slightest velocity: the robot moves, and the derivative of its
-/// motion grows beyond all numbers.
+/// The controller reacts to the slightest velocity: the robot moves, and the derivative of its motion overflows.
 #[test]
 fn gradients_that_are_not_finite_are_counted_and_skipped() {
     let chaos = "[controller]\nvelocity_scale = 1000.0\noffset_scale = 100.0\n\
                  [gradient]\ncotangent_bound = \"off\"\n";
-    let bench = Bench::with(&(scene(24, 8192, "damping = 1.0") + chaos));
+    let bench = Bench::with(&(scene(12, 8192, "damping = 1.0") + chaos));
     let said = bench.run("a", "");
     let summary = bench.json("a/summary.json");
     let skipped = summary["skipped_gradients"].as_u64().unwrap();
     let rows = bench.rows("a/history.jsonl");
-    assert_eq!(rows.len(), 24);
+    assert_eq!(rows.len(), 12);
     let of_rows = rows.iter().map(|row| row["skipped"].as_u64().unwrap());
     assert_eq!(skipped, of_rows.sum::<u64>());
     assert!(skipped > 0 && summary["displacement_p50"].is_number());
     let says = format!("{skipped} gradients skipped");
-    assert!(said.error.contains(&says), "{said:?}");
+    has(&said.error, &[&says]);
     let table = bench.read("a/history.csv");
     assert!(table.contains("NaN") || table.contains("inf"));
 }
@@ -114,14 +111,14 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
     let (step, _) = step.split_once(':').unwrap();
     again.fails(3, &[&format!("diverged in step {step}:")]);
     assert!(!bench.path("a/summary.json").exists());
-    bench.cosmic("resume a").fails(3, &[]);
-    // Nothing comes of several such starts either.
+    bench.fails("resume a", 3, &[]);
+    // Several such starts fail too.
     bench
         .optimize("b", "--starts 2 --allow-unstable")
         .fails(3, &["b/diverged.json"]);
 }
 
-/// Without stiffness nothing that is designed moves the payload along the ground.
+/// Without stiffness the design cannot move the payload along the ground.
 #[test]
 fn a_task_without_any_slope_is_warned_of() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
@@ -132,7 +129,7 @@ fn a_task_without_any_slope_is_warned_of() {
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
-/// A scene that is not from a file is checked as one: otherwise its run could not be resumed.
+/// A scene from code is checked like a file; otherwise its run could not be resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {
     let bench = Bench::default();
@@ -145,7 +142,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
     assert!(!bench.path("run").exists());
 }
 
-/// A scene whose time step is far too long, said on a line of its own.
+/// A scene with a line that sets a far too long time step.
 fn unstable() -> String {
     scene(4, 32, "dt = 0.05")
 }
@@ -168,7 +165,7 @@ fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
     ];
     said.fails(2, &words);
     assert!(said.out.is_empty() && !bench.path("a").exists());
-    // Where the scene sets none, there is no line to show.
+    // If the scene does not set the time step, there is no line to show.
     let bench = Bench::with("[materials]\nstiffness = [1e-7, 4e6, 30.0]\n");
     let said = bench.optimize("a", "");
     assert!(said.code == 2 && said.error.starts_with("error: the time step of 0.002 s is"));
@@ -180,7 +177,7 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
     let bench = Bench::with(&unstable());
     let said = bench.optimize("a", "--allow-unstable --iterations 2");
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
-    // Of several starts each has its own.
+    // Each of several starts has its own warning.
     let said = bench.optimize("several", "--allow-unstable --iterations 2 --starts 2");
     for seed in 0..2 {
         let warning = warning.replace("warning: ", &format!("warning: seed {seed}: "));
@@ -193,10 +190,10 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
     assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
     let table = bench.read("a/history.csv");
     let (head, _) = table.split_once('\n').unwrap();
-    assert!(head.contains(",dt_over_bound,dt_over_limit,"), "{head}");
+    has(&head, &[",dt_over_bound,dt_over_limit,"]);
     let quiet = bench.optimize("b", "--allow-unstable --quiet --iterations 2");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
-    // A patient scene says so itself.
+    // The scene itself can allow it.
     let patient = scene(4, 32, "dt = 0.05\nunstable_step = \"warn\"");
     let bench = Bench::with(&patient);
     let said = bench.optimize("a", "--iterations 2");
@@ -217,13 +214,13 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
         let step = "after iteration 4: the time step";
         said.fails(2, &[step, "set physics.dt to ", &resume]);
     };
-    assert!(said.error.contains("tiny.toml:7:"), "{}", said.error);
+    has(&said.error, &["tiny.toml:7:"]);
     refused(said, "a");
     let done = bench.read("a/history.jsonl");
     assert!((1..6).contains(&done.lines().count()), "{done}");
-    // It is not forgotten.
+    // `resume` refuses it too.
     refused(bench.cosmic("resume a"), "a");
-    // Of several starts it is the search that can be gone on with.
+    // With several starts, the message names the search.
     refused(bench.optimize("several", "--starts 2"), "several");
     // A search stops at the same iteration each time it is resumed.
     let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
@@ -231,11 +228,11 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
     let halving = "optimize search.toml --out halved --starts 2 --search halving --threads 1";
     refused(bench.cosmic(halving), "halved");
     for _ in 0..2 {
-        bench.cosmic("resume halved --threads 1").fails(2, &[]);
+        bench.fails("resume halved --threads 1", 2, &[]);
         assert_eq!(bench.lines("halved/starts/0/history.jsonl"), 4);
     }
     let said = bench.cosmic("resume a --allow-unstable");
-    assert!(said.error.contains("warning: "), "{said:?}");
+    has(&said.error, &["warning: "]);
     let all = bench.read("a/history.jsonl");
     assert!(all.lines().count() == 6 && all.starts_with(&done));
     let scene = bench.read("a/scene.toml");

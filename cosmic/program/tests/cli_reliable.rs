@@ -1,14 +1,14 @@
 //! All commands that show a displacement mark unreliable robots.
 
 use crate::common::Bench;
+use crate::program::has;
 use serde_json::Value;
 
 /// Every command that shows a displacement also shows the summary's verdict. Summaries of earlier versions have
 /// no verdict.
 #[test]
 fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
-    let bench = Bench::default();
-    bench.run("a", "");
+    let bench = Bench::finished();
     let text = bench.read("a/summary.json");
     let mut summary: Value = serde_json::from_str(&text).unwrap();
     let verdict = summary["reliability"]["verdict"].as_str().unwrap();
@@ -23,26 +23,23 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         object.insert("displacement_p50".to_owned(), 2.0.into());
         object.insert("displacement_clock_p50".to_owned(), clock.into());
         bench.write("a/summary.json", summary.to_string());
-        let told = bench.cosmic("resume a").ok().out;
-        bench.cosmic("report a").ok();
-        let table = bench.cosmic("compare a").ok().out;
+        let told = bench.ok("resume a").out;
+        bench.ok("report a");
+        let table = bench.ok("compare a").out;
         (told, bench.read("a/report.html"), table)
     };
     let (told, page, table) = shown(Some("unreliable"), 1.0);
-    assert!(
-        told.contains("\nunreliable: it falls < 3 times\n"),
-        "{told}"
-    );
+    has(&told, &["\nunreliable: it falls < 3 times\n"]);
     let last = told.lines().last().unwrap();
-    assert!(last.contains("), unreliable, V "), "{last}");
+    has(&last, &["), unreliable, V "]);
     assert!(!told.contains("keeps") && !page.contains("50 %"), "{told}");
     for words in ["displacement, median: unreliable", "it falls &lt; 3 times"] {
-        assert!(page.contains(words), "{words}");
+        has(&page, &[words]);
     }
-    assert!(table.contains("unreliable"), "{table}");
+    has(&table, &["unreliable"]);
     for verdict in [Some("reliable"), None] {
         let (told, page, table) = shown(verdict, 1.0);
-        assert!(told.contains("1.000 m, which keeps 50 %"), "{told}");
+        has(&told, &["1.000 m, which keeps 50 %"]);
         assert!(page.contains("<b>50 %</b>"));
         for text in [&told, &table] {
             assert!(!text.contains("unreliable"), "{text}");
@@ -50,7 +47,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         assert!(!page.contains("median: unreliable") && !page.contains("Unreliable robot"));
         // Without feedback the robot walks backwards, so there is no percentage.
         let (told, page, _) = shown(verdict, -2.74);
-        assert!(told.contains("by the clock alone: -2.740 m\n"), "{told}");
+        has(&told, &["open loop, without feedback: -2.740 m\n"]);
         assert!(!page.contains("137 %"));
     }
 }

@@ -1,4 +1,4 @@
-//! `cosmic report` and `cosmic compare` as a user meets them: files, page, messages, exit codes.
+//! `cosmic report` and `cosmic compare`: files, pages, messages, exit codes.
 
 use crate::common::Bench;
 use crate::program::{Told, command};
@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A run of seconds: small, slow to walk, with every phase.
+/// A run of a few seconds with every phase.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -40,7 +40,7 @@ fn report(bench: &Bench) -> Told {
     bench.cosmic("report run")
 }
 
-/// Has the report refused after a change of one file of the run, which is undone.
+/// Changes one file of the run, checks that the report is refused, and restores the file.
 fn refused(bench: &Bench, name: &str, content: impl AsRef<[u8]>, says: &[&str]) {
     let file = format!("run/{name}");
     let whole = bench.read(&file);
@@ -64,7 +64,7 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
     assert_eq!(pictures(&bench, "run/gait.gif"), 13);
 }
 
-/// No element of a page refers to another file, and no script asks for one.
+/// No element and no script of a page refers to another file.
 fn fetches_nothing(page: &str) {
     let page = page.replace("href=\"data:,\"", "");
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
@@ -72,7 +72,7 @@ fn fetches_nothing(page: &str) {
     }
 }
 
-/// How many pictures an animation has, each with a robot on its ground.
+/// The number of frames of an animation. Each must show a robot on its ground.
 fn pictures(bench: &Bench, name: &str) -> usize {
     let animation = fs::File::open(bench.path(name)).unwrap();
     let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
@@ -89,7 +89,7 @@ fn pictures(bench: &Bench, name: &str) -> usize {
 }
 
 #[test]
-fn an_evolution_shows_the_robots_on_the_way() {
+fn an_evolution_shows_the_robots_of_several_iterations() {
     let bench = finished();
     let told = bench.cosmic("report run --evolution").ok().out;
     let last: Vec<&str> = told.lines().rev().take(2).collect();
@@ -112,21 +112,21 @@ fn an_evolution_shows_the_robots_on_the_way() {
     told.fails(2, &["run/designs.jsonl", "no walks were kept"]);
 }
 
-/// Before the snap every edge is a mixture, most of it void perhaps: bars are drawn faintly.
+/// Before the snap every edge is a mixture, and bars are drawn faintly.
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);
     bench.run("run", "--iterations 2 --quiet");
     let told = bench.cosmic("report run --evolution").ok().out;
     assert_eq!(told.lines().count(), 5);
-    let drawn = bench.read("run/robot.svg").matches("<line").count();
+    let drawn = bench.read("run/robot.svg").matches("<polyline").count();
     // At least one moment of the journey and six of the gait, with 20 edges each.
     assert!(drawn >= 7 * 20, "{drawn} lines");
     // One row of designs, and the delivered robot.
     assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13);
 }
 
-/// A film is encoded by ffmpeg: by one that is there, and by one that is not.
+/// Films with and without ffmpeg on the path.
 #[test]
 fn a_film_needs_ffmpeg() {
     let bench = finished();
@@ -134,7 +134,7 @@ fn a_film_needs_ffmpeg() {
     let without = without.current_dir(bench.path("")).env("PATH", "").output();
     Told::of(without.unwrap()).fails(4, &["needs ffmpeg on the path"]);
     if Command::new("ffmpeg").arg("-version").output().is_err() {
-        writeln!(io::stderr(), "no ffmpeg here: no film is encoded").unwrap();
+        writeln!(io::stderr(), "SKIPPED: no ffmpeg: no film is encoded").unwrap();
         return;
     }
     let told = bench.cosmic("report run --mp4").ok().out;
@@ -145,9 +145,9 @@ fn a_film_needs_ffmpeg() {
     assert!(both.ends_with("run/gait.gif\nrun/gait.mp4\n"), "{both}");
 }
 
-/// Strains beyond the limit are said, and drawn in a colour of their own.
+/// The page names strains beyond the limit, and pictures draw them in their own colour.
 #[test]
-fn strains_beyond_the_limit_are_said() {
+fn strains_beyond_the_limit_are_named() {
     let bench = Bench::with(&(SCENE.to_owned() + "[materials]\nmax_strain = [0.0, 0.0, 1e-4]\n"));
     bench.run("run", "--quiet");
     report(&bench).ok();
@@ -158,7 +158,7 @@ fn strains_beyond_the_limit_are_said() {
 }
 
 #[test]
-fn what_is_missing_or_cut_off_is_named() {
+fn a_missing_or_truncated_file_is_named() {
     let bench = finished();
     for name in [
         "summary.json",
@@ -175,7 +175,7 @@ fn what_is_missing_or_cut_off_is_named() {
             report(&bench).fails(4, &[name]);
             bench.write(&file, &whole);
         }
-        // Not on a line's end, where a list of lines would be whole.
+        // Cut inside a line, because a shorter list of lines could be valid.
         refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
     }
     assert!(!bench.path("run/report.html").exists());
@@ -194,14 +194,22 @@ fn a_run_without_a_history_is_drawn() {
     assert!(page.contains("No history was kept."));
 }
 
-/// A folder with a design and its scene alone, and a design's file of any name.
+/// Makes a folder with only the design and the scene of the run.
+fn design_alone(bench: &Bench, folder: &str) {
+    fs::create_dir(bench.path(folder)).unwrap();
+    for name in ["scene.toml", "design.json"] {
+        bench.write(
+            &format!("{folder}/{name}"),
+            bench.read(&format!("run/{name}")),
+        );
+    }
+}
+
+/// A folder with only a design and its scene, and a design's file with another name.
 #[test]
 fn a_design_alone_is_drawn() {
     let bench = finished();
-    fs::create_dir(bench.path("alone")).unwrap();
-    for name in ["scene.toml", "design.json"] {
-        bench.write(&format!("alone/{name}"), bench.read(&format!("run/{name}")));
-    }
+    design_alone(&bench, "alone");
     let told = bench.cosmic("report alone").ok();
     assert_eq!(told.out, "alone/report.html\nalone/robot.svg\n");
     let page = bench.read("alone/report.html");
@@ -245,7 +253,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     of_summary(go_on);
     let of_design = ["evaluate run", "robustness run", "optimize --from run"];
     says(&of_design, "design.json", go_on);
-    // One for a loss that no file holds.
+    // A run with a loss of the caller, which no file holds.
     let text = bench.read("run/snapshot.json");
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
@@ -258,7 +266,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     bench.optimize("run", "--allow-unstable").fails(3, &[]);
     of_summary("the run diverged; see its last states with: cosmic evaluate run/diverged.json");
 
-    // No run at all.
+    // The folder is gone.
     fs::remove_dir_all(bench.path("run")).unwrap();
     let told = report(&bench);
     told.fails(4, &[]);
@@ -266,22 +274,45 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
 }
 
 #[test]
-fn files_of_another_run_do_not_fit() {
+fn files_of_another_run_or_version_are_refused() {
     let bench = finished();
-    let scene = bench.read("run/scene.toml");
-    let wider = scene.replace("columns = 3", "columns = 4");
-    let says = ["scene.toml", "not the scene that the run began with"];
-    refused(&bench, "scene.toml", wider, &says);
-    let trajectory = bench.read("run/trajectory.json");
-    let descending = trajectory.replace("\"steps\":[0,16,", "\"steps\":[16,0,");
-    refused(
-        &bench,
-        "trajectory.json",
-        descending,
-        &["`steps` must ascend"],
-    );
-
-    // A summary of another design, and of another rollout.
+    let read = |name: &str| bench.read(&format!("run/{name}"));
+    let last_of_another_version = |name: &str| {
+        let text = read(name);
+        let (before, after) = text.rsplit_once("\"version\":1").unwrap();
+        format!("{before}\"version\":7{after}").into_bytes()
+    };
+    let wider = read("scene.toml").replace("columns = 3", "columns = 4");
+    let steps = ["\"steps\":[0,16,", "\"steps\":[16,0,"];
+    let descending = read("trajectory.json").replace(steps[0], steps[1]);
+    let history = read("history.jsonl");
+    let (_, without_the_first) = history.split_once('\n').unwrap();
+    let no_text = [history.as_bytes(), b"\xff\n"].concat();
+    let began = "not the scene that the run began with";
+    for (name, content, says) in [
+        ("scene.toml", wider.into_bytes(), began),
+        ("trajectory.json", descending.into(), "`steps` must ascend"),
+        (
+            "history.jsonl",
+            last_of_another_version("history.jsonl"),
+            "history.jsonl:12:1",
+        ),
+        (
+            "designs.jsonl",
+            last_of_another_version("designs.jsonl"),
+            "version 7, not",
+        ),
+        ("history.jsonl", Vec::new(), "iterations 1 to 12"),
+        (
+            "history.jsonl",
+            without_the_first.into(),
+            "iterations 1 to 12",
+        ),
+        ("history.jsonl", no_text, "history.jsonl:13:"),
+    ] {
+        refused(&bench, name, content, &[name, says]);
+    }
+    // A summary of another design or of another rollout.
     for (key, other) in [
         ("/V", "design.json"),
         ("/V_act", "design.json"),
@@ -297,32 +328,7 @@ fn files_of_another_run_do_not_fit() {
     bench.cosmic("report run --quiet").ok();
 }
 
-#[test]
-fn a_history_of_another_version_or_without_all_its_rows_is_refused() {
-    let bench = finished();
-    let last_of_another_version = |name: &str| {
-        let text = bench.read(&format!("run/{name}"));
-        let (before, after) = text.rsplit_once("\"version\":1").unwrap();
-        format!("{before}\"version\":7{after}")
-    };
-    for (name, says) in [
-        ("history.jsonl", "history.jsonl:12:1"),
-        ("designs.jsonl", "version 7, not"),
-    ] {
-        refused(&bench, name, last_of_another_version(name), &[name, says]);
-    }
-    let history = bench.read("run/history.jsonl");
-    let (_, without_the_first) = history.split_once('\n').unwrap();
-    for short in ["", without_the_first] {
-        let says = ["history.jsonl", "iterations 1 to 12"];
-        refused(&bench, "history.jsonl", short, &says);
-    }
-    let no_text = [history.as_bytes(), b"\xff\n"].concat();
-    refused(&bench, "history.jsonl", no_text, &["history.jsonl:13:"]);
-}
-
-/// A robot a hundred million lattices away in the end, and a rollout of hours: neither is too much
-/// to draw.
+/// A robot that ends a hundred million lattices away, and a rollout of hours.
 #[test]
 fn a_robot_far_away_and_a_long_rollout_are_drawn() {
     let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
@@ -359,7 +365,7 @@ fn compare_has_a_row_for_every_run() {
     assert_eq!(html.matches("<tr>").count(), 3);
     fetches_nothing(&html);
     assert_eq!(html.matches("\"name\":\"run\"").count(), 2);
-    // A run without a trajectory, as `sweep prune` leaves it, is in the table alone.
+    // A run without a trajectory, as `sweep prune` leaves it, is only in the table.
     let trajectory = bench.read("run/trajectory.json");
     bench.remove("run/trajectory.json");
     bench.cosmic("compare run --out compare.html").ok();
@@ -372,7 +378,7 @@ fn compare_has_a_row_for_every_run() {
     let compared = &json["runs"][0]["summary"];
     assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
 
-    // Another run of the name, for another task.
+    // Another run with the same name, for another task.
     assert!(!rows[0].contains("loss"));
     fs::create_dir_all(bench.path("other/run")).unwrap();
     let text = bench.read("run/summary.json");
@@ -388,19 +394,19 @@ fn compare_has_a_row_for_every_run() {
     bench.cosmic("compare").fails(2, &[]);
 }
 
-/// A browser of the Chromium family, where there is one.
+/// A browser of the Chromium family, if one is installed.
 fn browser() -> Option<&'static str> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
     names.into_iter().find(runs)
 }
 
-/// Nothing but the page, by software alone.
+/// Only the page, without a graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";
 
-/// The document that a browser makes of a file, scripts run for a second of its own time.
+/// The document of a file after its scripts ran for a second of the browser's virtual time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
@@ -426,12 +432,8 @@ fn document(browser: &str, file: &str) -> String {
 #[test]
 fn a_browser_draws_the_page_without_errors() {
     let Some(browser) = browser() else {
-        // Past the test harness, which hides what passing tests print.
-        writeln!(
-            io::stderr(),
-            "no chromium here: the page is not opened in a browser"
-        )
-        .unwrap();
+        // The test harness hides what passing tests print, but not this.
+        writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
         return;
     };
     let bench = finished();
@@ -441,13 +443,7 @@ fn a_browser_draws_the_page_without_errors() {
         document(browser, &file.display().to_string())
     };
     bench.cosmic("compare run run --out run/compare.html").ok();
-    fs::create_dir(bench.path("run/alone")).unwrap();
-    for name in ["scene.toml", "design.json"] {
-        bench.write(
-            &format!("run/alone/{name}"),
-            bench.read(&format!("run/{name}")),
-        );
-    }
+    design_alone(&bench, "run/alone");
     bench.cosmic("report run/alone").ok();
     bench.run("run/early", "--iterations 2 --quiet");
     bench.cosmic("report run/early").ok();
@@ -459,7 +455,7 @@ fn a_browser_draws_the_page_without_errors() {
     ];
     for name in pages {
         let page = document(name);
-        // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
+        // The script sets `ready` at its end, and `error` if anything is thrown.
         assert!(
             page.contains("data-ready=\"true\""),
             "{name}: the script did not end"
@@ -470,7 +466,7 @@ fn a_browser_draws_the_page_without_errors() {
     }
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);
-        // XML that is not well formed is replaced by a `parsererror`.
+        // The browser replaces malformed XML by a `parsererror`.
         assert!(
             picture.contains("</svg>") && !picture.contains("parsererror"),
             "{name}"

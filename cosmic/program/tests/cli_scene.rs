@@ -1,12 +1,12 @@
-//! `cosmic scene` and `cosmic completions` as a user meets them: output, messages, exit codes.
+//! `cosmic scene` and `cosmic completions`: output, messages and exit codes.
 
 use crate::common::{Bench, scene};
-use crate::program::{Told, command, cosmic};
+use crate::program::{Told, command, cosmic, has};
 use cosmic::scene::{BUILTIN, Scene};
 use std::fs;
 use std::process::Command;
 
-/// `scene check` of a file with that text.
+/// Runs `scene check` on a file with this text.
 fn check(text: impl AsRef<[u8]>) -> Told {
     let bench = Bench::default();
     bench.write("my.toml", text);
@@ -66,7 +66,7 @@ fn check_refuses_what_optimize_refuses() {
     let refused = bench.optimize("run", "");
     assert_eq!(refused.code, 2, "{refused:?}");
     assert_eq!(
-        refused.error.replace(" or say --allow-unstable", ""),
+        refused.error.replace(" or add --allow-unstable", ""),
         told.error
     );
     let told = bench.cosmic("scene check tiny.toml --json");
@@ -76,7 +76,7 @@ fn check_refuses_what_optimize_refuses() {
     let setting = &json["refusals"][0]["settings"][0];
     assert_eq!(setting["key"], "physics.dt");
     assert_eq!(setting["value"], "0.05");
-    // Where no key of it is in the file, the settings are named.
+    // If none of its keys is in the file, the message lists the settings.
     let settings = "(physics.dt = 0.002, physics.substeps = 1); set physics.dt to";
     let told = check("[materials]\nstiffness = [1e-7, 1e6, 30]\n");
     told.fails(2, &[settings]);
@@ -109,7 +109,7 @@ fn the_world_is_described() {
     assert!(check(moon).ok().out.starts_with(says));
     let bench = Bench::new(2, 32);
     bench.write("moon.toml", moon);
-    assert_eq!(bench.cosmic("scene check moon.toml --quiet").ok().out, "");
+    assert_eq!(bench.ok("scene check moon.toml --quiet").out, "");
     bench.cosmic("scene check moon.toml --json").json();
 }
 
@@ -136,7 +136,7 @@ fn optimize_describes_the_world_and_warns_as_check_does() {
         assert!(optimised.error.lines().any(|l| l == line), "{optimised:?}");
     }
     let of_search = "read only with --search halving (search.window = 5)";
-    assert!(optimised.error.contains(of_search), "{optimised:?}");
+    has(&optimised.error, &[of_search]);
     let quiet = bench.cosmic("optimize more.toml --quiet --out b");
     assert!(
         !quiet.error.contains("warning: ") && !quiet.error.contains("world: "),
@@ -165,7 +165,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     }
     cosmic("--help").ok();
     cosmic("--version").ok();
-    // Into a disk that is full.
+    // On a full disk.
     #[cfg(target_os = "linux")]
     {
         let full = fs::File::create("/dev/full").unwrap();
@@ -178,7 +178,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
 fn completions_are_written_for_every_shell() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let told = cosmic(&format!("completions {shell}")).ok();
-        assert!(told.out.contains("cosmic"), "{shell}");
+        has(&told.out, &["cosmic"]);
     }
     cosmic("completions abacus").fails(2, &[]);
 }

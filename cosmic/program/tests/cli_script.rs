@@ -1,19 +1,20 @@
-//! `cosmic sweep script` as a user meets it: scripts that a shell takes, and that run.
+//! `cosmic sweep script`: the scripts are valid and run.
 #![cfg(unix)]
 
 use crate::background::signal;
 use crate::common::{Bench, scene};
+use crate::program::has;
 use std::fs;
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
-/// A sweep of five runs, of which number 1 is done.
+/// A sweep of five runs, with run 1 done.
 fn bench() -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 5 --iterations 3 --out s";
-    bench.cosmic(plan).ok();
-    bench.cosmic("sweep run s --index 1").ok();
+    bench.ok(plan);
+    bench.ok("sweep run s --index 1");
     bench
 }
 
@@ -32,10 +33,10 @@ fn bash(bench: &Bench, arguments: &[&str]) -> Output {
     shell(bench, arguments).output().unwrap()
 }
 
-/// Writes a script, which a shell must be able to read.
+/// Writes a script and checks its syntax.
 fn script(bench: &Bench, options: &str) -> String {
     let line = format!("sweep script s {options} --out script");
-    assert_eq!(bench.cosmic(&line).ok().out, "script\n");
+    assert_eq!(bench.ok(&line).out, "script\n");
     let read = bash(bench, &["-n", "script"]);
     assert!(read.status.success(), "{options}: {read:?}");
     bench.read("script")
@@ -92,7 +93,7 @@ fn a_task_does_its_runs_and_says_how_they_ended() {
 #[test]
 fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
     let bench = Bench::with(&scene(400, 2048, ""));
-    bench.cosmic("sweep plan tiny.toml --seeds 2 --out s").ok();
+    bench.ok("sweep plan tiny.toml --seeds 2 --out s");
     script(&bench, "--slurm");
     fs::create_dir(bench.path("bin")).unwrap();
     bench.write("bin/scontrol", "#!/bin/sh\necho \"$@\" >queued\n");
@@ -112,18 +113,12 @@ fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
 fn a_script_for_parallel_does_what_is_left() {
     let bench = bench();
     let text = script(&bench, "--parallel --throttle 2 --minutes 3");
-    assert!(
-        text.contains("printf '%s\\n' 0 {2..4} | parallel --jobs 2 "),
-        "{text}"
-    );
-    assert!(
-        text.contains("--kill-after=60 120 cosmic sweep run s "),
-        "{text}"
-    );
+    has(&text, &["printf '%s\\n' 0 {2..4} | parallel --jobs 2 "]);
+    has(&text, &["--kill-after=60 120 cosmic sweep run s "]);
     let there = Command::new("parallel").arg("--version").output();
     if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
         let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
-        // Past the test harness, which hides what passing tests print.
+        // Directly, because the test harness hides the output of passing tests.
         io::stderr().write_all(says.as_bytes()).unwrap();
         return;
     }
@@ -134,18 +129,18 @@ fn a_script_for_parallel_does_what_is_left() {
         (&told["left"], &told["counts"]["done"]),
         (&"".into(), &5.into())
     );
-    // A head and a line a task.
+    // A head and a line per task.
     assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
     assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
     let nothing = bench.cosmic("sweep script s --parallel");
-    nothing.fails(2, &["s: no run is left"]);
+    nothing.fails(2, &["s: all runs are finished"]);
 }
 
 #[test]
 fn a_manifest_for_kubernetes_has_what_a_job_needs() {
     let bench = bench();
     let line = "sweep script s --kubernetes --throttle 3 --cores 2 --seeds-per-task 1 --minutes 10";
-    let text = bench.cosmic(line).ok().out;
+    let text = bench.ok(line).out;
     let job: serde_json::Value = serde_yaml_ng::from_str(&text).unwrap();
     assert_eq!(
         (&job["apiVersion"], &job["kind"]),
@@ -171,7 +166,7 @@ fn a_manifest_for_kubernetes_has_what_a_job_needs() {
         container["name"]
     );
     assert_eq!(container["resources"]["limits"]["cpu"], "2");
-    // The container's script does the runs that are left, each pod its own.
+    // The script of the container does the unfinished runs, one in each pod.
     let task = container["args"][0].as_str().unwrap();
     for pod in ["0", "3"] {
         let mut sh = shell(&bench, &["-c", task]);
@@ -195,7 +190,7 @@ fn what_cannot_be_handed_over_is_refused() {
         ("--slurm --throttle 0", "expected a whole number, 1 or more"),
     ] {
         let line = format!("sweep script s {options}");
-        bench.cosmic(&line).fails(2, &[says]);
+        bench.fails(&line, 2, &[says]);
     }
 }
 
@@ -249,7 +244,7 @@ const ODD: [&str; 10] = [
 fn named(name: &str) -> Bench {
     let bench = Bench::with(&scene(24, 64, ""));
     let plan = "sweep plan tiny.toml --seeds 1 --iterations 2 --out s";
-    bench.cosmic(plan).ok();
+    bench.ok(plan);
     fs::rename(bench.path("s"), bench.path(name)).unwrap();
     bench
 }
@@ -290,10 +285,7 @@ fn slurm_finds_folders_of_any_name() {
     }
     let plain = named("half%a");
     let text = script_of(&plain, "half%a", "--slurm").ok().out;
-    assert!(
-        text.contains("#SBATCH --output=half%%a/logs/%a.log\n"),
-        "{text}"
-    );
+    has(&text, &["#SBATCH --output=half%%a/logs/%a.log\n"]);
 }
 
 /// Expands container arguments as Kubernetes does: `$$` is a dollar sign, and `$(NAME)` is replaced if a variable

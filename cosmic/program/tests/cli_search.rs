@@ -1,10 +1,10 @@
-//! `cosmic optimize --search halving`: weak starts are dropped on the way.
+//! `cosmic optimize --search halving`: weak starts are dropped early.
 
 use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 
-/// Rungs within 24 iterations: in the co-design, after the snap, and one past the end.
+/// Rungs within 24 iterations: in the co-design, after the snap, and at the end.
 const RUNGS: &str = "[search]\nrungs = [8, 20, 24]\nkeep = [0.5, 0.5, 0.5]\nwindow = 4\n";
 
 fn tiny() -> Bench {
@@ -43,7 +43,7 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     }
     let dropped = |start: &&Value| start["dropped_at"].is_u64();
     assert_eq!(starts.iter().filter(dropped).count(), 3);
-    // A survivor is the run that it would have been alone.
+    // A surviving start equals the same run alone.
     let best = summary["seed"].to_string();
     bench.run("alone", &format!("--seed {best}"));
     let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
@@ -52,7 +52,7 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     }
 }
 
-/// The best at its task goes on, by the medians before the rung, and not who got far.
+/// Starts are ranked by the median merit before the rung, not by their displacement.
 #[test]
 fn starts_are_ranked_by_their_task() {
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
@@ -104,7 +104,7 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     bench.run("a", SEARCH);
     bench.run("b", &format!("{SEARCH} --threads 3"));
     assert_eq!(bench.results("a"), bench.results("b"));
-    // As if killed between two rungs: without a summary, one survivor behind, another not begun.
+    // The state after a kill between two rungs: no summary, one start unfinished and one not begun.
     let best = bench.json("a/summary.json")["seed"].as_u64().unwrap();
     let other = (0..5).find(|&seed| seed != best).unwrap();
     let whole = bench.results("a");
@@ -113,10 +113,10 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     }
     fs::remove_dir_all(bench.path(&format!("a/starts/{other}"))).unwrap();
     bench.remove(&format!("a/starts/{best}/summary.json"));
-    // The survivor was writing a line, as on a disk that is full.
+    // An incomplete line, as after a full disk.
     let history = format!("a/starts/{best}/history.jsonl");
     bench.write(&history, bench.read(&history) + "{\"format\":\"cosm");
-    bench.cosmic("resume a").ok();
+    bench.ok("resume a");
     assert_eq!(bench.results("a"), whole);
 }
 
@@ -146,7 +146,7 @@ fn a_start_whose_history_lacks_rows_is_refused() {
     bench.remove("a/summary.json");
     bench.write("a/starts/0/history.jsonl", "");
     let says = "starts/0/history.jsonl: expected 8 lines up to the rung, found 0";
-    bench.cosmic("resume a").fails(2, &[says]);
+    bench.fails("resume a", 2, &[says]);
     bench.remove("a/starts/0/history.jsonl");
-    bench.cosmic("resume a").fails(4, &[]);
+    bench.fails("resume a", 4, &[]);
 }

@@ -1,8 +1,9 @@
 //! `--set key=value` wherever a scene is taken.
 
 use crate::common::{Bench, scene};
+use crate::program::has;
 
-/// The tests of the reader of scenes show how values are read and which are refused.
+/// The tests of the reader of scenes cover how values are read and refused.
 #[test]
 fn settings_are_taken_in_their_order() {
     let bench = Bench::default();
@@ -14,11 +15,11 @@ fn settings_are_taken_in_their_order() {
         .json();
     assert_eq!(scene["physics"]["gravity"], 3.7);
     assert_eq!(scene["physics"]["contact"], "coulomb");
-    // All else is the scene's own.
+    // The other settings do not change.
     let whole = bench.cosmic(show).json();
     assert_eq!(scene["lattice"], whole["lattice"]);
     assert_ne!(scene["physics"], whole["physics"]);
-    // Every setting that is wrong is shown.
+    // All wrong settings are reported.
     let said = bench.cosmic("optimize tiny.toml --set physics.dt=-0.1 --set physics.steps=0");
     let shown = [
         "`physics.dt` is out of range: -0.1",
@@ -36,7 +37,7 @@ fn every_command_that_takes_a_scene_takes_settings() {
     let explained = with("explain tiny.toml --json", "physics.steps=96").json();
     assert_eq!(explained["rollout"]["steps"], 96);
     let checked = with("gradcheck tiny.toml", "physics.steps=96");
-    assert!(checked.out.contains("over 96 steps"), "{checked:?}");
+    has(&checked.out, &["over 96 steps"]);
     for command in ["scene check", "verify"] {
         let refused = with(&format!("{command} tiny.toml"), "physics.dt=-1");
         refused.fails(2, &["--set physics.dt=-1"]);
@@ -47,8 +48,8 @@ fn every_command_that_takes_a_scene_takes_settings() {
     let run = "--set physics.gravity=3.7 --iterations 2";
     bench.run("a", run);
     let kept = bench.read("a/scene.toml");
-    assert!(kept.contains("gravity = 3.7"), "{kept}");
-    // A design lies in the scene beside it.
+    has(&kept, &["gravity = 3.7"]);
+    // A design uses the scene beside it.
     for line in ["evaluate tiny.toml", "evaluate a"] {
         let [earth, mars] = on_earth_or_mars(line).map(|all| all["results"]["trajectory"].clone());
         assert_ne!(earth, mars);
@@ -60,10 +61,10 @@ fn every_command_that_takes_a_scene_takes_settings() {
     let plan = "sweep plan tiny.toml --seeds 1 --out s";
     with(plan, "physics.gravity=3.7").ok();
     let plan = bench.json("s/plan.json").to_string();
-    assert!(plan.contains("3.7"), "{plan}");
+    has(&plan, &["3.7"]);
 }
 
-/// The scene's own line of the time step is not the one to change.
+/// The error does not show the time step in the scene file.
 #[test]
 fn an_unstable_step_is_shown_where_it_was_set() {
     let bench = Bench::with(&scene(4, 32, "dt = 0.001"));

@@ -1,20 +1,20 @@
-//! `cosmic study` as a user meets it, with small robots: interrupted, resumed, with more seeds.
+//! `cosmic study` with small robots: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
 use crate::background::signal;
 use crate::common::Bench;
-use crate::program::Told;
+use crate::program::{Told, has};
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::fs;
 
-/// A robot of 3x3 nodes under every scene.
+/// Settings that give every scene a robot of 3x3 nodes.
 const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
     [controller]\nhidden = 4\n[volume]\nwidening_over = [4, 6]\n\
     [schedule]\niterations = 20\nattraction_from = 8\nsnap_at = 14\nhorizon = [32, 64]\n\
     [binarisation]\nthreshold_over = [1, 12]\n[loss]\nwindow = 16\nevery = 4\n";
 
-/// The lattice as it is, for the layouts that belong to it.
+/// Short runs with the original lattices, which some layouts need.
 const SHORT: &str = "[physics]\nsteps = 64\n[controller]\nhidden = 2\n\
     [schedule]\nhorizon = [16, 32]\n[loss]\nwindow = 16\n";
 
@@ -44,7 +44,7 @@ fn ended(said: &Told) -> usize {
 fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = study(&bench, "ablation", "a", "--seeds 2").ok();
-    // A line a run, and a line a file: nine figures, a document, two tables.
+    // A line per run, and a line per file: nine figures, a document, two tables.
     let lines = [ended(&said), said.out.lines().count()];
     assert_eq!(lines, [16, 12], "{said:?}");
     let document = bench.read("a/ablation.md");
@@ -71,7 +71,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// Parts that are not designed stay: the controller at its first weights, the materials of the start.
+/// Parts that are not designed do not change: the initial weights and the materials of the start.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -90,7 +90,7 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert!(filled.iter().zip(&held).all(kept), "{held:?}");
     assert!(held.contains(&0), "{held:?}");
     let solid = materials(&design("material-control"));
-    // 0.90 of 20 edges, less the widening of 0.03: 17.4.
+    // 0.90 of 20 edges, minus the widening of 0.03: 17.4.
     assert!(solid.iter().filter(|m| **m > 0).count() >= 18, "{solid:?}");
 }
 
@@ -112,7 +112,7 @@ fn runs_that_diverge_are_told_and_counted() {
 
 #[test]
 fn threads_and_interruptions_change_nothing() {
-    let bench = bench(&LITTLE.replace("steps = 64", "steps = 1024"));
+    let bench = bench(&LITTLE.replace("steps = 64", "steps = 256"));
     study(&bench, "ablation", "whole", "--seeds 2 --threads 1").ok();
     let cut = line("ablation", "cut", "--seeds 2 --threads 2");
     let child = bench.start(&cut);
@@ -120,48 +120,47 @@ fn threads_and_interruptions_change_nothing() {
     signal(&child, "TERM");
     let told = Told::of(child.wait_with_output().unwrap());
     told.fails(75, &["of 16 runs done; the same command goes on\n"]);
-    // The folder was tried out before the first run; nothing is in it yet.
+    // The folder was checked before the first run and is still empty.
     assert_eq!(fs::read_dir(bench.path("cut")).unwrap().count(), 0);
-    let said = bench.cosmic(&cut).ok();
+    let said = bench.ok(&cut);
     assert!(ended(&said) < 16, "{said:?}");
     assert_eq!(bench.results("cut"), bench.results("whole"));
 }
 
 #[test]
 fn more_seeds_join_and_other_scenes_do_not() {
-    let bench = bench(SHORT);
-    let of = |name: &str, seeds: &str| {
-        let more = format!("--iterations 2 --seeds {seeds}");
-        study(&bench, "findings", name, &more).ok()
+    let bench = Bench::default();
+    bench.write("grounds.toml", OWN);
+    let grounds = |name: &str, more: &str| {
+        let line = format!("study grounds.toml --out {name} --runs {name}-runs {more}");
+        bench.cosmic(&line)
     };
-    of("a", "1 --first-seed 1");
-    let alone = bench.read("a/findings.md");
-    let undecided = "undecided: one seed's change has no error";
-    assert_eq!(alone.matches(undecided).count(), 21, "{alone}");
-    let said = of("a", "2");
-    assert_eq!(ended(&said), 24, "{said:?}");
-    of("b", "2");
-    assert_eq!(bench.results("a"), bench.results("b"));
-    let said = study(&bench, "findings", "a", "--seeds 2");
-    said.fails(
-        2,
-        &[
-            "iterations=2 in the results there",
-            "another folder by --out",
-        ],
+    grounds("a", "--iterations 2 --seeds 1 --first-seed 1").ok();
+    has(
+        &bench.read("a/grounds.md"),
+        &["undecided: one seed's change has no error"],
     );
+    let said = grounds("a", "--iterations 2").ok();
+    assert_eq!(ended(&said), 4, "{said:?}");
+    grounds("b", "--iterations 2").ok();
+    assert_eq!(bench.results("a"), bench.results("b"));
+    let says = [
+        "iterations=2 in the results there",
+        "another folder by --out",
+    ];
+    grounds("a", "").fails(2, &says);
     let refused = |base: &str, says: &str| {
         bench.write("base.toml", base);
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // Right by itself, but not under the study's scenes.
+    // Valid by itself, but not for the scenes of the study.
     let says = "error: the settings of base.toml do not go with the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
 
-/// Results go beside the runs, and replace none but those that they repeat.
+/// Results are beside the runs and replace only results of the same settings.
 #[test]
 fn results_of_other_settings_are_not_replaced() {
     let bench = bench(SHORT);
@@ -208,11 +207,11 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     assert_eq!(document.matches(".svg)").count(), pictures);
 }
 
-/// Every trial's scene of a study, by the names of the trials.
+/// The scenes of all trials of a study, by the names of the trials.
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
-    // `true` stands for a Python that has MuJoCo.
+    // `true` replaces a Python with MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
-    bench.cosmic(&line).ok();
+    bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));
     let scene = |planned: &Value| {
         let [name, text] = ["name", "scene"].map(|key| planned[key].as_str().unwrap());
@@ -226,7 +225,7 @@ fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
         .collect()
 }
 
-/// So the eight trials of the ablation are all combinations. Planning a trial begins it.
+/// So the eight trials of the ablation cover all combinations. Planning also starts every trial once.
 #[test]
 fn no_trial_is_another_and_the_strict_ones_depart_in_nothing() {
     let bench = Bench::default();
@@ -270,26 +269,27 @@ to = ['firm-light', 'firm-heavy']
 fn a_study_of_one_s_own_is_a_file() {
     let bench = Bench::default();
     bench.write("grounds.toml", OWN);
-    let said = bench.cosmic("study grounds.toml --quiet").ok();
+    let said = bench.ok("study grounds.toml --quiet");
     assert_eq!(said.out, "");
     let folder = "runs/study-grounds";
     assert_eq!(bench.lines(&format!("{folder}/grounds.csv")), 1 + 8);
     let document = bench.read(&format!("{folder}/grounds.md"));
-    for part in [
-        "# Two grounds\n",
-        "| slippery-heavy | – |",
-        "| What does friction change? |",
-    ] {
-        assert!(document.contains(part), "{part}: {document}");
-    }
-    // A trial that joins keeps the runs of the others.
+    has(
+        &document,
+        &[
+            "# Two grounds\n",
+            "| slippery-heavy | – |",
+            "| What does friction change? |",
+        ],
+    );
+    // A new trial keeps the runs of the others.
     let more = "[[trials]]\nname = 'jelly'\nscene = 'tiny.toml'\nsettings.physics.damping = 60.0\n";
     bench.write("grounds.toml", format!("{OWN}{more}"));
-    let said = bench.cosmic("study grounds.toml").ok();
+    let said = bench.ok("study grounds.toml");
     assert_eq!(ended(&said), 4, "{said:?}");
     bench.write("grounds.toml", OWN.replace("9.81", "3.7"));
     let says = "heavy: physics.gravity=9.81 in the results there, physics.gravity=3.7 in";
-    bench.cosmic("study grounds.toml").fails(2, &[says]);
+    bench.fails("study grounds.toml", 2, &[says]);
 }
 
 #[test]
@@ -356,14 +356,12 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
     told.fails(2, &[says]);
 }
 
-/// A study that is planned, done by processes of `sweep run`, and written is the study in one go.
+/// A study that is planned, done by several `sweep run` and then written equals the study in one process.
 #[test]
 fn processes_do_the_runs_of_a_planned_study() {
     let bench = bench(LITTLE);
     let options = "--base base.toml --seeds 1 --iterations 8";
-    let said = bench
-        .cosmic(&format!("study ablation {options} --plan cut-runs"))
-        .ok();
+    let said = bench.ok(&format!("study ablation {options} --plan cut-runs"));
     assert_eq!(said.out, "cut-runs: 8 runs\n");
     let mut at_work = Vec::new();
     for index in [
@@ -373,7 +371,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         if at_work.len() == 3 {
             for child in at_work.drain(..) {
                 let output = child.wait_with_output().unwrap();
-                // Another process may be at work on the run.
+                // Another process may be running this run.
                 assert!(matches!(output.status.code(), Some(0 | 2)), "{output:?}");
             }
         }
@@ -382,7 +380,7 @@ fn processes_do_the_runs_of_a_planned_study() {
         bench.cosmic("sweep status cut-runs --json").json()["left"],
         ""
     );
-    // Every run was measured when it ended, so that writing simulates nothing.
+    // Every run was measured at its end, so writing does not simulate.
     let checks: Vec<_> = fs::read_dir(bench.path("cut-runs/runs")).unwrap().collect();
     let is_measured = |run: &fs::DirEntry| run.path().join("check.json").exists();
     assert_eq!(
@@ -398,5 +396,5 @@ fn processes_do_the_runs_of_a_planned_study() {
     assert_eq!(bench.results("cut"), bench.results("whole"));
     let other = "study ablation --base base.toml --seeds 1 --iterations 9 --plan cut-runs";
     let says = "cut-runs: the runs there are of other scenes or another number of iterations";
-    bench.cosmic(other).fails(2, &[says]);
+    bench.fails(other, 2, &[says]);
 }

@@ -1,14 +1,14 @@
-//! `cosmic sweep` as a user meets it: a frozen plan, runs shared by processes, merged results.
+//! `cosmic sweep`: fixed plans, runs shared by processes, merged results.
 #![cfg(unix)]
 
 use crate::common::{Bench, scene};
-use crate::program::{Told, command};
+use crate::program::{Told, command, has};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 
-/// A sweep of a scene over three seeds, planned.
+/// A planned sweep of a scene with three seeds.
 fn planned(scene: &str, more: &str) -> Bench {
     let bench = Bench::with(scene);
     let said = bench.cosmic(&format!("sweep plan tiny.toml --seeds 3 --out s {more}"));
@@ -21,9 +21,9 @@ fn small() -> String {
     scene(24, 64, "")
 }
 
-/// The counts that `cosmic sweep status` ends with: runs that wait, are begun, done, diverged.
+/// The counts of waiting, begun, done and diverged runs from `cosmic sweep status`.
 fn counts(bench: &Bench) -> [u64; 4] {
-    let told = bench.cosmic("sweep status s").ok().out;
+    let told = bench.ok("sweep status s").out;
     let numbers = told.lines().last().unwrap().split(", ");
     let numbers: Vec<u64> = numbers
         .zip(["waiting", "begun", "done", "diverged"])
@@ -48,10 +48,10 @@ fn a_plan_speaks_as_it_is_asked_to() {
 #[test]
 fn a_sweep_s_runs_are_those_of_optimize() {
     let bench = planned(&small(), "");
-    let said = bench.cosmic("sweep run s --index 1 --threads 2").ok();
+    let said = bench.ok("sweep run s --index 1 --threads 2");
     assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
     let said = bench.cosmic("sweep run s --threads 2");
-    // The one that is done is not done again.
+    // The finished run is not repeated.
     assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
     has_undisturbed_results(&bench);
@@ -93,7 +93,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();
     let said = sweep("run s --index all").ok();
-    let says = "1 of 3 runs are at work in other processes\n";
+    let says = "1 of 3 runs are being run by other processes\n";
     assert!(said.error.ends_with(says), "{said:?}");
     fs::remove_dir_all(run(0, "")).unwrap();
     fs::create_dir_all(run(0, "")).unwrap();
@@ -105,7 +105,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
-    // One that went on to its end and lost it again, with a row that it needs.
+    // A finished run that lost its summary and a history.
     fs::remove_file(run(1, "summary.json")).unwrap();
     fs::remove_file(run(1, "history.csv")).unwrap();
     sweep("run s --index 1").fails(4, &["history.csv"]);
@@ -118,7 +118,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);
 }
 
-/// The results of all runs of the plan in `s`, wall times aside, those of a sweep that nothing disturbed.
+/// Asserts that all runs of the sweep `s` equal undisturbed runs.
 fn has_undisturbed_results(bench: &Bench) {
     assert_eq!(counts(bench), [0, 0, 3, 0]);
     for seed in ["0", "1", "2"] {
@@ -130,24 +130,24 @@ fn has_undisturbed_results(bench: &Bench) {
     }
 }
 
-/// A run whose folder vanishes ends; the sweep goes on with the others.
+/// A run whose folder disappears ends; the sweep does the others.
 #[test]
 fn a_vanished_folder_ends_its_run_alone() {
-    let bench = planned(&scene(40, 512, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s/runs/tiny-0"), bench.path("gone")).unwrap();
     let said = Told::of(child.wait_with_output().unwrap());
     said.fails(4, &["run 0, tiny-0: cannot write s/runs/tiny-0"]);
     assert_eq!(counts(&bench), [1, 0, 2, 0]);
-    bench.cosmic("sweep run s").ok();
+    bench.ok("sweep run s");
     has_undisturbed_results(&bench);
 }
 
-/// Where the sweep's folder vanishes, the process ends, and does not make the folder anew.
+/// If the folder of the sweep disappears, the process ends without making it again.
 #[test]
 fn a_vanished_sweep_ends_the_process() {
-    let bench = planned(&scene(40, 512, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s"), bench.path("moved")).unwrap();
@@ -156,14 +156,14 @@ fn a_vanished_sweep_ends_the_process() {
     assert!(!said.error.contains("of this sweep"), "{said:?}");
     assert!(!bench.path("s").exists());
     fs::rename(bench.path("moved"), bench.path("s")).unwrap();
-    bench.cosmic("sweep run s").ok();
+    bench.ok("sweep run s");
     has_undisturbed_results(&bench);
 }
 
-/// A file that may not grow beyond some bytes meets what a full disk meets: a write that fails.
+/// A limit on the file size makes writes fail as on a full disk.
 #[test]
 fn a_full_disk_ends_runs_and_loses_nothing() {
-    let bench = planned(&scene(40, 512, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     // In blocks of 512 bytes: enough for the scene and the first iterations.
     let full = "trap '' XFSZ; ulimit -f 40; exec \"$0\" sweep run s --threads 1";
     let program = command("").get_program().to_owned();
@@ -177,7 +177,7 @@ fn a_full_disk_ends_runs_and_loses_nothing() {
     ];
     Told::of(said.unwrap()).fails(4, &says);
     assert_eq!(counts(&bench)[2..], [0, 0]);
-    bench.cosmic("sweep run s").ok();
+    bench.ok("sweep run s");
     has_undisturbed_results(&bench);
 }
 
@@ -187,7 +187,7 @@ fn warnings_name_their_runs() {
     let bench = planned(&unstable, "--iterations 2");
     let said = bench.cosmic("sweep run s --index all");
     let warning = "warning: tiny-1: the time step of 0.05 s is unstable";
-    assert!(said.error.contains(warning), "{said:?}");
+    has(&said.error, &[warning]);
     fs::remove_dir_all(bench.path("s/runs")).unwrap();
     let quiet = bench.cosmic("sweep run s --index all --quiet");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
@@ -195,7 +195,7 @@ fn warnings_name_their_runs() {
 
 #[test]
 fn processes_share_a_sweep_and_no_run_is_done_twice() {
-    let bench = planned(&scene(40, 512, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     let auto = "sweep run s --index auto --threads 1 --json";
     let children = [(); 2].map(|()| bench.start(auto));
     let both = children.map(|child| Told::of(child.wait_with_output().unwrap()).json());
@@ -203,14 +203,14 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
     let taken = both.iter().chain([&third]);
     let indices: BTreeSet<u64> = taken.map(|said| said["index"].as_u64().unwrap()).collect();
     assert_eq!(indices, BTreeSet::from([0, 1, 2]));
-    // The fourth finds nothing left.
+    // The fourth call finds no run.
     assert_eq!(bench.cosmic(auto).json()["index"], Value::Null);
 }
 
-/// A run that is taken at first, and given back while the others are at work.
+/// A run that is taken at first, and given back while others run.
 #[test]
 fn a_sweep_goes_on_until_nothing_is_left() {
-    let bench = planned(&scene(40, 512, ""), "");
+    let bench = planned(&scene(40, 384, ""), "");
     // An empty claim is one that another host has just made.
     fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
     bench.write("s/claims/tiny-0/1", String::new());
@@ -250,9 +250,7 @@ fn an_edited_plan_is_refused() {
         assert_ne!(edited, plan, "{old}");
         bench.write("s/plan.json", edited);
         for command in ["run", "status", "merge", "prune", "script --slurm"] {
-            bench
-                .cosmic(&format!("sweep {command} s"))
-                .fails(2, &[says, "s/plan.json"]);
+            bench.fails(&format!("sweep {command} s"), 2, &[says, "s/plan.json"]);
         }
     }
     bench.write("s/plan.json", plan);
@@ -262,18 +260,18 @@ fn an_edited_plan_is_refused() {
 
 #[test]
 fn a_killed_process_gives_its_run_back() {
-    let bench = planned(&scene(100, 1024, ""), "");
+    let bench = planned(&scene(100, 256, ""), "");
     let mut child = bench.start("sweep run s --index 0 --quiet");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 0);
     let taken = bench.cosmic("sweep run s --index 0");
     let is_running = child.try_wait().unwrap().is_none();
-    // Unless it ended meanwhile, the run is not to be had.
+    // The run is taken, unless it has ended meanwhile.
     if is_running {
         taken.fails(2, &["being run by another process"]);
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let said = bench.cosmic("sweep run s --index auto --threads 2").ok();
+    let said = bench.ok("sweep run s --index auto --threads 2");
     assert!(said.out.starts_with("run 0, "), "{said:?}");
     bench.run("whole", "");
     assert_eq!(bench.results("s/runs/tiny-0"), bench.results("whole"));
@@ -283,7 +281,7 @@ fn a_killed_process_gives_its_run_back() {
 fn status_and_merge_read_what_is_there() {
     let bench = planned(&small(), "--iterations 20 --first-seed 7");
     assert_eq!(counts(&bench), [3, 0, 0, 0]);
-    bench.cosmic("sweep run s --index 2").ok();
+    bench.ok("sweep run s --index 2");
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     let said = bench.cosmic("sweep merge s");
     assert_eq!(said.out, "s/results.json\ns/results.csv\n");
@@ -326,15 +324,15 @@ fn a_grid_plans_every_combination() {
         "{text}"
     );
     assert!(!text.contains('#'), "{text}");
-    let said = bench.cosmic("sweep run s --index 5,0-1 --threads 2").ok();
+    let said = bench.ok("sweep run s --index 5,0-1 --threads 2");
     assert_eq!(said.error.lines().count(), 3, "{said:?}");
     let told = bench.cosmic("sweep status s --json").json();
     assert_eq!(told["left"], "2-4,6-7");
     assert_eq!(told["runs"][5]["scene"], "tiny+gravity=9.81+horizon=16,32");
     let kept = bench.read("s/runs/tiny+gravity=9.81+horizon=16,32-1/scene.toml");
-    assert!(kept.contains("gravity = 9.81\n"), "{kept}");
-    let text = bench.cosmic("sweep status s").ok().out;
-    assert!(text.contains("\nleft: 2-4,6-7\n"), "{text}");
+    has(&kept, &["gravity = 9.81\n"]);
+    let text = bench.ok("sweep status s").out;
+    has(&text, &["\nleft: 2-4,6-7\n"]);
     has_columns_of_the_grid(&bench, &text);
     for (how, says) in [
         ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
@@ -348,11 +346,11 @@ fn a_grid_plans_every_combination() {
 /// The grid's values appear as columns and keys, for programs that plot or fit them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
-    assert!(
-        row.contains("  physics.gravity = 9.81  schedule.horizon = [16,32]"),
-        "{row}"
+    has(
+        &row,
+        &["  physics.gravity = 9.81  schedule.horizon = [16,32]"],
     );
-    bench.cosmic("sweep merge s").ok();
+    bench.ok("sweep merge s");
     let swept = &bench.json("s/results.json")["runs"][5]["swept"];
     assert_eq!(
         *swept,
@@ -366,20 +364,16 @@ fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     assert!(rows.nth(5).unwrap().starts_with(row), "{table}");
 }
 
-/// Whatever the order in which runs are done.
+/// For any order of the runs.
 #[test]
 fn merged_results_do_not_depend_on_the_order() {
     let bench = planned(&small(), "--iterations 3");
-    bench
-        .cosmic("sweep plan tiny.toml --seeds 3 --iterations 3 --out t")
-        .ok();
+    bench.ok("sweep plan tiny.toml --seeds 3 --iterations 3 --out t");
     for (sweep, order) in [("s", ["2", "0", "1"]), ("t", ["0", "1", "2"])] {
         for index in order {
-            bench
-                .cosmic(&format!("sweep run {sweep} --index {index}"))
-                .ok();
+            bench.ok(&format!("sweep run {sweep} --index {index}"));
         }
-        bench.cosmic(&format!("sweep merge {sweep}")).ok();
+        bench.ok(&format!("sweep merge {sweep}"));
         fs::create_dir(bench.path(&format!("{sweep}-merged"))).unwrap();
         for name in ["results.json", "results.csv"] {
             let [from, to] =
@@ -393,9 +387,9 @@ fn merged_results_do_not_depend_on_the_order() {
 #[test]
 fn a_pruned_sweep_has_the_same_results() {
     let bench = planned(&small(), "--iterations 3");
-    bench.cosmic("sweep run s --index 0-1").ok();
+    bench.ok("sweep run s --index 0-1");
     let merged = || {
-        bench.cosmic("sweep merge s").ok();
+        bench.ok("sweep merge s");
         ["s/results.json", "s/results.csv"].map(|name| bench.read(name))
     };
     let before = (merged(), bench.cosmic("sweep status s").out);
@@ -419,20 +413,20 @@ fn a_pruned_sweep_has_the_same_results() {
     assert!(size("tiny-1", "design.json").is_ok());
     assert_eq!((merged(), bench.cosmic("sweep status s").out), before);
     assert_eq!(bench.cosmic("sweep prune s").out, "0 runs, 0 bytes\n");
-    // Nothing of it is done again.
-    let said = bench.cosmic("sweep run s").ok();
+    // No run is repeated.
+    let said = bench.ok("sweep run s");
     assert_eq!(said.error.lines().count(), 1, "{said:?}");
 }
 
 #[test]
 fn a_diverged_run_is_over() {
     let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
-    bench.cosmic("sweep plan tiny.toml --seeds 1 --out s").ok();
-    let said = bench.cosmic("sweep run s --index all").ok();
-    assert!(said.error.contains("diverged in step"), "{said:?}");
+    bench.ok("sweep plan tiny.toml --seeds 1 --out s");
+    let said = bench.ok("sweep run s --index all");
+    has(&said.error, &["diverged in step"]);
     assert_eq!(counts(&bench), [0, 0, 0, 1]);
     let said = bench.cosmic("sweep run s --index auto");
-    assert_eq!(said.out, "nothing is left to take\n");
+    assert_eq!(said.out, "no run is free\n");
 }
 
 #[test]
@@ -449,13 +443,17 @@ fn what_cannot_be_is_refused() {
             2,
             "two scenes are called `tiny`",
         ),
-        ("run s --index 3", 2, "there is no run 3: the plan has 3"),
+        (
+            "run s --index 3",
+            2,
+            "there is no run 3: the plan has 3 runs",
+        ),
         (
             "run s --index 0-1,3",
             2,
-            "there is no run 3: the plan has 3",
+            "there is no run 3: the plan has 3 runs",
         ),
-        ("run s --index some", 2, "a run's number, `auto` or `all`"),
+        ("run s --index some", 2, "expected the number of a run"),
         (
             "plan tiny.toml --seeds 99999999999 --out u",
             2,
@@ -463,7 +461,7 @@ fn what_cannot_be_is_refused() {
         ),
         ("status nowhere", 4, "nowhere/plan.json"),
     ] {
-        bench.cosmic(&format!("sweep {line}")).fails(code, &[says]);
+        bench.fails(&format!("sweep {line}"), code, &[says]);
     }
     assert!(!bench.path("u").exists());
 }

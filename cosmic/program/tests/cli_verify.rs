@@ -1,6 +1,7 @@
-//! `cosmic verify` as a user meets it.
+//! `cosmic verify`.
 
 use crate::common::Bench;
+use crate::program::has;
 use serde_json::Value;
 
 const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n\
@@ -24,7 +25,7 @@ const EXTREMES: [&str; 12] = [
     "lattice",
 ];
 
-/// Before minutes of work, not after.
+/// The check comes before minutes of work.
 #[test]
 fn a_folder_that_cannot_be_is_refused_first() {
     let told = Bench::with(SMALL).cosmic("verify tiny.toml --out tiny.toml");
@@ -35,7 +36,7 @@ fn a_folder_that_cannot_be_is_refused_first() {
 #[test]
 fn a_scene_is_verified_into_a_folder() {
     let bench = Bench::with(SMALL);
-    let told = bench.cosmic("verify tiny.toml --out new/sheet --json").ok();
+    let told = bench.ok("verify tiny.toml --out new/sheet --json");
     let read = |name: &str| bench.read(&format!("new/sheet/{name}"));
 
     let json = bench.json("new/sheet/verify.json");
@@ -47,7 +48,7 @@ fn a_scene_is_verified_into_a_folder() {
     let titles = ["Accuracy of trajectories", "Gradients", "Stability"];
     assert!(sections.iter().map(|s| &s["title"]).eq(&titles));
 
-    // The scene's own integrator is a row, and marked as what the scene asks for.
+    // The integrator of the scene has a row, marked as the default.
     let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
     let marked = rows.iter().filter(|row| row["standing"] == "default");
     let [marked] = marked.collect::<Vec<_>>()[..] else {
@@ -81,7 +82,7 @@ fn a_scene_is_verified_into_a_folder() {
     stability(&sections[2]);
 }
 
-/// Every kind of robot is tried. What is expected to be unstable is called so, and only that.
+/// Every kind of extreme robot is tried. Exactly those that should be unstable are reported as unstable.
 fn stability(section: &Value) {
     let tables = section["tables"].as_array().unwrap();
     let names = ["stable_steps", "extremes"];
@@ -105,8 +106,6 @@ fn one_part_is_enough_and_its_failures_are_an_exit_code() {
     let stiff = format!("{SMALL}[materials]\nstiffness = [1e6, 1e6, 1e6]\n");
     let told = Bench::with(&stiff).cosmic("verify tiny.toml --stability");
     told.fails(1, &["error: 1 of ", " checks failed: the scene's"]);
-    for words in ["STABILITY", "Robots at the extremes"] {
-        assert!(told.out.contains(words), "no {words:?} in {}", told.out);
-    }
+    has(&told.out, &["STABILITY", "Robots at the extremes"]);
     assert!(!told.out.contains("GRADIENTS"));
 }

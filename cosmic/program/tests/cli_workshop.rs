@@ -1,26 +1,17 @@
-//! `cosmic export` for the workshop: what is written is read back by other programs, in Python.
+//! `cosmic export` for the workshop: other programs read the files back, in Python.
 
 use crate::common::python::python;
 use crate::common::{Bench, scene};
+use crate::program::Told;
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-fn told(command: &mut Command) -> Output {
-    let output = command.output();
-    output.unwrap_or_else(|error| panic!("{command:?}: {error}"))
-}
-
-fn text(output: &Output) -> String {
-    let both = [&output.stdout[..], &output.stderr[..]].concat();
-    String::from_utf8_lossy(&both).into_owned()
-}
-
-/// What the export of a run has to agree with, from the run's own files.
+/// The values that the export of a run must have, from the run's own files.
 fn expected(bench: &Bench, sizes: Value) -> Value {
     let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
@@ -60,7 +51,7 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
     })
 }
 
-/// Writes a file like the run's trajectory with the state after every step, because peaks are over all steps.
+/// Writes the run's trajectory with the state after every step, because peaks are over all steps.
 fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     let steps: Vec<String> = (0..=last).map(|step| step.to_string()).collect();
     let record = steps.join(",");
@@ -74,7 +65,7 @@ fn every_step(bench: &Bench, last: usize, dt: f64) -> PathBuf {
     bench.path("every.json")
 }
 
-/// Exports the run of a bench and has it read back.
+/// Exports the run of a bench and reads it back.
 fn read_back(bench: &Bench, options: &str, sizes: Value) {
     let line = format!("export run --csv --svg --dxf --stl --out made {options}");
     bench.cosmic(&line).ok();
@@ -83,28 +74,28 @@ fn read_back(bench: &Bench, options: &str, sizes: Value) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/workshop/read_back.py");
     let mut command = Command::new(python);
     command.arg(script).args(["made", "expected.json"]);
-    let read = told(command.current_dir(bench.path("")));
-    assert!(read.status.success(), "{}", text(&read));
-    println!("{}", text(&read));
+    let read = command.current_dir(bench.path("")).output();
+    println!("{}", Told::of(read.unwrap()).ok().out);
 }
 
 fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A finished run on another lattice than 3x3 nodes.
-fn finished(lattice: &str) -> Bench {
+/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more options.
+fn finished(lattice: &str, truss: &str, more: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene);
-    bench.run("run", "--quiet");
+    bench.write("truss.json", truss);
+    bench.run("run", &format!("--quiet {more}"));
     bench
 }
 
 #[test]
 fn a_robot_of_squares_is_read_back_by_other_programs() {
-    let bench = finished("columns = 6\nrows = 5\n");
+    let bench = finished("columns = 6\nrows = 5\n", "", "");
     read_back(&bench, "", defaults());
-    // Strips so wide that parallel diagonals, 70.7 mm apart, are too near to each other for one layer.
+    // Strips so wide that parallel diagonals, 70.7 mm apart, need two layers.
     let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
     let options = "--width 60 --hole 20.5 --gap 15 --radius 2 --thickness 5";
     read_back(&bench, options, sizes);
@@ -112,11 +103,11 @@ fn a_robot_of_squares_is_read_back_by_other_programs() {
 
 #[test]
 fn a_robot_of_triangles_is_read_back_by_other_programs() {
-    let bench = finished("columns = 5\nrows = 4\nkind = \"triangular\"\n");
+    let bench = finished("columns = 5\nrows = 4\nkind = \"triangular\"\n", "", "");
     read_back(&bench, "", defaults());
 }
 
-/// Odd angles and lengths, nodes without a bar, and a bar across a node, which is always solid.
+/// Odd angles and lengths, nodes without a bar, and a bar that is always solid and lies across a node.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
@@ -124,15 +115,12 @@ const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
 
 #[test]
 fn a_truss_with_a_bar_across_a_node_is_read_back_by_other_programs() {
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene);
-    bench.write("truss.json", TRUSS);
-    bench.run("run", "--quiet");
+    let bench = finished("file = \"truss.json\"\n", TRUSS, "");
     read_back(&bench, "", defaults());
 }
 
 #[test]
-fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
+fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     let bench = Bench::default();
     bench.run("run", "--quiet");
     let before = bench.results("run");
@@ -161,14 +149,14 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
         "{nodes}"
     );
     numbers_are_plain(&bench);
-    // Cut off before the snap, it is another robot than the one that moves.
+    // A run that ended before the snap has another robot than the one that moves.
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
     assert!(told.error.contains("the design is not decided"), "{told:?}");
 }
 
-/// Numbers have no exponents and no rounding noise in their last digits.
+/// Numbers have neither exponents nor rounding noise in their last digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")
@@ -197,50 +185,11 @@ fn numbers_are_plain(bench: &Bench) {
     }
 }
 
-#[test]
-fn normals_of_solids_are_those_of_their_triangles() {
-    let bench = Bench::default();
-    bench.run("run", "--quiet");
-    bench.cosmic("export run --stl").ok();
-    let bytes = fs::read(bench.path("run/export/robot.stl")).unwrap();
-    let (head, triangles) = bytes.split_at(84);
-    let count = u32::from_le_bytes(head[80..].try_into().unwrap());
-    assert_eq!(triangles.len(), 50 * count as usize);
-    let mut volume = 0.0;
-    for triangle in triangles.chunks(50) {
-        let (words, _) = triangle[..48].as_chunks::<4>();
-        let numbers: Vec<f64> = words
-            .iter()
-            .map(|w| f32::from_le_bytes(*w).into())
-            .collect();
-        let ([normal, a, b, c], _) = numbers.as_chunks::<3>() else {
-            panic!("twelve numbers");
-        };
-        let minus = |x: &[f64; 3], y: &[f64; 3]| [0, 1, 2].map(|k| x[k] - y[k]);
-        let (u, v) = (minus(b, a), minus(c, a));
-        let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
-        let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // Numbers in single precision have a relative error of at most 6e-8.
-        assert!(
-            (0..3).all(|k| (normal[k] - cross[k] / length).abs() < 1e-7),
-            "{normal:?}"
-        );
-        volume += (0..3).map(|k| a[k] * cross[k]).sum::<f64>() / 6.0;
-    }
-    assert!(
-        count > 100 && volume > 0.0,
-        "{count} triangles, {volume} mm3"
-    );
-}
-
 /// Node 2 of the file is the payload, so it becomes node 0 of the robot.
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene);
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
-    bench.write("truss.json", &truss);
-    bench.run("run", "--quiet");
+    let bench = finished("file = \"truss.json\"\n", &truss, "");
     bench.cosmic("export run --csv").ok();
     let given: Value = serde_json::from_str(&truss).unwrap();
     let nodes = bench.read("run/export/nodes.csv");
@@ -261,7 +210,7 @@ fn nodes_also_have_the_numbers_of_the_truss_file() {
 }
 
 #[test]
-fn a_kind_that_cannot_be_made_does_not_stop_the_others() {
+fn a_kind_that_cannot_be_made_does_not_stop_the_other_kinds() {
     let bench = Bench::default();
     bench.run("run", "--quiet");
     let told = bench.cosmic("export run --csv --svg --dxf --stl --mujoco --radius 30");
@@ -295,7 +244,7 @@ fn a_kind_that_cannot_be_made_does_not_stop_the_others() {
 }
 
 #[test]
-fn what_cannot_be_made_is_refused_before_anything_is_written() {
+fn an_impossible_export_is_refused_before_anything_is_written() {
     let bench = Bench::default();
     bench.run("run", "--quiet");
     let allowed = "expected a number of millimetres from 0.001 to 1000000";
@@ -334,7 +283,7 @@ fn what_cannot_be_made_is_refused_before_anything_is_written() {
         bench.cosmic(line).fails(code, &[says]);
         assert!(!bench.path("run/export").exists(), "{line}");
     }
-    // Materials without mass give no section to weigh.
+    // Materials without mass have no section.
     let massless = "[materials]\ndensity = [1e-8, 0.0, 0.1]\n";
     let bench = Bench::with(&(scene(24, 64, "node_mass = 0.01") + massless));
     bench.run("run", "--quiet");
@@ -346,17 +295,15 @@ fn what_cannot_be_made_is_refused_before_anything_is_written() {
     bench.cosmic("export run --dxf").ok();
 }
 
-/// Two bars that lie across each other's nodes: one of them has to be cut by the other's pin.
+/// Two bars lie across each other's nodes, so the pin of one would go through the other.
 #[test]
-fn a_robot_that_no_stack_of_plates_can_be_is_refused_and_has_tables() {
+fn a_robot_that_cannot_be_stacked_from_plates_is_refused_but_has_tables() {
     let truss = r#"{"format": "cosmic-truss", "version": 1,
         "nodes": [[0, 0], [0.1, 0], [0.2, 0], [0.3, 0], [0.15, 0.1]],
         "edges": [[0, 2], [1, 3], [0, 1], [1, 2], [2, 3], [0, 4], [1, 4], [2, 4], [3, 4]],
         "keep": [0, 1, 2, 3, 4]}"#;
-    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
-    let bench = Bench::with(&scene.replace("[volume]\n", "[volume]\nsolid = [0.6, 0.9]\n"));
-    bench.write("truss.json", truss);
-    bench.run("run", "--quiet");
+    let solid = "--set volume.solid=[0.6,0.9]";
+    let bench = finished("file = \"truss.json\"\n", truss, solid);
     for kind in ["--svg", "--dxf"] {
         let told = bench.cosmic(&format!("export run {kind}"));
         told.fails(2, &["lies across node", "whose pin would go through it"]);

@@ -1,4 +1,4 @@
-//! The tests of the program as a user meets it, as one binary, a module a command or a topic.
+//! Tests of the program from the outside, in one binary with a module for each command or topic.
 //!
 //! `cargo test -p cosmic-program --test all cli_report::` runs one module.
 

@@ -14,7 +14,7 @@ use crate::laws::StepInput;
 /// differentiated by it:
 ///
 /// ```
-/// use autodiff::{Var, gradient_of};
+/// use autodiff::{Var, gradient};
 /// use cosmic::case::Case;
 /// use cosmic::scene::Scene;
 /// use cosmic::simulator::{Simulator, Span};
@@ -34,7 +34,7 @@ use crate::laws::StepInput;
 ///     let trajectory = simulator.rollout_in(&surroundings, &body, &controller, &start, &span);
 ///     trajectory.at(100).x[0].forward()
 /// };
-/// let [by_friction, by_gravity] = gradient_of(distance, &[2.5, 4.8])[..] else { unreachable!() };
+/// let [by_friction, by_gravity] = gradient(distance, &[2.5, 4.8])[..] else { unreachable!() };
 /// assert!(by_friction.is_finite() && by_gravity.is_finite());
 /// # Ok::<(), cosmic::Error>(())
 /// ```

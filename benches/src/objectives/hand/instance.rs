@@ -1,4 +1,4 @@
-//! The data of an instance: the hand at rest, and the points that its skin is to meet.
+//! The data of an instance: the hand at rest, and the measured points.
 
 use serde::Deserialize;
 
@@ -14,10 +14,10 @@ pub(super) const JOINTS: usize = 4;
 pub(super) const GLOBAL: usize = 6;
 /// Pose parameters: the global ones, then four angles per finger.
 pub(super) const THETA: usize = GLOBAL + JOINTS * FINGERS;
-/// At least as many as any register has lanes.
+/// At least the number of lanes of any register.
 const PADDING: usize = 16;
 
-/// The input, as GradBench sends it. Without `us`, correspondences are vertices, otherwise triangles.
+/// The input from GradBench. Correspondences are vertices if `us` is empty, and triangles otherwise.
 #[derive(Deserialize)]
 pub(crate) struct Input {
     theta: [f64; THETA],
@@ -47,11 +47,11 @@ struct Model {
     is_mirrored: bool,
 }
 
-/// An instance, in the layout that the lanes take.
+/// An instance in the layout for lanes.
 pub(super) struct Instance {
     pub(super) theta: [f64; THETA],
     pub(super) targets: Vec<Target>,
-    /// Whether derivatives are also by the places on the triangles.
+    /// True if the Jacobian includes derivatives by the positions on the triangles.
     pub(super) complicated: bool,
     pub(super) bones: Vec<Bone>,
     pub(super) mirrored: bool,
@@ -59,7 +59,7 @@ pub(super) struct Instance {
     pub(super) len: usize,
     /// By coordinate, padded to whole registers.
     pub(super) vertices: [Vec<f64>; 3],
-    /// For each bone its weight for every vertex, padded alike.
+    /// For each bone, its weight for every vertex, padded likewise.
     pub(super) weights: Vec<Vec<f64>>,
 }
 
@@ -72,7 +72,7 @@ pub(super) struct Bone {
     pub(super) inverse_rest: Affine<f64>,
 }
 
-/// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
+/// A measured point, and the corresponding point `u1 a + u2 b + (1 - u1 - u2) c` of the skin.
 pub(super) struct Target {
     pub(super) point: [f64; 3],
     /// The vertices `a`, `b` and `c`.
@@ -151,7 +151,7 @@ impl Model {
         let fits = matrices.iter().all(|list| list.len() == BONES) && self.parents.len() == BONES;
         require(
             fits,
-            "a hand must have two matrices and a parent for each of 22 bones",
+            "a hand must have 22 bones, each with two matrices and a parent",
         )?;
         let bone = |i: usize| {
             let parent = usize::try_from(self.parents[i]).ok();

@@ -1,8 +1,8 @@
-//! Hand tracking: how far a posed hand's skin is from measured points.
+//! Hand tracking: the distance between the skin of a posed hand and measured points.
 //!
-//! A bone moves with the four angles of its own finger alone. So four directions serve all fingers at
-//! once (column compression). Every bone contributes to a vertex: its place is the sum of the parts
-//! of the palm and of five fingers, each part with its own four directions.
+//! A bone moves with the four angles of its own finger only. So four directions serve all fingers at once (column
+//! compression). Every bone contributes to a vertex: the position of a vertex is the sum of the parts of the palm and
+//! of five fingers, and each part has its own four directions.
 
 mod affine;
 mod instance;
@@ -31,11 +31,7 @@ impl Hand {
     pub(super) fn new(input: Input) -> Result<Self, Error> {
         let instance = Instance::new(input)?;
         let rows = 3 * instance.targets.len();
-        let columns = if instance.complicated {
-            2 + THETA
-        } else {
-            THETA
-        };
+        let columns = THETA + 2 * usize::from(instance.complicated);
         Ok(Self {
             skin: Skin::new(&instance),
             residuals: vec![0.0; rows],
@@ -48,27 +44,32 @@ impl Hand {
         let columns = self.jacobian.len() / self.residuals.len();
         self.jacobian.chunks(columns).collect()
     }
+
+    /// Computes the residuals of the posed skin, and their derivatives if the skin has them.
+    fn measure(&mut self, with_derivatives: bool) {
+        let rows = if with_derivatives {
+            self.jacobian.len()
+        } else {
+            0
+        };
+        f64::vectorize(Residuals {
+            targets: &self.instance.targets,
+            skin: &self.skin,
+            residuals: &mut self.residuals,
+            jacobian: &mut self.jacobian[..rows],
+        });
+    }
 }
 
 impl Problem for Hand {
     fn objective(&mut self) {
         self.skin.pose(&self.instance);
-        f64::vectorize(Residuals {
-            targets: &self.instance.targets,
-            skin: &self.skin,
-            residuals: &mut self.residuals,
-            jacobian: &mut [],
-        });
+        self.measure(false);
     }
 
     fn derivative(&mut self) {
         self.skin.pose_with_derivatives(&self.instance);
-        f64::vectorize(Residuals {
-            targets: &self.instance.targets,
-            skin: &self.skin,
-            residuals: &mut self.residuals,
-            jacobian: &mut self.jacobian,
-        });
+        self.measure(true);
     }
 
     fn answer(&self) -> Value {

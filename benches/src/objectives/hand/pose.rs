@@ -1,4 +1,4 @@
-//! The skin of a posed hand, in lanes over vertices.
+//! Poses the skin of a hand, in lanes over vertices.
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
@@ -7,12 +7,12 @@ use super::affine::Affine;
 use super::instance::{BONES, FINGERS, GLOBAL, Instance, JOINTS, THETA};
 use crate::objectives::rotation;
 
-/// Below this length a rotation vector turns nothing.
+/// A shorter rotation vector does not rotate anything.
 const NO_ROTATION: f64 = 1e-4;
-/// Wrist, forearm and the fingers' roots: bones that no angle moves.
+/// Bones that no angle moves: wrist, forearm and the roots of the fingers.
 const STILL: [usize; 2 + FINGERS] = [0, BONES - 1, 1, 5, 9, 13, 17];
 
-/// The skin posed, and its derivatives by `theta`; by coordinate, then vertex.
+/// The posed skin and its derivatives by `theta`, indexed by coordinate and then by vertex.
 pub(super) struct Skin {
     pub(super) places: [Vec<f64>; 3],
     pub(super) derivatives: Vec<[Vec<f64>; 3]>,
@@ -43,7 +43,7 @@ impl Skin {
         let (global_theta, angles) = instance.theta.split_at(GLOBAL);
         let angles: Vec<Dual<f64, JOINTS>> = angles.chunks(JOINTS).flat_map(seeded).collect();
         let angles = &angles[..];
-        f64::vectorize(PoseWithDerivatives {
+        f64::vectorize(Pose {
             instance,
             bones: &f64::vectorize(Bones { instance, angles }),
             global: &global(&seeded::<GLOBAL>(global_theta)),
@@ -52,42 +52,31 @@ impl Skin {
     }
 }
 
-struct Pose<'a> {
+/// Poses all vertices: in plain numbers, or with derivatives along the directions of each bone's own finger and of
+/// the whole hand.
+struct Pose<'a, B, G> {
     instance: &'a Instance,
-    bones: &'a [Affine<f64>],
-    global: &'a Affine<f64>,
+    bones: &'a [Affine<B>],
+    global: &'a Affine<G>,
     skin: &'a mut Skin,
 }
 
-impl Vectorized<f64> for Pose<'_> {
+impl Vectorized<f64> for Pose<'_, f64, f64> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(self) {
-        let mut moves = Vec::with_capacity(BONES);
-        for bone in self.bones {
-            moves.push(bone.map(L::splat));
-        }
+        let all: [usize; BONES] = std::array::from_fn(|bone| bone);
+        let moves = splat::<L, BONES>(all, |bone| self.bones[bone]);
         let global = self.global.map(L::splat);
         for first in (0..self.instance.len).step_by(L::N) {
-            let vertex = load(&self.instance.vertices, first);
-            let mut place = [L::zero(); 3];
-            for (transform, weights) in moves.iter().zip(&self.instance.weights) {
-                add_part(&mut place, L::load(&weights[first..]), transform, vertex);
-            }
+            let weights = weights(self.instance, all, first);
+            let place = blend(&moves, &weights, load(&self.instance.vertices, first));
             store(global.apply(place), &mut self.skin.places, first);
         }
     }
 }
 
-struct PoseWithDerivatives<'a> {
-    instance: &'a Instance,
-    /// Each along the directions of its own finger.
-    bones: &'a [Affine<Dual<f64, JOINTS>>],
-    global: &'a Affine<Dual<f64, GLOBAL>>,
-    skin: &'a mut Skin,
-}
-
-impl Vectorized<f64> for PoseWithDerivatives<'_> {
+impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(mut self) {
@@ -104,10 +93,9 @@ impl Vectorized<f64> for PoseWithDerivatives<'_> {
     }
 }
 
-impl PoseWithDerivatives<'_> {
-    /// Adds the part of a finger, its root left out. The derivatives by its angles come from that
-    /// part alone. Blending and turning are linear in the bones: applied to the derivatives of the
-    /// bones, they give the derivatives of the part.
+impl Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
+    /// Adds the part of a finger without its root, the only part that depends on its angles. Blending and turning are
+    /// linear in the bones: applied to the derivatives of the bones, they give the derivatives of the part.
     #[inline(always)]
     fn add_finger<L: Lane<f64>>(&mut self, finger: usize) {
         let Self {
@@ -163,8 +151,8 @@ impl PoseWithDerivatives<'_> {
     }
 }
 
-/// The transformations of all bones, given the angles of the fingers. A bone needs its parent, so that lanes
-/// have nothing to do here; what helps is the instruction set that they are entered with.
+/// The transformations of all bones, given the angles of the fingers. A bone needs its parent, so this uses no lanes.
+/// It is vectorized only for the instruction set.
 struct Bones<'a, R> {
     instance: &'a Instance,
     angles: &'a [R],
@@ -228,7 +216,7 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
     Affine(matrix)
 }
 
-/// Numbers that are variables, each along its own direction.
+/// Makes variables of numbers, each with its own direction.
 fn seeded<const N: usize>(numbers: &[f64]) -> [Dual<f64, N>; N] {
     let mut variables = [Dual::constant(0.0); N];
     for i in 0..N {
@@ -287,19 +275,13 @@ fn blend<L: Lane<f64>, const N: usize>(
     vertex: [L; 3],
 ) -> [L; 3] {
     let mut sum = [L::zero(); 3];
-    for i in 0..N {
-        add_part(&mut sum, weights[i], &bones[i], vertex);
+    for bone in 0..N {
+        let moved = bones[bone].apply(vertex);
+        for i in 0..3 {
+            sum[i] = weights[bone].fma(moved[i], sum[i]);
+        }
     }
     sum
-}
-
-/// Adds the contribution of a bone.
-#[inline(always)]
-fn add_part<L: Lane<f64>>(sum: &mut [L; 3], weight: L, bone: &Affine<L>, vertex: [L; 3]) {
-    let moved = bone.apply(vertex);
-    for i in 0..3 {
-        sum[i] = weight.fma(moved[i], sum[i]);
-    }
 }
 
 #[inline(always)]

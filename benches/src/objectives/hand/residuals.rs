@@ -1,4 +1,4 @@
-//! The residuals and their Jacobian, in lanes over correspondences.
+//! Computes the residuals and their Jacobian, in lanes over correspondences.
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
@@ -6,18 +6,18 @@ use autodiff::{Dual, Real};
 use super::instance::{THETA, Target};
 use super::pose::Skin;
 
-/// At least as many as any register has lanes.
+/// At least the number of lanes of any register.
 const WIDEST: usize = 16;
 
-/// How far a point of the skin is from where it was measured, by one coordinate.
+/// One coordinate of the difference between a measured point and the skin.
 #[inline(always)]
 fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     let last = R::one() - u[0] - u[1];
     point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
 
-/// Writes the residuals of all targets, and the rows of the Jacobian unless it is empty: by `u1 u2`
-/// where rows have room for them, then by `theta`.
+/// Writes the residuals of all targets and, unless `jacobian` is empty, its rows: derivatives by `u1 u2` if rows have
+/// room for them, then by `theta`.
 pub(super) struct Residuals<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
@@ -32,10 +32,13 @@ impl Vectorized<f64> for Residuals<'_> {
         let columns = self.jacobian.len() / self.residuals.len();
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
-            let u = here.u();
+            let u = [
+                here.gather(|target| target.u[0]),
+                here.gather(|target| target.u[1]),
+            ];
             for i in 0..3 {
                 let row = 3 * first + i;
-                let point = here.point(i);
+                let point: L = here.gather(|target| target.point[i]);
                 let corners = here.corners::<L>(&self.skin.places[i]);
                 let gap = residual(point, u, corners);
                 here.scatter(gap, &mut self.residuals[row..], 3);
@@ -48,7 +51,7 @@ impl Vectorized<f64> for Residuals<'_> {
                 for d in 0..own {
                     here.scatter(by_u[d], &mut jacobian[d..], 3 * columns);
                 }
-                // The residual is linear in the skin: applied to derivatives of the skin, it gives its own.
+                // The residual is linear in the skin: applied to derivatives of the skin, it gives derivatives.
                 for d in 0..THETA {
                     let slopes = here.corners(&self.skin.derivatives[d][i]);
                     let slope = residual(L::zero(), u, slopes);
@@ -67,7 +70,7 @@ fn slopes_by_u<L: Lane<f64>>(point: L, u: [L; 2], [a, b, c]: [L; 3]) -> [L; 2] {
     residual(Dual::constant(point), u, corners).tangent
 }
 
-/// As many targets as there are lanes; past the last one, that one again.
+/// One target for each lane; the last target is repeated to fill the lanes.
 struct Here<'a> {
     targets: &'a [Target],
     /// The corners, each in all lanes.
@@ -88,7 +91,7 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// Writes the lanes, repetitions left out, to every `stride`th place.
+    /// Writes the lanes to every `stride`th place, without repetitions.
     #[inline(always)]
     fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
         let mut lanes = [0.0; WIDEST];
@@ -105,19 +108,6 @@ impl<'a> Here<'a> {
             lanes[lane] = number(&self.targets[lane.min(self.targets.len() - 1)]);
         }
         L::load(&lanes)
-    }
-
-    #[inline(always)]
-    fn point<L: Lane<f64>>(&self, coordinate: usize) -> L {
-        self.gather(|target| target.point[coordinate])
-    }
-
-    #[inline(always)]
-    fn u<L: Lane<f64>>(&self) -> [L; 2] {
-        [
-            self.gather(|target| target.u[0]),
-            self.gather(|target| target.u[1]),
-        ]
     }
 
     /// A number of the skin at the corners of the triangles.

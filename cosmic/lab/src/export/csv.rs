@@ -1,4 +1,4 @@
-//! The tables of bars and of nodes, in SI units, to nine decimals: nanometres, micrograms, nanonewtons.
+//! The tables of bars and nodes, in SI units to nine decimals: nanometres, micrograms, nanonewtons.
 
 use super::layers::joints;
 use super::member::{MM, Member, place};
@@ -22,7 +22,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    // Forces are the only columns that need every law of the scene.
+    // Only the forces need every law of the scene.
     let loads = match run.robot.lacks() {
         [] => Some(loads(run)?),
         _ => None,
@@ -31,7 +31,7 @@ pub(super) fn bars(
     let of = |m: &Member, library: &[f64; 3]| m.material.of(library);
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
-    let strip = |m: &Member| sizes.width * m.span() + 0.25 * PI * sizes.width.powi(2);
+    let strip = |m: &Member| sizes.width * m.axis.length() + 0.25 * PI * sizes.width.powi(2);
     let volume = |m: &Member| (strip(m) - 0.5 * PI * sizes.hole.powi(2)) * sizes.thickness;
     let mass = |m: &Member| of(m, &materials.density) * m.length;
     let table = Table::of("", "", &numbered)

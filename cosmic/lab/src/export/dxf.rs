@@ -1,14 +1,14 @@
-//! The flat pattern as DXF of release 12, which every program for cutters reads: pairs of lines, a code
-//! and a value. The release has no key for units; one is a millimetre.
+//! The flat pattern as DXF of release 12, which every program for cutters reads. A file is pairs of lines: a code and a
+//! value. The release has no key for units; a unit is a millimetre.
 
 use super::pattern::{LABEL, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::{Display, Write};
 
-/// Layers of the drawing that are not of one layer of the pattern.
+/// The drawing's layer of labels.
 const LABELS: &str = "LABELS";
 
-/// The colours white or black, blue and green.
+/// Colours: white or black, blue, green.
 const SKELETON: u8 = 7;
 const ACTUATOR: u8 = 5;
 const GREEN: u8 = 3;
@@ -23,14 +23,19 @@ impl Dxf {
         let _ = write!(self.0, "{code}\r\n{value}\r\n");
     }
 
-    /// An entity's or a vertex's name, layer and place. Nanometres are the last digit.
+    /// Begins an entity or a vertex.
     fn begin(&mut self, name: &str, layer: &str, place: Vector<f64>) {
-        let [x, y] = place.array();
         self.pair(0, name);
         self.pair(8, layer);
-        self.pair(10, format_args!("{x:.6}"));
-        self.pair(20, format_args!("{y:.6}"));
+        self.place(10, place);
         self.pair(30, "0.0");
+    }
+
+    /// Two coordinates, the first with the code `code`. The last digit is a nanometre.
+    fn place(&mut self, code: u16, place: Vector<f64>) {
+        let [x, y] = place.array();
+        self.pair(code, format_args!("{x:.6}"));
+        self.pair(code + 10, format_args!("{y:.6}"));
     }
 
     fn section(&mut self, name: &str, fill: impl FnOnce(&mut Self)) {
@@ -45,7 +50,7 @@ impl Dxf {
         self.pair(40, format_args!("{:.6}", 0.5 * diameter));
     }
 
-    /// The outline of a bar: a closed line, whose bulge of 1 is a half circle.
+    /// The outline of a bar: a closed line. A bulge of 1 is a half circle.
     fn outline(&mut self, layer: &str, part: &Part) {
         self.begin("POLYLINE", layer, Vector::zero());
         self.pair(66, 1);
@@ -66,20 +71,18 @@ impl Dxf {
         self.pair(50, format_args!("{angle:.6}"));
         self.pair(72, 1);
         self.pair(73, 2);
-        let [x, y] = place.array();
-        self.pair(11, format_args!("{x:.6}"));
-        self.pair(21, format_args!("{y:.6}"));
+        self.place(11, place);
         self.pair(31, "0.0");
     }
 }
 
-/// The layer of the drawing for a layer of the pattern, from 0, and a material.
+/// The drawing's layer for a layer of the pattern, from 0, and a material.
 fn name(layer: usize, is_actuator: bool) -> String {
     let material = if is_actuator { "ACTUATOR" } else { "SKELETON" };
     format!("L{}_{material}", layer + 1)
 }
 
-/// The drawing.
+/// The pattern as the text of a DXF file.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let mut dxf = Dxf::default();
     dxf.pair(
@@ -90,27 +93,25 @@ pub(super) fn draw(pattern: &Pattern) -> String {
         dxf.pair(9, "$ACADVER");
         dxf.pair(1, "AC1009");
         for (key, corner) in [("$EXTMIN", Vector::zero()), ("$EXTMAX", pattern.size)] {
-            let [x, y] = corner.array();
             dxf.pair(9, key);
-            dxf.pair(10, format_args!("{x:.6}"));
-            dxf.pair(20, format_args!("{y:.6}"));
+            dxf.place(10, corner);
         }
     });
     dxf.section("TABLES", |dxf| tables(dxf, pattern));
     dxf.section("ENTITIES", |dxf| {
         for (number, layer) in pattern.layers.iter().enumerate() {
             let label = format!("layer {}", number + 1);
-            // Texts are placed by their middles, labels of layers are some 4 heights wide.
+            // Texts are placed by their middles. Labels of layers are about 4 heights wide.
             let middle = layer.label + Vector::new([2.0 * LABEL, 0.0]);
             dxf.text(middle, LABEL, 0.0, &label);
             for part in &layer.parts {
                 let on = name(number, part.is_actuator);
                 dxf.outline(&on, part);
-                for end in part.ends() {
+                for end in [part.axis.from, part.axis.to] {
                     dxf.circle(&on, end, pattern.sizes.hole);
                 }
                 let height = pattern.label_height();
-                dxf.text(part.middle(), height, part.angle, &part.label());
+                dxf.text(part.axis.middle(), height, part.angle, &part.label());
             }
         }
     });
@@ -118,22 +119,13 @@ pub(super) fn draw(pattern: &Pattern) -> String {
     dxf.0
 }
 
-/// The table of line types, which layers refer to, and that of layers.
+/// The table of line types, which layers need, and the table of layers.
 fn tables(dxf: &mut Dxf, pattern: &Pattern) {
-    let solid = [
-        (0, "LTYPE"),
-        (2, "CONTINUOUS"),
-        (70, "0"),
-        (3, "Solid line"),
-    ];
-    let solid = solid
-        .into_iter()
-        .chain([(72, "65"), (73, "0"), (40, "0.0")]);
-    for (code, value) in [(0, "TABLE"), (2, "LTYPE"), (70, "1")] {
-        dxf.pair(code, value);
-    }
-    solid.for_each(|(code, value)| dxf.pair(code, value));
-    dxf.pair(0, "ENDTAB");
+    let lines = "0 TABLE 2 LTYPE 70 1 0 LTYPE 2 CONTINUOUS 70 0 3 Solid 72 65 73 0 40 0.0 0 ENDTAB";
+    let words: Vec<&str> = lines.split(' ').collect();
+    words
+        .chunks(2)
+        .for_each(|pair| dxf.0 += &format!("{}\r\n{}\r\n", pair[0], pair[1]));
     let of_layer = |layer| {
         [(false, SKELETON), (true, ACTUATOR)].map(|(kind, colour)| (name(layer, kind), colour))
     };

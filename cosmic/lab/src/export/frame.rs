@@ -1,15 +1,14 @@
 //! The solid: round struts between joints, all of one density.
 //!
-//! - **Sections.** The radius of skeleton struts is given; that of actuators is such that both have the
-//!   ratio of their line densities. One density, line density over section, then weighs all.
-//! - **Struts** end short of their nodes, where the next strut of the node in the plane would begin to
-//!   touch. Struts that cross, or meet at too small an angle, are in different planes.
-//! - **Joints** are flat prisms with a face for each strut, in each plane of the node one, with a thin
-//!   column between two of them. They are as thick as makes their volume that of the struts' missing
-//!   ends.
+//! - **Sections.** The radius of skeleton struts is given. The sections of skeleton and actuators have the ratio of
+//!   their line densities, so that one density gives the right mass of both.
+//! - **Struts** end before their nodes, where they would touch the next strut of the node in the same plane. Struts
+//!   that cross, or meet at too small an angle, are in different planes.
+//! - **Joints** are flat prisms with a face for each strut, one in each plane of the node, and a thin column between
+//!   two of them. Their thickness gives them the volume of the missing ends of the struts.
 //!
-//! So no two parts overlap, the volume is exactly the sum of section times rest length, and the mass is
-//! that of the body's bars.
+//! So no two parts overlap, the volume is exactly the sum of section times rest length, and the mass is the mass of the
+//! body's bars.
 
 use super::joint::{Disc, Joint, Radii, SIDES, joint};
 use super::layers::{Stack, joints};
@@ -23,10 +22,10 @@ use cosmic::error::Result;
 use cosmic::geometry::{Range, Segment};
 use std::f64::consts::TAU;
 
-/// The most of the shortest bar at a node that goes into the joint: less than a half leaves a strut.
+/// The largest part of a node's shortest bar that belongs to the joint. Less than a half leaves a strut.
 const MOST: f64 = 0.4;
 
-/// The kinds of parts of the solid.
+/// The kind of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Strut(Material),
@@ -46,7 +45,7 @@ pub(super) struct Frame {
     /// The plane of each strut.
     levels: Vec<usize>,
     joints: Vec<Joint>,
-    /// Distance of two neighbouring planes, mm.
+    /// The distance of two neighbouring planes, mm.
     pitch: f64,
     /// Line densities of the materials, kg/m.
     density: [f64; 3],
@@ -67,8 +66,8 @@ impl Frame {
         let tight = joints.iter().find(|joint| joint.trim > room(joint.node));
         if let Some(joint) = tight {
             return Err(misfit(format!(
-                "the struts at node {} would have to end {:.2} mm from it, more than the {:.2} mm that \
-                 their shortest has to spare: choose a smaller radius than {} mm",
+                "the struts at node {} must end {:.2} mm before it, but the shortest of them allows at most \
+                 {:.2} mm: choose a smaller radius than {} mm",
                 joint.node,
                 joint.trim,
                 room(joint.node),
@@ -90,7 +89,7 @@ impl Frame {
         frame.check().map(|()| frame)
     }
 
-    /// Refuses a joint that other bars or joints would go through.
+    /// Refuses a joint that would overlap other struts or joints.
     fn check(&self) -> Result<()> {
         let apart = |a: Range, b: Range| a.high <= b.low || b.high <= a.low;
         for (k, joint) in self.joints.iter().enumerate() {
@@ -126,14 +125,14 @@ impl Frame {
     fn trimmed(&self, member: &Member) -> Segment {
         let at = |node: usize| self.joints.iter().find(|joint| joint.node == node);
         let trim = |node: usize| at(node).map_or(0.0, |joint| joint.trim);
-        let ([i, j], direction) = (member.nodes, member.direction());
+        let ([i, j], direction) = (member.nodes, member.axis.direction());
         Segment::new(
             member.axis.from + direction * trim(i),
             member.axis.to - direction * trim(j),
         )
     }
 
-    /// The parts of some kinds.
+    /// The parts whose kinds are asked for.
     pub(super) fn prisms(&self, is_asked: impl Fn(Kind) -> bool) -> Vec<Prism> {
         let own = self.members.iter().zip(&self.levels);
         let own = own.filter(|(member, _)| is_asked(Kind::Strut(member.material)));
@@ -147,7 +146,7 @@ impl Frame {
 
     fn strut(&self, member: &Member, level: usize) -> Prism {
         let axis = self.trimmed(member);
-        let to_left = member.direction().turned_left();
+        let to_left = member.axis.direction().turned_left();
         let z = level as f64 * self.pitch;
         let corner = |k: usize| {
             let (up, left) = (TAU * k as f64 / SIDES as f64).sin_cos();
@@ -160,60 +159,45 @@ impl Frame {
         }
     }
 
-    /// A row for each file: what is in it, and what that weighs.
+    /// A row for each kind of part, and one for the robot, with volumes and masses.
     pub(super) fn table(&self) -> Table {
-        let (mut volumes, mut counts) = ([0.0; 3], [0; 3]);
-        let cubic_metres = |mm3: f64| mm3 / MM.powi(3);
-        let density = {
-            let (first, section) = (&self.members[0], self.radii.section(&self.members[0]));
-            first.material.of(&self.density) / (section / MM.powi(2))
-        };
+        let (mut volumes, mut counts) = ([0.0; 3], [self.joints.len(), 0, 0]);
         for member in &self.members {
-            let strut = self.trimmed(member).length();
+            let section = self.radii.section(member) / MM.powi(2);
+            let strut = self.trimmed(member).length() / MM;
             let kind = member.material as usize;
-            volumes[kind] += self.radii.section(member) * strut;
-            volumes[0] += self.radii.section(member) * (member.span() - strut);
+            volumes[kind] += section * strut;
+            volumes[0] += section * (member.axis.length() / MM - strut);
             counts[kind] += 1;
         }
-        counts[0] = self.joints.len();
-        let row = |name: &str, kinds: &[usize], radius: Option<f64>| {
-            let volume = cubic_metres(kinds.iter().map(|&k| volumes[k]).sum());
-            vec![
-                name.into(),
-                kinds.iter().map(|&k| counts[k]).sum::<usize>().into(),
-                radius.map(|r| r / MM).into(),
-                volume.into(),
-                density.into(),
-                (volume * density).into(),
-            ]
-        };
-        let [_, skeleton, actuator] = self.radii.of;
-        // To nanometres, 1e-6 cubic millimetres and micrograms.
-        let columns = [
-            ("part", "what is weighed", 0),
-            ("count", "how many struts or joints", 0),
-            ("radius", "radius of the struts, m", 9),
-            ("volume", "m3", 15),
-            (
-                "density",
-                "with which all weigh what the body's bars do, kg/m3",
-                9,
-            ),
-            ("mass", "kg", 9),
-        ];
-        let column = |(name, says, decimals)| Column::new(name, says).rounded(decimals);
-        let columns = columns.map(column);
+        let first = &self.members[0];
+        let section = self.radii.section(first) / MM.powi(2);
+        let density = first.material.of(&self.density) / section;
+        let [_, skeleton, actuator] = self.radii.of.map(|radius| Some(radius / MM));
         let rows = [
-            row("skeleton", &[1], Some(skeleton)),
-            row("actuators", &[2], Some(actuator)),
-            row("joints", &[0], None),
-            row("robot", &[0, 1, 2], None),
+            ("skeleton", &[1][..], skeleton),
+            ("actuators", &[2], actuator),
+            ("joints", &[0], None),
+            ("robot", &[0, 1, 2], None),
         ];
-        Table::new(columns.into(), rows)
+        let volume = |kinds: &[usize]| -> f64 { kinds.iter().map(|&k| volumes[k]).sum() };
+        let count = |kinds: &[usize]| -> usize { kinds.iter().map(|&k| counts[k]).sum() };
+        // To nanometres, 1e-6 cubic millimetres and micrograms.
+        let head = |name, says| Column::new(name, says).rounded(9);
+        let cubic = Column::new("volume", "m3").rounded(15);
+        let says = "the density with which every part has the mass of its bars, kg/m3";
+        Table::of("", "", &rows)
+            .column("part", "the kind of part", |row| row.0)
+            .column("count", "how many struts or joints", |row| count(row.1))
+            .add(head("radius", "radius of the struts, m"), |row| row.2)
+            .add(cubic, |row| volume(row.1))
+            .add(head("density", says), |_| density)
+            .add(head("mass", "kg"), |row| volume(row.1) * density)
+            .done()
     }
 }
 
-/// The distance of planes: enough for struts, and for the discs of joints that are thicker than those.
+/// The distance of planes. It is enough for struts, and for joints that are thicker than struts.
 fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
     let needed = |d: &[Disc]| {
         let levels = (d[1].level - d[0].level) as f64;
@@ -226,5 +210,5 @@ fn pitch(joints: &[Joint], strut: f64, gap: f64) -> f64 {
 /// The length of the shortest bar at a node, mm.
 fn shortest_at(members: &[Member], node: usize) -> f64 {
     let own = members.iter().filter(|m| m.nodes.contains(&node));
-    own.map(Member::span).fold(f64::MAX, f64::min)
+    own.map(|m| m.axis.length()).fold(f64::MAX, f64::min)
 }

@@ -1,4 +1,4 @@
-//! Joints of the solid, and the sections of the struts, on which they depend.
+//! The joints of the solid, and the sections of its struts.
 
 use super::layers::Stack;
 use super::member::Member;
@@ -9,9 +9,9 @@ use cosmic::error::Result;
 use cosmic::geometry::{Range, Vector};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Sides of a strut. Its corners lie a little beyond the radius, so that the area is the circle's.
+/// The number of sides of a strut. Its corners are a little outside the circle, so that the areas are equal.
 pub(super) const SIDES: usize = 24;
-/// The most of a joint's volume that goes into its columns.
+/// The largest part of a joint's volume that its columns have.
 const COLUMNS: f64 = 0.2;
 
 /// The radii of the struts, mm.
@@ -27,7 +27,7 @@ impl Radii {
         let is_light = |m: &&Member| m.material.of(density) <= 0.0;
         if let Some(member) = members.iter().find(is_light) {
             return Err(misfit(format!(
-                "the line density of {} is 0 (materials.density), so its struts have no section",
+                "the line density of {} is 0 (materials.density), so its struts have no section; set it above 0",
                 member.made_of()
             )));
         }
@@ -49,13 +49,13 @@ impl Radii {
         PI * self.radius(member).powi(2)
     }
 
-    /// How far the corners of a strut are from its axis.
+    /// The distance of a strut's corners from its axis, mm.
     pub(super) fn reach(&self, member: &Member) -> f64 {
         self.radius(member) * corners_at(SIDES)
     }
 
-    /// How far from their node two struts of one plane have to end, mm: as far as keeps both on their
-    /// side of the line between them, and their ends whole.
+    /// The distance from their node at which two struts of one plane must end, mm, so that neither crosses the line
+    /// half-way between them.
     pub(super) fn trim(&self, node: usize, a: &Member, b: &Member) -> f64 {
         let (one, other) = (a.away_from(node), b.away_from(node));
         let between = one.cross(other).abs().atan2(one.dot(other));
@@ -63,7 +63,7 @@ impl Radii {
     }
 }
 
-/// The distance of a regular polygon's corners from its middle, for the area of a circle of radius 1.
+/// The distance of a regular polygon's corners from its middle if its area is that of a circle of radius 1.
 fn corners_at(sides: usize) -> f64 {
     let n = sides as f64;
     (TAU / (n * (TAU / n).sin())).sqrt()
@@ -72,23 +72,23 @@ fn corners_at(sides: usize) -> f64 {
 /// The part of a joint in one plane.
 pub(super) struct Disc {
     pub(super) level: usize,
-    /// Volume of the ends that its struts lack, mm3.
+    /// The volume of the missing ends of its struts, mm3.
     missing: f64,
     /// Thickness, mm.
     pub(super) height: f64,
 }
 
-/// The part that holds the struts of a node together.
+/// The part that joins the struts of a node.
 pub(super) struct Joint {
     pub(super) node: usize,
     pub(super) place: Vector<f64>,
-    /// Distance of the faces from the node, mm.
+    /// The distance of the faces from the node, mm.
     pub(super) trim: f64,
-    /// Corners around the node, counterclockwise.
+    /// The corners around the node, counterclockwise.
     corners: Vec<Vector<f64>>,
     /// From the lowest plane to the highest.
     pub(super) discs: Vec<Disc>,
-    /// Area of a column between discs, mm2.
+    /// The area of a column between discs, mm2.
     column: f64,
 }
 
@@ -99,7 +99,7 @@ impl Joint {
         0.5 * pairs.map(|(a, b)| a.cross(*b)).sum::<f64>()
     }
 
-    /// How far it reaches from its node, mm.
+    /// The distance of its farthest corner from the node, mm.
     pub(super) fn reach(&self) -> f64 {
         let far = self.corners.iter().map(|corner| corner.norm());
         far.fold(0.0, f64::max)
@@ -112,8 +112,8 @@ impl Joint {
         Range::new(z(lowest, -1.0), z(highest, 1.0))
     }
 
-    /// Thins the discs, all by one factor, so that the columns between them have their volume. Until
-    /// then the discs alone have the volume of what the struts lack.
+    /// Thins all discs by one factor, so that discs and columns together have the volume of the missing ends. Before,
+    /// the discs alone have it.
     pub(super) fn make_columns(&mut self, pitch: f64) {
         let pairs = || self.discs.windows(2);
         let rise: f64 = pairs()
@@ -162,7 +162,7 @@ pub(super) fn joint(
 ) -> Joint {
     let own = members.iter().zip(&stack.of_member);
     let own: Vec<_> = own.filter(|(m, _)| m.nodes.contains(&node)).collect();
-    // A strut alone has its end whole where the joint has eight sides.
+    // A single strut keeps its whole end if the joint has eight sides.
     let mut trim = own.iter().map(|(m, _)| radii.reach(m)).fold(0.0, f64::max);
     let thinnest = own
         .iter()
@@ -182,7 +182,7 @@ pub(super) fn joint(
         trim,
         corners: around(own.iter().map(angle).collect(), trim),
         discs: Vec::new(),
-        // As wide as the thinnest strut: it lies within the discs, which are wider.
+        // As wide as the thinnest strut, and so within the discs, which are wider.
         column: 2.0 * thinnest * thinnest,
     };
     let area = joint.area();
@@ -203,17 +203,16 @@ pub(super) fn joint(
     joint
 }
 
-/// The corners of a polygon around the origin with a side in each of these directions at a distance,
-/// and as many more sides as close it: the angle between two neighbouring directions is at most a
-/// right one.
+/// The corners of a polygon around the origin that has a side in each of these directions at a distance. More sides
+/// close it, so that the angle between two neighbouring directions is at most a right angle.
 fn around(mut angles: Vec<f64>, distance: f64) -> Vec<Vector<f64>> {
     angles.sort_by(f64::total_cmp);
-    // Struts of different planes may lie over one another.
+    // Struts of different planes may have the same direction.
     angles.dedup_by(|a, b| *a - *b < 1e-6);
     let mut sides = Vec::new();
     for (k, &angle) in angles.iter().enumerate() {
         let next = angles.get(k + 1).copied().unwrap_or(angles[0] + TAU);
-        // A rounding of a right angle is no more than one.
+        // A right angle that is rounded up still counts as one.
         let parts = ((next - angle) / FRAC_PI_2 - 1e-9).ceil().max(1.0);
         sides.extend((0..parts as usize).map(|p| angle + (next - angle) * p as f64 / parts));
     }

@@ -1,4 +1,4 @@
-//! Bars in layers, so that those in one layer do not touch.
+//! Bars in layers. Bars of one layer do not touch.
 
 use super::member::Member;
 use cosmic::geometry::Vector;
@@ -9,17 +9,17 @@ use std::ops::RangeInclusive;
 pub(super) struct Stack {
     /// The layer of each bar.
     pub(super) of_member: Vec<usize>,
-    /// From the lowest to the highest layer at each node that a bar ends at.
+    /// The lowest to the highest layer at each node with a bar.
     pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
-    /// A bar and a node, both by their numbers in the lattice: the bar lies across what holds the bars
-    /// of the node together. No such stack can be built.
+    /// An edge and a node of the lattice: the bar of the edge lies across the pin of the node, so that the stack cannot
+    /// be built.
     pub(super) blocked: Option<[usize; 2]>,
 }
 
 impl Stack {
-    /// Stacks bars greedily, those with the most conflicts first (D. Welsh and M. Powell, 1967): each
-    /// gets the lowest layer without a bar that it conflicts with. Bars that come within `reach` (mm)
-    /// of a node at which they do not end go on top of all others, where no pin of the node reaches.
+    /// Stacks bars greedily, bars with the most conflicts first (D. Welsh and M. Powell, 1967). Each bar gets the lowest
+    /// layer without a conflict. Bars within `reach` (mm) of a node at which they do not end go on top of all others,
+    /// above the node's pin.
     pub(super) fn new(
         members: &[Member],
         reach: f64,
@@ -45,7 +45,7 @@ impl Stack {
                 floor = used;
             }
             let is_free = |layer: &usize| conflicts[k].iter().all(|&c| layers[c] != Some(*layer));
-            // There are fewer conflicts than layers to try: the search ends.
+            // The search ends, because there are fewer conflicts than layers.
             let layer = (floor..).find(is_free).unwrap_or(floor);
             layers[k] = Some(layer);
             used = used.max(layer + 1);
@@ -64,19 +64,19 @@ impl Stack {
         }
     }
 
-    /// How many layers.
+    /// The number of layers.
     pub(super) fn height(&self) -> usize {
         self.of_member.iter().max().map_or(0, |top| top + 1)
     }
 }
 
-/// The nodes at which bars end, and their places.
+/// The nodes with a bar, and their places.
 pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, Vector<f64>> {
     let ends = |m: &Member| [(m.nodes[0], m.axis.from), (m.nodes[1], m.axis.to)];
     members.iter().flat_map(ends).collect()
 }
 
-/// For each bar the nodes nearer than `reach` at which other bars end.
+/// For each bar, the nodes nearer than `reach` at which only other bars end.
 fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
     let joints = joints(members);
     let of_member = |m: &Member| {
@@ -134,11 +134,11 @@ mod tests {
     }
 
     #[test]
-    fn a_bar_across_a_node_lies_on_top_and_two_that_lie_in_each_other_s_way_are_told() {
+    fn a_bar_across_a_node_is_on_top_and_two_that_block_each_other_are_reported() {
         let stack_of = |edges: &[[usize; 2]]| stack(&in_a_row(edges));
         let one = stack_of(&[[0, 2], [0, 1], [1, 2], [2, 3]]);
         assert_eq!((one.of_member[0], one.blocked), (2, None));
-        // Whichever lies on top, the pin at the end of one would go through the other.
+        // In either order, the pin at the end of one bar would go through the other bar.
         let two = stack_of(&[[0, 2], [1, 3], [0, 1], [1, 2], [2, 3]]);
         assert!(two.blocked.is_some());
     }

@@ -1,4 +1,4 @@
-//! The bars that are made: solid edges of a layout.
+//! The bars to be made: the solid edges of a layout.
 
 use super::sizes::misfit;
 use crate::report::RobotFiles;
@@ -9,12 +9,12 @@ use cosmic::geometry::{Segment, Vector};
 /// Millimetres in a metre.
 pub(super) const MM: f64 = 1e3;
 
-/// A bar to be made. The bars of a report are the bars of a chart, those of a law have a tension.
+/// A bar to be made.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
-    /// Its number among the edges of the lattice.
+    /// The number of its edge in the lattice.
     pub(super) edge: usize,
-    /// The nodes that it joins.
+    /// The nodes at its ends.
     pub(super) nodes: [usize; 2],
     /// From one end to the other, mm along and above the ground.
     pub(super) axis: Segment,
@@ -25,7 +25,7 @@ pub(super) struct Member {
 }
 
 impl Member {
-    /// The word for the material in files.
+    /// The name of the material in files.
     pub(super) fn made_of(&self) -> &'static str {
         if self.material == Material::Actuator {
             "actuator"
@@ -34,19 +34,9 @@ impl Member {
         }
     }
 
-    /// Distance of the ends, mm.
-    pub(super) fn span(&self) -> f64 {
-        self.axis.length()
-    }
-
-    /// Unit vector from the first end to the second.
-    pub(super) fn direction(&self) -> Vector<f64> {
-        self.axis.direction()
-    }
-
-    /// Unit vector away from one of its nodes.
+    /// The unit vector away from one of its nodes.
     pub(super) fn away_from(&self, node: usize) -> Vector<f64> {
-        let direction = self.direction();
+        let direction = self.axis.direction();
         if node == self.nodes[0] {
             direction
         } else {
@@ -60,13 +50,13 @@ impl Member {
         self.nodes.into_iter().find(is_shared)
     }
 
-    /// How near the axes of two bars come to one another, mm; 0 where they cross.
+    /// The smallest distance between the axes of two bars, mm; 0 if they cross.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.axis.distance(&other.axis)
     }
 }
 
-/// The place of a node, mm along and above the ground from the lower left corner of the lattice.
+/// The place of a node, mm along and above the ground from the lattice's lower left corner.
 pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
     robot.lattice.places[node] * robot.lattice.spacing * MM
 }
@@ -101,7 +91,7 @@ pub(super) fn sample(edge: usize, nodes: [usize; 2], [from, to]: [[f64; 2]; 2]) 
         material: Material::Skeleton,
         length: 0.0,
     };
-    member.length = member.span() / MM;
+    member.length = member.axis.length() / MM;
     member
 }
 
@@ -110,7 +100,7 @@ mod tests {
     use super::sample;
 
     #[test]
-    fn bars_that_cross_have_no_distance_and_others_that_of_their_nearest_points() {
+    fn bars_that_cross_have_the_distance_0_and_others_the_distance_of_their_nearest_points() {
         let bar = |ends| sample(0, [0, 1], ends);
         let level = bar([[0.0, 0.0], [10.0, 0.0]]);
         for (ends, distance) in [

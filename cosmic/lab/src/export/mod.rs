@@ -1,8 +1,8 @@
 //! Files of a finished robot for other programs: a model for MuJoCo; tables, a flat pattern and a solid for the
 //! workshop.
 //!
-//! For the workshop solid bars alone are exported, in the pose at rest and in the ground's frame, with the lower left
-//! corner of the lattice at the origin. Drawings and solids are in millimetres, tables in SI units.
+//! Files for the workshop have the solid bars at rest, in the ground's frame, with the lattice's lower left corner at the
+//! origin. Drawings and solids are in millimetres, tables in SI units.
 
 mod sizes;
 mod member;
@@ -14,7 +14,6 @@ mod dxf;
 mod stl;
 mod joint;
 mod frame;
-mod numpy;
 pub mod mujoco;
 
 use crate::report::RunFiles;
@@ -22,12 +21,11 @@ use cosmic::error::Result;
 use cosmic::record::files::{make_folder, write_atomic};
 use frame::Frame;
 use member::members;
-pub use numpy::{NumpyArray, write_npz};
 use pattern::Pattern;
 pub use sizes::Sizes;
 use std::path::{Path, PathBuf};
 
-/// A file that is not written yet.
+/// A file to be written.
 pub struct ExportFile {
     name: &'static str,
     bytes: Vec<u8>,
@@ -40,13 +38,13 @@ impl ExportFile {
     }
 }
 
-/// `bars.csv` and `nodes.csv`: what there is to be made, and which load it bears.
+/// `bars.csv` and `nodes.csv`: the bars and nodes, with peak forces and masses.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars.
 pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let members = members(&run.robot)?;
-    // Without a pattern the tables are good for other ways of making the robot.
+    // Without a pattern the tables still serve other ways of making the robot.
     let pattern = Pattern::new(&members, sizes).ok();
     let bars = csv::bars(run, &members, pattern.as_ref(), sizes)?;
     let nodes = csv::nodes(&run.robot, &members, pattern.as_ref(), sizes);
@@ -59,7 +57,8 @@ pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
 /// `pattern.svg`: the flat pattern.
 ///
 /// # Errors
-/// [`Error::Usage`](cosmic::Error::Usage) for sizes that do not fit the robot, or a robot that no stack of plates can be.
+/// [`Error::Usage`](cosmic::Error::Usage) for sizes that do not fit the robot, or a robot that cannot be stacked from
+/// plates.
 pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
     Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
@@ -68,14 +67,14 @@ pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
 /// `pattern.dxf`: the same pattern.
 ///
 /// # Errors
-/// As [`pattern_svg`].
+/// The errors of [`pattern_svg`].
 pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
     Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
 }
 
-/// `robot.stl`, the same in two parts, `skeleton.stl` with the joints and `actuators.stl`, and the
-/// volumes, densities and masses in `solid.csv`.
+/// `robot.stl`; its parts `skeleton.stl`, with the joints, and `actuators.stl`; and their volumes, densities and masses
+/// in `solid.csv`.
 ///
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.
@@ -92,7 +91,7 @@ pub fn solid(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     Ok(files)
 }
 
-/// Writes files into a folder, which is made if there is none, and gives their paths.
+/// Writes files into a folder, which is created if necessary, and returns their paths.
 ///
 /// # Errors
 /// [`Error::Write`](cosmic::Error::Write).

@@ -1,21 +1,19 @@
 //! A robot for MuJoCo: a model in MJCF, the controller's weights, and a player.
 //!
-//! Flight is the same as here to the rounding of numbers: nodes are bodies that slide along the ground
-//! and across it, bars are tendons, and MuJoCo's semi-implicit Euler steps are those of the scene. Contact
-//! is another: soft and frictional there, by the time of impact here.
+//! Flight agrees with this program to the rounding of numbers: nodes are bodies that slide along the ground and across
+//! it, bars are tendons, and MuJoCo makes the scene's semi-implicit Euler steps. Contact differs: MuJoCo's is soft and
+//! frictional, this program's is by the time of impact.
 
-use super::numpy::{NumpyArray, write_npz};
 use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector, flat};
 use cosmic::lattice::{Body, SOFTENING};
 use cosmic::laws::{Damper, Law, Stops};
-use cosmic::policy::{Layer, NETWORK, Network, Weights};
+use cosmic::policy::{Layer, Network, Weights};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::{Integrator, PhysicsSettings};
+use cosmic::scene::Integrator;
 use serde::Serialize;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// The format of the controller's JSON.
@@ -27,7 +25,7 @@ pub const MODEL: &str = "robot.xml";
 /// The player's file.
 pub const PLAYER: &str = "walk.py";
 
-/// The largest friction: beyond it MuJoCo's contacts creep and depend on the solver.
+/// The largest coefficient of friction. Beyond it MuJoCo's contacts creep and depend on the solver.
 pub const MOST_FRICTION: f64 = 5.0;
 
 /// Radius of the sphere at each node that meets the ground, m.
@@ -36,18 +34,18 @@ const RADIUS: f64 = 0.002;
 /// The settings of MuJoCo that a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
-    /// Coefficient of friction; `None` takes the scene's, or [`MOST_FRICTION`] for a larger one and for ground
-    /// that holds whatever touches it.
+    /// Coefficient of friction. `None` takes the scene's, but at most [`MOST_FRICTION`], which is also used for ground on
+    /// which nothing slips.
     pub friction: Option<f64>,
-    /// Mechanical steps for each of the controller; the scene's own number if that is larger.
+    /// Mechanical steps for each step of the controller; at least the scene's own number.
     pub substeps: usize,
-    /// Time constant of a contact, s. MuJoCo takes two mechanical steps for a shorter one.
+    /// Time constant of a contact, s. MuJoCo uses at least two mechanical steps.
     pub contact_time: f64,
-    /// Ratio of frictional to normal impedance: large values leave little creep.
+    /// Ratio of frictional to normal impedance. Large values reduce creep.
     pub impedance_ratio: f64,
-    /// The most iterations of the solver of contacts in a step.
+    /// The most iterations of the contact solver in a step.
     pub iterations: usize,
-    /// The tolerance at which it ends.
+    /// The tolerance at which the solver stops.
     pub tolerance: f64,
 }
 
@@ -66,75 +64,49 @@ impl Default for MujocoSettings {
 
 /// Writes the model, the controller and the player of a case's robot into a folder; returns the paths.
 ///
-/// Void edges of a layout are left out, and nodes that no other edge joins and the controller does not
-/// observe.
+/// Leaves out the void edges of a layout, and nodes that neither an edge joins nor the controller observes.
 ///
 /// # Errors
-/// [`Error::Usage`] where MuJoCo has no image of something in the scene; [`Error::Write`].
+/// [`Error::Usage`] if the scene has something that the model cannot express; [`Error::Write`].
 pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Vec<PathBuf>> {
     check(case)?;
     let robot = Robot::new(case, settings);
-    let paths = [MODEL, "controller.npz", "controller.json", PLAYER].map(|name| folder.join(name));
+    let paths = [MODEL, "controller.json", PLAYER].map(|name| folder.join(name));
     make_folder(folder)?;
     write_text(&paths[0], &robot.model())?;
-    write_npz(&paths[1], &robot.arrays())?;
-    write_json(&paths[2], FORMAT, &robot.weights())?;
-    write_text(&paths[3], include_str!("walk.py"))?;
+    write_json(&paths[1], FORMAT, &robot.weights())?;
+    write_text(&paths[2], include_str!("walk.py"))?;
     Ok(paths.to_vec())
 }
 
-/// Refuses what has no image.
+/// Refuses what the model cannot express.
 fn check(case: &Case) -> Result<()> {
     let physics = &case.physics;
-    let contact = physics.contact.name();
+    let [damper, stops] = [Damper::NAME, Stops::NAME];
+    let mut forces = physics.forces.about().into_iter();
+    let has_other_forces = forces.any(|(name, _)| name != damper && name != stops);
+    let has_other_contact = !["none", "infinite", "coulomb"].contains(&physics.contact.name());
     let refusals = [
         (
             physics.integrator != Integrator::SymplecticEuler,
-            "integrator=symplectic_euler",
+            "physics.integrator=symplectic_euler",
         ),
-        (physics.stiffening > 0.0, "stiffening=0"),
-        (physics.bending_radius > 0.0, "bending_radius=0"),
-        (!ForcesOfBars::are_all(physics), "forces=[]"),
+        (physics.stiffening > 0.0, "physics.stiffening=0"),
+        (physics.bending_radius > 0.0, "physics.bending_radius=0"),
+        (has_other_forces, "physics.forces=[]"),
+        (has_other_contact, "physics.contact=coulomb"),
+        (!physics.ground.resolved().is_flat(), "ground.profile=flat"),
         (
-            !["none", "infinite", "coulomb"].contains(&contact),
-            "contact=coulomb",
+            !case.observation.policy.is_default(),
+            "controller.policy=mlp",
         ),
     ];
-    let flat = (!physics.ground.resolved().is_flat()).then_some("ground.profile=flat");
-    let of_physics = refusals.iter().find(|(is, _)| *is);
-    let instead = of_physics.map(|(_, key)| format!("physics.{key}"));
-    let policy = !case.observation.policy.is_default();
-    let policy = policy.then_some("controller.policy=mlp").map(str::to_owned);
-    match instead.or(flat.map(str::to_owned)).or(policy) {
+    match refusals.iter().find(|(is_refused, _)| *is_refused) {
         None => Ok(()),
-        Some(setting) => Err(Error::Usage(format!(
-            "the model for MuJoCo has no image of what the scene has in place of {setting}; export it \
-             without, by --set {setting}"
+        Some((_, setting)) => Err(Error::Usage(format!(
+            "the model for MuJoCo can only express {setting}, and the scene has something else; export it \
+             with --set {setting}"
         ))),
-    }
-}
-
-/// The laws beside springs that have an image.
-struct ForcesOfBars {
-    damper: Option<Damper>,
-    stops: Option<Stops>,
-}
-
-impl ForcesOfBars {
-    fn of(physics: &PhysicsSettings) -> Self {
-        Self {
-            damper: physics.forces.along_bars(),
-            stops: physics.forces.along_bars(),
-        }
-    }
-
-    /// True if a scene has no others.
-    fn are_all(physics: &PhysicsSettings) -> bool {
-        let known = [Damper::NAME, Stops::NAME];
-        let names = physics.forces.about().into_iter();
-        names
-            .map(|(name, _)| name)
-            .all(|name| known.contains(&name))
     }
 }
 
@@ -144,14 +116,15 @@ struct Robot<'c> {
     settings: &'c MujocoSettings,
     ground: Ground,
     body: Body<f64>,
-    forces: ForcesOfBars,
-    /// On `qpos`, `qvel`, sine and cosine of the clock.
+    damper: Option<Damper>,
+    stops: Option<Stops>,
+    /// The network on `qpos`, `qvel`, sine and cosine of the clock.
     controller: Network<f64>,
     /// The nodes of the model, ascending.
     nodes: Vec<usize>,
-    /// The edges that pull, ascending.
+    /// The edges of the model, ascending.
     bars: Vec<usize>,
-    /// The edges among `bars` that the controller strains.
+    /// The edges that the controller strains, ascending.
     actuators: Vec<usize>,
 }
 
@@ -188,7 +161,8 @@ impl<'c> Robot<'c> {
             settings,
             ground,
             body,
-            forces: ForcesOfBars::of(&case.physics),
+            damper: case.physics.forces.along_bars(),
+            stops: case.physics.forces.along_bars(),
             nodes,
             bars,
             actuators,
@@ -259,7 +233,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The ground, so far below its line that a sphere touches it when its node is on the line.
+    /// The plane of the ground. It is lower than the ground's line by the radius of the spheres, so that a sphere touches
+    /// it when the node is on the line.
     fn ground(&self) -> String {
         if !self.case.physics.contact.has_ground() {
             return String::new();
@@ -272,8 +247,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// A node, with the damping of mechanical steps of `dt` seconds: an explicit step takes the share
-    /// `damping dt / mass` of the velocity off, which is to be what `exp(-gamma dt)` takes off.
+    /// A node. An explicit step of `dt` seconds reduces the velocity by the factor `1 - damping dt / mass`, which must
+    /// equal `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
         let mass = self.body.mass[node];
         let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;
@@ -290,7 +265,7 @@ impl<'c> Robot<'c> {
                 )
             })
             .collect();
-        // Bodies that slide do not turn: their moments of inertia do nothing.
+        // Bodies that slide do not turn, so their moments of inertia have no effect.
         format!(
             "    <body name=\"n{node}\" pos=\"{place}\">\n{joints}      \
              <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"1e-6 1e-6 1e-6\"/>\n      \
@@ -306,7 +281,7 @@ impl<'c> Robot<'c> {
             let length = self.rest_length(edge);
             format!("stiffness=\"{k}\" springlength=\"{length}\"")
         };
-        if let Some(damper) = &self.forces.damper {
+        if let Some(damper) = &self.damper {
             bar += &format!(" damping=\"{}\"", k * damper.time);
         }
         self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
@@ -315,7 +290,7 @@ impl<'c> Robot<'c> {
     /// The end stops of an actuator: a spring with a dead band.
     fn stops(&self, edge: usize) -> String {
         let strain = self.body.strain[edge];
-        match &self.forces.stops {
+        match &self.stops {
             Some(stops) if strain != 0.0 => {
                 let stiffness = stops.stiffness * strain / stops.at;
                 let rest_length = self.case.lattice.rest_length[edge];
@@ -346,8 +321,8 @@ impl<'c> Robot<'c> {
         )
     }
 
-    /// The rest length of a tendon. The scene's bars measure themselves a little longer than they are (D4),
-    /// some picometres near their rest length: errors of flight are several times larger without these.
+    /// The rest length of a tendon. Softening makes the scene's bars some picometres longer than they are (D4). Without
+    /// this correction the errors of flight are several times larger.
     fn rest_length(&self, edge: usize) -> f64 {
         let length = self.case.lattice.rest_length[edge];
         length - 0.5 * SOFTENING / length
@@ -357,36 +332,19 @@ impl<'c> Robot<'c> {
         let start = self.case.start.to_ground(&self.ground);
         let list = |points: &[Vector<f64>]| {
             let own: Vec<Vector<f64>> = self.nodes.iter().map(|&node| points[node]).collect();
-            words(flat(&own).into_iter())
+            let numbers: Vec<String> = flat(&own).iter().map(f64::to_string).collect();
+            numbers.join(" ")
         };
         let (x, v) = (list(&start.x), list(&start.v));
         format!("    <key name=\"start\" qpos=\"{x}\" qvel=\"{v}\"/>\n")
     }
 
-    /// How far a bar is strained by an activation of 1.
+    /// The strain of each actuator at an activation of 1.
     fn strain(&self) -> Vec<f64> {
         self.actuators
             .iter()
             .map(|&edge| self.body.strain[edge])
             .collect()
-    }
-
-    /// The controller as arrays of NumPy.
-    fn arrays(&self) -> [(&'static str, NumpyArray); 9] {
-        let Network { first, second } = self.controller.clone();
-        let [weights, biases, output_weights, output_biases] = NETWORK;
-        let (hidden, outputs) = (first.biases.len(), second.biases.len());
-        [
-            (weights, NumpyArray::matrix(hidden, first.weights)),
-            (biases, NumpyArray::vector(first.biases)),
-            (output_weights, NumpyArray::matrix(outputs, second.weights)),
-            (output_biases, NumpyArray::vector(second.biases)),
-            ("strain", NumpyArray::vector(self.strain())),
-            ("omega", NumpyArray::scalar(self.case.observation.omega)),
-            ("dt", NumpyArray::scalar(self.case.physics.dt)),
-            ("substeps", NumpyArray::scalar(self.substeps() as f64)),
-            ("steps", NumpyArray::scalar(self.case.physics.steps as f64)),
-        ]
     }
 
     /// The controller as JSON.
@@ -404,8 +362,8 @@ impl<'c> Robot<'c> {
     }
 }
 
-/// The controller of the model in `controller.json`: `strain * tanh(w2 tanh(w1 s + b1) + b2)`, with
-/// `s` the model's `qpos`, its `qvel`, `sin(omega t)` and `cos(omega t)`.
+/// `controller.json`: the target strains are `strain * tanh(w2 tanh(w1 s + b1) + b2)`, where `s` is `qpos`, `qvel`,
+/// `sin(omega t)` and `cos(omega t)`.
 #[derive(Serialize)]
 struct ControllerFile {
     nodes: Vec<usize>,
@@ -419,8 +377,8 @@ struct ControllerFile {
     steps: usize,
 }
 
-/// A folded controller of so many nodes with its inputs in the order of the model: positions node by node,
-/// velocities node by node, the clock; and with outputs for actuators alone.
+/// A folded controller of `count` nodes with its inputs in the order of the model (positions node by node, velocities
+/// node by node, the clock) and only the outputs of `actuators`.
 fn reordered(
     folded: &Network<f64>,
     nodes: &[usize],
@@ -452,14 +410,8 @@ fn reordered(
     }
 }
 
-/// A vector of the plane as one of space.
+/// A vector of the plane as a vector of space.
 fn spatial(vector: Vector<f64>) -> String {
     let [x, z] = vector.array();
     format!("{x} 0 {z}")
-}
-
-/// Values as words between spaces.
-fn words(values: impl Iterator<Item = impl Display>) -> String {
-    let words: Vec<String> = values.map(|value| value.to_string()).collect();
-    words.join(" ")
 }

@@ -1,8 +1,8 @@
-//! The flat pattern: the bars as strips of plate with a hole at either end, layer by layer.
+//! The flat pattern: the bars as strips of plate with a hole at each end, layer by layer.
 //!
-//! Bars turn about the pins at their ends, so two bars of one node cannot lie in one plane any more
-//! than two that cross. Bars of a layer are at least the gap apart: a layer can be cut from a plate as
-//! it is drawn, and stacked on the layers below as it is drawn. Layers are drawn beside one another.
+//! Bars turn about the pins at their ends, so bars that share a node or cross are in different layers. Bars of a layer
+//! are at least the gap apart. A layer can be cut from a plate as it is drawn, and stacked on the layers below as it is
+//! drawn. Layers are drawn beside one another.
 
 use super::layers::Stack;
 use super::member::Member;
@@ -13,50 +13,39 @@ use cosmic::geometry::{Bounds, Segment, Vector};
 
 /// Space around each layer on the sheet, mm.
 const MARGIN: f64 = 10.0;
-/// Height of the labels of layers, mm.
+/// The height of the labels of layers, mm.
 pub(super) const LABEL: f64 = 6.0;
 
-/// A bar on the sheet, mm from the lower left corner of it.
+/// A bar on the sheet, mm from the sheet's lower left corner.
 pub(super) struct Part {
     /// The number of its edge.
     pub(super) edge: usize,
     /// The nodes of its holes.
     pub(super) nodes: [usize; 2],
-    /// From the middle of one hole to that of the other.
+    /// From the middle of one hole to the middle of the other.
     pub(super) axis: Segment,
-    /// Corners of the straight sides, counterclockwise: two at the first end's right and the second
-    /// end's right, two at the second's left and the first's. Half circles join second and third, and
-    /// fourth and first.
+    /// The corners of the straight sides, counterclockwise: to the right of the first end and of the second, to the left
+    /// of the second end and of the first. Half circles join the second corner to the third, and the fourth to the first.
     pub(super) corners: [Vector<f64>; 4],
-    /// Angle of the bar to the sheet's lower edge, degrees.
+    /// The angle between the bar and the sheet's lower edge, degrees.
     pub(super) angle: f64,
-    /// True for an actuator, which is no strip of plate: the strip shows the room that it takes.
+    /// True for an actuator. Its strip shows the space that the actuator takes.
     pub(super) is_actuator: bool,
 }
 
 impl Part {
-    /// Its number and the nodes from its first end to its second.
+    /// The first node, the edge in brackets, and the second node.
     pub(super) fn label(&self) -> String {
         let [i, j] = self.nodes;
         format!("{i} [{}] {j}", self.edge)
-    }
-
-    /// Where its label is.
-    pub(super) fn middle(&self) -> Vector<f64> {
-        self.axis.middle()
-    }
-
-    /// The middles of its holes.
-    pub(super) fn ends(&self) -> impl Iterator<Item = Vector<f64>> {
-        [self.axis.from, self.axis.to].into_iter()
     }
 }
 
 /// A layer on the sheet.
 pub(super) struct Layer {
-    /// Its bars.
+    /// The bars of the layer.
     pub(super) parts: Vec<Part>,
-    /// Where its label begins.
+    /// The place where its label begins.
     pub(super) label: Vector<f64>,
 }
 
@@ -68,7 +57,7 @@ pub(super) struct Pattern {
     pub(super) stack: Stack,
     /// Width and height of the sheet, mm.
     pub(super) size: Vector<f64>,
-    /// The sizes that it is drawn with.
+    /// The sizes of bars and holes.
     pub(super) sizes: Sizes,
 }
 
@@ -87,14 +76,14 @@ impl Pattern {
             .iter()
             .flat_map(|member| [member.axis.from, member.axis.to]);
         let bounds = Bounds::of(ends);
-        // The lower left corner of the tile to the lowest and leftmost end.
+        // From the lower left corner of the tile to the lowest and leftmost end.
         let inset = Vector::new([MARGIN + 0.5 * sizes.width; 2]);
         let tile = bounds.size() + inset * 2.0 + Vector::new([0.0, LABEL]);
         let count = stack.height();
         let columns = (count as f64).sqrt().ceil() as usize;
         let rows = count.div_ceil(columns);
         let layer = |layer: usize| {
-            // As on a page: from left to right, and rows downwards.
+            // From left to right, then downwards, as on a page.
             let place = [layer % columns, rows - 1 - layer / columns].map(|k| k as f64);
             let corner = tile.zip_with(Vector::new(place), |size, place| place * size);
             let shift = corner + inset - bounds.low;
@@ -115,7 +104,7 @@ impl Pattern {
         })
     }
 
-    /// Height of the labels on bars, mm.
+    /// The height of the labels on bars, mm.
     pub(super) fn label_height(&self) -> f64 {
         0.3 * self.sizes.width
     }
@@ -124,7 +113,7 @@ impl Pattern {
 /// A bar, moved to its place on the sheet.
 fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     let (a, b) = (member.axis.from + shift, member.axis.to + shift);
-    let direction = member.direction();
+    let direction = member.axis.direction();
     let left = direction.turned_left() * (0.5 * width);
     Part {
         edge: member.edge,
@@ -136,7 +125,7 @@ fn part(member: &Member, shift: Vector<f64>, width: f64) -> Part {
     }
 }
 
-/// Refuses holes that leave no bar.
+/// Refuses holes that are too large for the bars.
 fn check(members: &[Member], sizes: &Sizes) -> Result<()> {
     let Sizes { width, hole, .. } = sizes;
     if hole >= width {
@@ -144,15 +133,15 @@ fn check(members: &[Member], sizes: &Sizes) -> Result<()> {
             "a hole of {hole} mm is as wide as a bar, {width} mm"
         )));
     }
-    // Between the holes there is as much as beside them.
+    // There is as much material between the holes as beside them.
     let least = hole + 0.5 * (width - hole);
-    match members.iter().find(|member| member.span() < least) {
+    match members.iter().find(|member| member.axis.length() < least) {
         None => Ok(()),
         Some(member) => Err(misfit(format!(
             "the bar of edge {} is {:.3} mm long, and its holes take {least} mm of it: choose a smaller \
              width and hole",
             member.edge,
-            member.span()
+            member.axis.length()
         ))),
     }
 }

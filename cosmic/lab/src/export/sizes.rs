@@ -1,4 +1,4 @@
-//! Sizes that a workshop chooses.
+//! The sizes that a workshop chooses.
 
 use cosmic::error::Error;
 
@@ -9,15 +9,15 @@ pub struct Sizes {
     pub width: f64,
     /// Diameter of the holes at the nodes.
     pub hole: f64,
-    /// The least distance of two bars in one layer, of the pattern and of the solid.
+    /// The least distance of two bars in one layer of the pattern or one plane of the solid.
     pub gap: f64,
-    /// Thickness of the plate that the bars are cut from.
+    /// Thickness of the plate from which the bars are cut.
     pub thickness: f64,
-    /// Radius of the solid's skeleton struts. Those of actuators follow from the line densities.
+    /// Radius of the solid's skeleton struts. The radius of actuators follows from the line densities.
     pub radius: f64,
 }
 
-/// An error about sizes or robots that do not fit one another.
+/// The error for sizes that do not fit the robot.
 pub(super) fn misfit(says: String) -> Error {
     Error::Usage(format!("cannot export: {says}"))
 }

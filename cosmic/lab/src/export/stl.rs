@@ -1,4 +1,4 @@
-//! Solids as binary STL, in millimetres: convex prisms, each a closed surface of its own.
+//! Solids as binary STL, in millimetres: convex prisms, each with a closed surface.
 
 use cosmic::geometry::Vector;
 
@@ -11,8 +11,8 @@ pub(super) struct Prism {
 }
 
 impl Prism {
-    /// Its surface, corners counterclockwise as seen from outside. A corner has the same bits in all
-    /// triangles that meet there, so that programs find them joined.
+    /// Its surface, with corners counterclockwise as seen from outside. A corner has the same bits in all triangles that
+    /// meet there, so that programs find them joined.
     fn triangles(&self) -> Vec<[[f32; 3]; 3]> {
         let single = |corner: [f64; 3]| corner.map(|x| x as f32);
         let base: Vec<_> = self.base.iter().map(|&x| single(x)).collect();
@@ -55,10 +55,10 @@ pub(super) fn spatial(point: Vector<f64>, height: f64) -> [f64; 3] {
     [x, y, height]
 }
 
-/// The bytes of a binary STL file with these prisms.
+/// The bytes of a binary STL file of these prisms.
 pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
     let triangles: Vec<_> = prisms.iter().flat_map(Prism::triangles).collect();
-    // 80 bytes that must not begin with "solid", which would mean text.
+    // The head of 80 bytes must not begin with "solid", which would mean a text file.
     let mut bytes = format!("{:<80}", "cosmic, millimetres").into_bytes();
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for corners in triangles {
@@ -73,30 +73,35 @@ pub(super) fn binary(prisms: &[Prism]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Prism, normal};
+    use super::{Prism, binary, normal};
+
+    /// Reads a file back: each triangle's normal and corners.
+    fn read(bytes: &[u8]) -> Vec<[[f64; 3]; 4]> {
+        let (head, triangles) = bytes.split_at(84);
+        let count = u32::from_le_bytes(head[80..].try_into().unwrap());
+        assert_eq!(triangles.len(), 50 * count as usize);
+        let number = |word: &[u8]| f64::from(f32::from_le_bytes(word.try_into().unwrap()));
+        let point = |bytes: &[u8]| [0, 4, 8].map(|at| number(&bytes[at..at + 4]));
+        let triangle = |bytes: &[u8]| [0, 12, 24, 36].map(|at| point(&bytes[at..at + 12]));
+        triangles.chunks(50).map(triangle).collect()
+    }
 
     /// A hexagonal prism, shifted sideways and up.
-    fn prism() -> Prism {
+    #[test]
+    fn normals_are_of_unit_length_and_point_outwards() {
         let corner = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::TAU / 6.0).sin_cos();
             [10.0 + 3.0 * cos, -20.0 + 3.0 * sin, 5.0]
         };
-        Prism {
+        let prism = Prism {
             base: (0..6).map(corner).collect(),
             along: [2.0, 1.0, 7.0],
-        }
-    }
-
-    #[test]
-    fn normals_are_of_unit_length_and_point_outwards() {
-        let prism = prism();
+        };
         let middle = [11.0, -19.5, 8.5];
-        let triangles = prism.triangles();
+        let triangles = read(&binary(&[prism]));
         assert_eq!(triangles.len(), 4 * 6 - 4);
         let (mut volume, mut vector_area) = (0.0, [0.0; 3]);
-        for corners in triangles {
-            let [a, b, c] = corners.map(|corner| corner.map(f64::from));
-            let n = normal(corners).map(f64::from);
+        for [n, a, b, c] in triangles {
             let dot = |x: [f64; 3]| (0..3).map(|k| n[k] * x[k]).sum::<f64>();
             // A unit vector in single precision has a few rounding errors of 6e-8 each.
             assert!((dot(n) - 1.0).abs() < 1e-6, "{n:?}");
@@ -105,12 +110,8 @@ mod tests {
             // All corners of a convex solid lie behind each of its faces.
             assert!(dot(minus(middle, a)) < -1.0);
             let (u, v) = (minus(b, a), minus(c, a));
-            let doubled = [
-                u[1] * v[2] - u[2] * v[1],
-                u[2] * v[0] - u[0] * v[2],
-                u[0] * v[1] - u[1] * v[0],
-            ];
-            let area = 0.5 * dot(doubled);
+            let cross = [(1, 2), (2, 0), (0, 1)].map(|(k, l)| u[k] * v[l] - u[l] * v[k]);
+            let area = 0.5 * dot(cross);
             assert!(area > 0.0);
             volume += area * dot(a) / 3.0;
             (0..3).for_each(|k| vector_area[k] += area * n[k]);
@@ -125,10 +126,7 @@ mod tests {
             vector_area.iter().all(|x| x.abs() < 1e-4),
             "{vector_area:?}"
         );
-    }
-
-    #[test]
-    fn a_triangle_without_an_area_has_no_normal() {
+        // A triangle without an area has no normal.
         assert_eq!(normal([[1.0; 3]; 3]), [0.0; 3]);
     }
 }

@@ -1,15 +1,15 @@
-//! The flat pattern as SVG, to scale: a unit of the drawing is a millimetre.
+//! The flat pattern as SVG, to scale: a unit is a millimetre.
 
 use super::pattern::{LABEL, Layer, Part, Pattern};
 use cosmic::geometry::Vector;
 use std::fmt::Write;
 
-/// Colours by which a laser cutter's program tells what is cut: skeleton, actuators, labels.
+/// Colours by which the program of a laser cutter tells skeleton, actuators and labels apart.
 const SKELETON: &str = "#000000";
 const ACTUATOR: &str = "#0000ff";
 const LABELS: &str = "#00a000";
 
-/// The drawing. Nanometres are its last digit.
+/// The pattern as the text of an SVG file. The last digit is a nanometre.
 pub(super) fn draw(pattern: &Pattern) -> String {
     let [width, height] = pattern.size.array();
     let mut svg = format!(
@@ -44,7 +44,7 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
         "<text x=\"{x:.6}\" y=\"{y:.6}\" font-size=\"{LABEL}\">layer {number}</text>"
     );
     for part in &layer.parts {
-        let [x, y] = down(pattern, part.middle()).array();
+        let [x, y] = down(pattern, part.axis.middle()).array();
         let _ = writeln!(
             svg,
             "<text transform=\"translate({x:.6} {y:.6}) rotate({:.6})\" font-size=\"{:.6}\" \
@@ -57,7 +57,7 @@ fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize)
     *svg += "</g>\n";
 }
 
-/// The place of a point in the drawing, whose second coordinate points down.
+/// The place of a point in the drawing, whose second axis points down.
 fn down(pattern: &Pattern, point: Vector<f64>) -> Vector<f64> {
     point.with_up(pattern.size.up() - point.up())
 }
@@ -77,7 +77,8 @@ fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
         arc(&c),
         arc(&a)
     );
-    for [x, y] in part.ends().map(|end| down(pattern, end).array()) {
+    for end in [part.axis.from, part.axis.to] {
+        let [x, y] = down(pattern, end).array();
         let _ = write!(svg, "<circle cx=\"{x:.6}\" cy=\"{y:.6}\" r=\"{hole:.6}\"/>");
     }
     *svg += "</g>\n";

@@ -1,15 +1,15 @@
-"""Walks the robot of this folder in MuJoCo (pip install mujoco numpy): unseen, or with --view."""
-import argparse, importlib, mujoco, pathlib, time
-import numpy as np
+"""Walks the robot of this folder in MuJoCo (pip install mujoco numpy), with --view in its viewer."""
+import argparse, importlib, json, mujoco, pathlib, time, numpy as np
 
 
 def load(folder):
     model = mujoco.MjModel.from_xml_path(str(pathlib.Path(folder, "robot.xml")))
-    return model, dict(np.load(pathlib.Path(folder, "controller.npz")))
+    net = json.loads(pathlib.Path(folder, "controller.json").read_text())
+    return model, {name: np.array(value) for name, value in net.items()}
 
 
 def step(model, robots, net, n):
-    """Control step n of some robots: target strains from what nodes do, held for all substeps."""
+    """Control step n of some robots: the target strains, held for all substeps."""
     clock = [np.sin(net["omega"] * (n * net["dt"])), np.cos(net["omega"] * (n * net["dt"]))]
     sensed = np.array([np.concatenate([data.qpos, data.qvel, clock]) for data in robots])
     hidden = np.tanh(sensed @ net["w1"].T + net["b1"])

@@ -1,37 +1,36 @@
-//! Walks as animations: a GIF, or a film that ffmpeg encodes.
+//! Rollouts as animations: a GIF, or a film that ffmpeg encodes.
 
 use std::fs;
 use std::io::{self, Write};
 use std::process::{Child, Command, Stdio};
+use std::thread;
 
 use cosmic::error::{Error, Result};
+use cosmic::geometry::{Range, Vector};
 use cosmic::record::TrajectoryFile;
 use gif::{Encoder, Frame, Repeat};
-use tiny_skia::PremultipliedColorU8;
+use tiny_skia::{Pixmap, PremultipliedColorU8};
 
-use super::canvas::{Shot, Size, TICK};
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained};
-use crate::child::Printing;
+use super::picture::{Colour, PAPER, Picture};
+use super::view::{EARTH, MARK, View, label};
+use crate::child;
 use crate::table::decimals;
 
 /// Width and height of a [`frame`], of a GIF and of a film, pixels.
-const FRAME_SIZE: Size = Size {
-    width: 480,
-    height: 240,
-};
-const GIF_SIZE: Size = Size {
-    width: 800,
-    height: 334,
-};
-const FILM_SIZE: Size = Size {
-    width: 1600,
-    height: 668,
-};
+const FRAME_SIZE: [u16; 2] = [480, 240];
+const GIF_SIZE: [u16; 2] = [800, 334];
+const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`], pixels.
-pub const FRAME_WIDTH: usize = FRAME_SIZE.width as usize;
+pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
-/// Seconds from one picture to the next, and the most pictures of a walk; a longer one is shown faster.
+/// The height of every shot before it is scaled to the pixels of its animation, and the height of the shown world
+/// as a multiple of the lattice's side.
+const ROWS: f64 = 240.0;
+const SIDES: f64 = 1.6;
+
+/// Seconds between two frames, and the most frames of a rollout. A longer rollout is shown faster.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {
     every: f64,
@@ -46,11 +45,18 @@ pub(super) const FILM: Pace = Pace {
     every: 0.04,
     most: 2000.0,
 };
-/// How long the last picture stays, s.
+/// How long the last frame stays, s.
 const STAYS: f64 = 1.0;
 
-/// The shots of a walk from its start, for so many seconds at most; labels have the time and the metres along the
-/// ground, after `says`.
+/// A frame of an animation: a state of a motion, and a label, which may be empty.
+pub(super) struct Shot<'m> {
+    motion: &'m Motion<'m>,
+    index: usize,
+    label: String,
+}
+
+/// The shots of at most the first `seconds` of a rollout. A label has the time and the metres along the ground after
+/// `says`.
 pub(super) fn shots<'m>(
     motion: &'m Motion<'m>,
     pace: Pace,
@@ -58,11 +64,7 @@ pub(super) fn shots<'m>(
     says: &str,
 ) -> Vec<Shot<'m>> {
     let every = pace.every.max(motion.duration().min(seconds) / pace.most);
-    let (_, moments) = motion.every(every);
-    let along = |index: usize| {
-        let payload = motion.states()[index].x[0];
-        motion.ground().point_to_ground(payload).forward()
-    };
+    let along = |index: usize| motion.ground().along(motion.states()[index].x[0]);
     let shot = |index: usize| {
         let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
             .map(|(x, digits)| decimals(x, digits));
@@ -73,43 +75,58 @@ pub(super) fn shots<'m>(
             label,
         }
     };
-    let within = moments
-        .into_iter()
-        .take_while(|index| motion.time(*index) <= seconds);
+    let (_, moments) = motion.every(every);
+    let moments = moments.into_iter();
+    let within = moments.take_while(|index| motion.time(*index) <= seconds);
     within.map(shot).collect()
 }
 
-/// Writes shots as a GIF in which each stays as long as the pace of a GIF says.
+impl Shot<'_> {
+    /// The shot as pixels. Returns `None` if there is no memory.
+    fn draw(&self, size: [u16; 2]) -> Option<Pixmap> {
+        let (motion, state) = (self.motion, &self.motion.states()[self.index]);
+        let scale = f64::from(size[1]) / ROWS;
+        let width = f64::from(size[0]) / scale;
+        let x = motion.camera(self.index).forward();
+        let view = View {
+            motion,
+            // In the middle of the lower third.
+            corner: Vector::new([x, motion.floor(x)]),
+            origin: Vector::new([0.5 * width, 0.78 * ROWS]),
+            scale: ROWS / (SIDES * motion.robot.lattice.side()),
+        };
+        let mut picture = Picture::default();
+        let across = Range::new(x, x).widened(0.5 * width / view.scale);
+        view.draw_ground(&mut picture, across);
+        view.draw_marks(&mut picture, across);
+        view.draw_path(&mut picture, &motion.path()[..=self.index]);
+        view.draw_robot(&mut picture, &motion.bars(state), state.x[0]);
+        picture.text([12.0, 24.0], &self.label[..], label(14.0));
+        picture.to_pixels([width, ROWS], scale)
+    }
+}
+
+/// Writes shots as a GIF at the pace [`GIF`].
 ///
 /// # Errors
 /// Errors of writing to `file`.
 pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> {
     let palette = Palette::new();
-    let Size { width, height } = GIF_SIZE;
+    let [width, height] = GIF_SIZE;
     let mut encoder = Encoder::new(file, width, height, palette.shades.as_flattened())
         .map_err(io::Error::other)?;
-    encoder
-        .set_repeat(Repeat::Infinite)
-        .map_err(io::Error::other)?;
-    let hundredths = |seconds: f64| (100.0 * seconds).round() as u16;
-    for (k, shot) in shots.iter().enumerate() {
-        let Some(picture) = shot.draw(GIF_SIZE) else {
-            break;
-        };
+    let endless = encoder.set_repeat(Repeat::Infinite);
+    endless.map_err(io::Error::other)?;
+    let pictures = shots.iter().map_while(|shot| shot.draw(GIF_SIZE));
+    for (k, picture) in pictures.enumerate() {
+        let is_last = k + 1 == shots.len();
+        let seconds = if is_last { STAYS } else { GIF.every };
         let pixels = picture.pixels().iter();
-        let stays = if k + 1 == shots.len() {
-            STAYS
-        } else {
-            GIF.every
-        };
         let frame = Frame {
             width,
             height,
-            delay: hundredths(stays),
-            buffer: pixels
-                .map(|pixel| palette.index(pixel))
-                .collect::<Vec<u8>>()
-                .into(),
+            delay: (100.0 * seconds).round() as u16,
+            buffer: pixels.map(|pixel| palette.index(pixel)).collect(),
             ..Frame::default()
         };
         encoder.write_frame(&frame).map_err(io::Error::other)?;
@@ -117,35 +134,22 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
     Ok(())
 }
 
-/// Shots as a film, MP4, in which each stays as long as the pace of a film says; ffmpeg encodes it.
+/// Encodes shots with ffmpeg as a film, MP4, at the pace [`FILM`].
 ///
 /// # Errors
-/// [`Error::Read`] if there is no ffmpeg on the path, or with what it says if it fails.
+/// [`Error::Read`] if ffmpeg is not on the path, or with ffmpeg's message if it fails.
 pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
-    let failed = Error::reading("ffmpeg's film");
-    let folder = match tempfile::tempdir() {
-        Ok(folder) => folder,
-        Err(error) => return Err(failed(error)),
-    };
+    let failed = |error| Error::reading("ffmpeg's film")(error);
+    let folder = tempfile::tempdir().map_err(failed)?;
     let path = folder.path().join("film.mp4");
-    let Size { width, height } = FILM_SIZE;
-    let (size, rate) = (format!("{width}x{height}"), (1.0 / FILM.every).to_string());
-    let given = [
-        "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &size, "-r", &rate, "-i", "-",
-    ];
-    // Players want this arrangement of colours, and the index at the beginning.
-    let wanted = [
-        "-f",
-        "mp4",
-        "-pix_fmt",
-        "yuv420p",
-        "-movflags",
-        "+faststart",
-    ];
+    let [width, height] = FILM_SIZE;
+    let rate = 1.0 / FILM.every;
+    let input = format!("-f rawvideo -pix_fmt rgba -s {width}x{height} -r {rate} -i -");
+    // Players need this arrangement of colours, and the index at the beginning.
+    let output = "-f mp4 -pix_fmt yuv420p -movflags +faststart";
+    let options = format!("-y -loglevel error {input} {output}");
     let child = Command::new("ffmpeg")
-        .args(["-y", "-loglevel", "error"])
-        .args(given)
-        .args(wanted)
+        .args(options.split(' '))
         .arg(&path)
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
@@ -161,68 +165,62 @@ pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
         .map_err(failed)
 }
 
-/// Hands the pictures over, and waits for the end.
-fn feed(mut child: Child, shots: &[Shot]) -> io::Result<()> {
-    let printing = Printing::of(&mut child);
-    let mut pipe = child.stdin.take();
-    let pictures = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
-    // One that stops reading says why on its way out.
-    for picture in pictures {
-        if pipe
-            .as_mut()
-            .is_none_or(|pipe| pipe.write_all(picture.data()).is_err())
-        {
-            break;
-        }
-    }
-    drop(pipe);
-    let (printed, status) = (printing.end(), child.wait()?);
-    if status.success() {
+/// Writes the frames to ffmpeg and waits for its end.
+fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
+    let mut input = ffmpeg.stdin.take();
+    let output = thread::spawn(move || ffmpeg.wait_with_output());
+    let mut write = |frame: Pixmap| input.as_mut()?.write_all(frame.data()).ok();
+    let frames = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
+    // If ffmpeg stops reading, its standard error has the reason.
+    let _all_written = frames.map(&mut write).all(|written| written.is_some());
+    drop(input);
+    let output = output.join().expect("waiting for a child does not panic")?;
+    if output.status.success() {
         return Ok(());
     }
-    let says = printed.reason();
+    let says = child::reason(&output.stderr);
     Err(io::Error::other(format!("ffmpeg: {says}")))
 }
 
-/// One moment of a rollout as a picture of 240 rows of 480 pixels, from the top left, with red, green and blue of
-/// each. `None` if there is no memory for it.
+/// One moment of a rollout as a picture of 240 rows of 480 pixels, from the top left, each with red, green and blue.
+/// Returns `None` if there is no memory.
 ///
 /// # Panics
-/// If the trajectory has no state of that index.
+/// If the trajectory has no state `index`.
 pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> Option<Vec<u8>> {
     let motion = &Motion::new(robot, trajectory);
     let label = String::new();
-    let drawn = Shot {
+    let shot = Shot {
         motion,
         index,
         label,
-    }
-    .draw(FRAME_SIZE)?;
-    let pixels = drawn.pixels().iter();
-    Some(
-        pixels
-            .flat_map(|p| [p.red(), p.green(), p.blue()])
-            .collect(),
-    )
+    };
+    let drawn = shot.draw(FRAME_SIZE)?;
+    Some(drawn.pixels().iter().flat_map(rgb).collect())
 }
 
-/// Shades of a colour, on the way from white: fewer make edges rough, more make files large.
+fn rgb(pixel: &PremultipliedColorU8) -> [u8; 3] {
+    [pixel.red(), pixel.green(), pixel.blue()]
+}
+
+/// Shades of a colour between white and the colour. Fewer make edges rough, more make files large.
 const SHADES: u16 = 4;
 
-/// The colours of the picture in their shades from white, and for any colour the nearest of them.
+/// The shades of all colours in a picture.
 struct Palette {
     shades: Vec<[u8; 3]>,
-    /// Indices of shades by the upper five bits of red, green and blue.
+    /// The index of the nearest shade, by the upper five bits of red, green and blue.
     nearest: Vec<u8>,
 }
 
 impl Palette {
     fn new() -> Self {
         let strains = (-6..=6).map(|k| strained(f64::from(k) / 6.0));
-        let colours = strains.chain([SKELETON, PAYLOAD, TICK, BEYOND]);
-        let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / SHADES) as u8);
+        let colours = strains.chain([SKELETON, PAYLOAD, MARK, BEYOND]);
+        let shade = |colour: Colour, k: u16| PAPER.mixed(colour, f64::from(k) / f64::from(SHADES));
         let shades = colours.flat_map(|colour| (1..=SHADES).map(move |k| shade(colour, k)));
-        let shades: Vec<[u8; 3]> = shades.chain([[255; 3]]).collect();
+        let shades = shades.chain([PAPER, EARTH]);
+        let shades: Vec<[u8; 3]> = shades.map(|shade| shade.rgb).collect();
         let middle = |bits: usize| (8 * (bits % 32) + 4) as i32;
         let nearest = |bits: usize| {
             let wanted = [bits / 1024, bits / 32, bits].map(middle);
@@ -237,7 +235,7 @@ impl Palette {
     }
 
     fn index(&self, pixel: &PremultipliedColorU8) -> u8 {
-        let bits = [pixel.red(), pixel.green(), pixel.blue()].map(|c| usize::from(c / 8));
-        self.nearest[1024 * bits[0] + 32 * bits[1] + bits[2]]
+        let [r, g, b] = rgb(pixel).map(|c| usize::from(c / 8));
+        self.nearest[1024 * r + 32 * g + b]
     }
 }

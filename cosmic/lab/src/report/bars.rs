@@ -1,33 +1,32 @@
-//! Bars of several experiments, each with its sample.
+//! A bar chart of experiments with their samples.
 
+use super::picture::{Colour, Font, MUTED, Pen, Picture};
 use super::plot::{Axes, Axis, range};
-use super::svg::{BOLD, END, MUTED_LINE, Svg};
 use crate::table::decimals;
 use cosmic::geometry::{Range, Vector};
 
 const WIDTH: f64 = 960.0;
-/// The least left edge of the bars, and the width of a letter of the names before it.
+/// The least left edge of the bars, and the width of a letter of the names to the left of it.
 const LEFT: f64 = 250.0;
 const LETTER: f64 = 6.5;
 const TOP: f64 = 56.0;
-/// Height of a bar with the space around it.
+/// The height of a bar with the space around it.
 const ROW: f64 = 30.0;
 
-/// One experiment.
+/// One experiment. Numbers that are not finite are not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bar {
-    /// Its name.
+    /// The name of the experiment.
     pub name: String,
-    /// Its number; `None` draws no bar.
+    /// The length of the bar.
     pub value: Option<f64>,
-    /// The sample behind the number.
+    /// The sample behind `value`, drawn as points.
     pub points: Vec<f64>,
-    /// A number to compare with.
+    /// A number to compare with, drawn as a tall stroke.
     pub mark: Option<f64>,
 }
 
-/// Horizontal bars as SVG, the first on top. Points are the samples, a tall stroke is the number to
-/// compare with. Numbers that are not finite are left out.
+/// Draws horizontal bars as SVG, the first on top.
 pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
     let height = ROW * bars.len() as f64;
     let numbers = bars.iter().flat_map(|bar| {
@@ -44,39 +43,41 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
         x: Axis::linear(range.with(range.high + 0.04 * range.size())),
         y: Axis::linear(Range::new(0.0, 1.0)),
     };
-    let mut svg = Svg::default();
-    svg.text([24.0, 28.0], title, BOLD);
+    let mut picture = Picture::default();
+    picture.text([24.0, 28.0], title, Font::BOLD);
     let across = |x: f64| axes.across(x);
     let zero = across(0.0);
     for (k, bar) in bars.iter().enumerate() {
         let middle = TOP + ROW * (k as f64 + 0.5);
-        svg.text([left - 12.0, middle + 4.0], &bar.name, END);
-        draw(&mut svg, bar, middle, &across);
+        picture.text([left - 12.0, middle + 4.0], &bar.name[..], Font::END);
+        draw(&mut picture, bar, middle, &across);
     }
-    svg.line([zero, TOP], [zero, TOP + height], MUTED_LINE);
-    axes.draw_along(&mut svg, unit);
-    svg.finish([width, TOP + height + 56.0], title)
+    picture.line([[zero, TOP], [zero, TOP + height]], Pen::new(MUTED, 1.0));
+    axes.draw_along(&mut picture, unit);
+    picture.to_svg([width, TOP + height + 56.0], title)
 }
 
 /// Draws one bar with its points and its mark.
-fn draw(svg: &mut Svg, bar: &Bar, middle: f64, across: &dyn Fn(f64) -> f64) {
+fn draw(picture: &mut Picture, bar: &Bar, middle: f64, across: &dyn Fn(f64) -> f64) {
     let zero = across(0.0);
     if let Some(value) = bar.value.filter(|value| value.is_finite()) {
         let end = across(value);
         let size = [(end - zero).abs(), 16.0];
-        svg.rect([zero.min(end), middle - 8.0], size, r##"fill="#9fc0e4""##);
-        let style = r#"text-anchor="start" font-weight="600""#;
+        picture.rectangle([zero.min(end), middle - 8.0], size, Colour::hex(0x9fc0e4));
         let place = [end.max(zero) + 6.0, middle + 4.0];
-        svg.text(place, &decimals(value, 2), style);
+        picture.text(place, decimals(value, 2), Font::BOLD);
     }
     for &point in bar.points.iter().filter(|point| point.is_finite()) {
-        let style = r##"fill="#0b62b8" fill-opacity="0.45""##;
-        svg.circle([across(point), middle], 2.6, style);
+        picture.dot(
+            [across(point), middle],
+            2.6,
+            Colour::hex(0x0b62b8).faint(0.45),
+        );
     }
-    if let Some(mark) = bar.mark {
+    if let Some(mark) = bar.mark.filter(|mark| mark.is_finite()) {
         let x = across(mark);
-        let style = r##"stroke="#d9541e" stroke-width="2.5""##;
-        svg.line([x, middle - 12.0], [x, middle + 12.0], style);
+        let pen = Pen::new(Colour::hex(0xd9541e), 2.5);
+        picture.line([[x, middle - 12.0], [x, middle + 12.0]], pen);
     }
 }
 
@@ -85,38 +86,29 @@ mod tests {
     use super::{Bar, bars};
 
     #[test]
-    fn a_long_name_has_room() {
-        let left = |letters: usize| {
+    fn a_chart_has_room_for_names_and_a_shape_for_each_finite_number() {
+        let chart = |name: String| {
             let bar = Bar {
-                name: "x".repeat(letters),
-                ..Bar::default()
-            };
-            let svg = bars("title", "m", &[bar]);
-            let (before, _) = svg.split_once("\" text-anchor=\"end\"").unwrap_or_default();
-            let y = before.rfind(r#"" y=""#).unwrap();
-            let x = before[..y].rfind('"').unwrap();
-            before[x + 1..y].parse::<f64>().unwrap()
-        };
-        assert_eq!(left(4), left(30));
-        // Letters of 12 pixels are half as wide as high.
-        assert!(left(60) > 60.0 * 6.0 && left(200) > 200.0 * 6.0);
-    }
-
-    #[test]
-    fn a_drawing_has_a_bar_a_point_and_a_mark_for_each_number() {
-        let all = [
-            Bar {
-                name: "a < b".to_owned(),
+                name,
                 value: Some(-1.0),
                 points: vec![-2.0, 0.5, f64::NEG_INFINITY],
                 mark: Some(2.0),
-            },
-            Bar::default(),
-        ];
-        let svg = bars("title", "m", &all);
-        let count = |what: &str| svg.matches(what).count();
-        assert_eq!((count("<circle"), count("#d9541e")), (2, 1));
-        assert!(count("#9fc0e4") == 1 && count("a &lt; b") == 1);
-        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+            };
+            bars("title", "m", &[bar, Bar::default()])
+        };
+        let svg = chart("a < b".to_owned());
+        let shapes = ["<circle", "#d9541e", "#9fc0e4", "a &lt; b", "NaN", "inf"];
+        let counts = shapes.map(|shape| svg.matches(shape).count());
+        assert_eq!(counts, [2, 1, 1, 1, 0, 0]);
+        // The right end of a name.
+        let end = |letters: usize| {
+            let svg = chart("x".repeat(letters));
+            let (before, _) = svg.split_once(">xxxx").unwrap();
+            let (_, x) = before.rsplit_once("<text x=\"").unwrap();
+            x.split_once('"').unwrap().0.parse::<f64>().unwrap()
+        };
+        assert_eq!(end(4), end(30));
+        // Letters of 12 pixels are half as wide as high.
+        assert!(end(60) > 60.0 * 6.0 && end(200) > 200.0 * 6.0);
     }
 }

@@ -2,8 +2,8 @@
 
 use cosmic::geometry::{Range, Vector};
 
+use super::picture::{Font, INK, PAPER, Pen, Picture};
 use super::plot::{Axes, Axis};
-use super::svg::{BOLD, MUTED, Svg};
 
 pub use super::plot::Line;
 
@@ -11,19 +11,19 @@ const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 50.0;
-/// Room for the names of the lines.
+/// The width of the legend.
 const NAMES: f64 = 270.0;
 
 /// Lines over two logarithmic axes, in a file `name.svg`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChart {
-    /// Its file's name.
+    /// The name of the file, without `.svg`.
     pub name: &'static str,
-    /// Its caption.
+    /// The caption.
     pub caption: String,
-    /// Its heading: the quantity upwards, with its unit.
+    /// The heading: the quantity of the vertical axis, with its unit.
     pub title: String,
-    /// The quantity along, with its unit.
+    /// The quantity of the horizontal axis, with its unit.
     pub along: String,
     /// The lines.
     pub lines: Vec<Line>,
@@ -32,7 +32,7 @@ pub struct LogChart {
 }
 
 impl LogChart {
-    /// The chart as an SVG file.
+    /// Draws the chart as SVG.
     pub fn draw(&self) -> String {
         let axes = Axes {
             origin: Vector::new([LEFT, TOP]),
@@ -40,46 +40,42 @@ impl LogChart {
             x: self.axis(Vector::forward),
             y: self.axis(Vector::up),
         };
-        let mut svg = Svg::default();
-        axes.draw(&mut svg, &self.title);
-        axes.draw_along(&mut svg, &self.along);
+        let mut picture = Picture::default();
+        axes.draw(&mut picture, &self.title);
+        axes.draw_along(&mut picture, &self.along);
         for (k, line) in self.lines.iter().enumerate() {
-            let places: Vec<Vector<f64>> = shown(line).map(|p| axes.place(p)).collect();
-            let stroke = line.stroke();
-            svg.polyline(&places, &stroke);
-            for place in places {
-                svg.circle(place, 2.6, &format!(r#"fill="{}""#, line.colour));
-            }
+            let places = shown(line).map(|p| axes.place(p));
+            picture.line(places.clone(), line.pen());
+            places.for_each(|place| picture.dot(place, 2.6, line.colour));
             let [x, y] = [WIDTH - NAMES + 20.0, TOP + 8.0 + 19.0 * k as f64];
-            svg.line([x, y - 4.0], [x + 26.0, y - 4.0], &stroke);
-            svg.text([x + 34.0, y], &line.name, "");
+            picture.line([[x, y - 4.0], [x + 26.0, y - 4.0]], line.pen());
+            picture.text([x + 34.0, y], &line.name[..], Font::PLAIN);
         }
         if let Some((point, name)) = &self.marked {
             let place = axes.place(*point);
-            let ring = r##"fill="none" stroke="#1f2328" stroke-width="1.6""##;
-            svg.circle(place, 8.0, ring);
-            svg.text(place + Vector::new([12.0, -10.0]), name, BOLD);
+            picture.disc(place, 8.0, PAPER.faint(0.0), Pen::new(INK, 1.6));
+            picture.text(place + Vector::new([12.0, -10.0]), &name[..], Font::BOLD);
         }
         let note = [WIDTH - NAMES + 20.0, HEIGHT - 14.0];
-        svg.text(note, "both axes logarithmic", &format!(r#"fill="{MUTED}""#));
-        svg.finish([WIDTH, HEIGHT], &self.title)
+        picture.text(note, "both axes logarithmic", Font::MUTED);
+        picture.to_svg([WIDTH, HEIGHT], &self.title)
     }
 
-    /// The powers of ten around all points, along or up.
+    /// The axis for all points, of which `number` is one coordinate.
     fn axis(&self, number: fn(Vector<f64>) -> f64) -> Axis {
         let points = self.lines.iter().flat_map(shown);
         let logs = Range::of(points.map(|point| number(point).log10()));
         if logs.size() < 0.0 {
             return Axis::logarithmic(Range::new(0.1, 1.0));
         }
-        // Some room, so that no dot sits on the frame; at least a decade in all.
+        // Some room, so that no dot is on the frame; at least a decade in all.
         let room = 0.05_f64.max(0.5 * (1.0 - logs.size()));
         Axis::logarithmic(logs.widened(room).map(|v| 10f64.powf(v)))
     }
 }
 
-/// The points of a line with two positive finite numbers.
-fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> {
+/// The points of a line whose two numbers are positive and finite.
+fn shown(line: &Line) -> impl Iterator<Item = Vector<f64>> + Clone {
     let fits = |point: &Vector<f64>| point.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)
 }
@@ -90,7 +86,7 @@ mod tests {
     use cosmic::geometry::Vector;
 
     #[test]
-    fn points_that_no_logarithm_has_are_left_out() {
+    fn points_without_a_logarithm_are_left_out() {
         let points = [[1e-3, 1e-9], [1e-2, 0.0], [0.1, f64::NAN], [1.0, 1e-3]];
         let chart = LogChart {
             name: "errors",

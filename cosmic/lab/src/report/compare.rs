@@ -1,12 +1,15 @@
 //! Runs side by side.
 
+use super::files::{RobotFiles, read_trajectory};
+use super::motion::Motion;
 use super::numbers::{departures, with_numbers};
-use super::{html, page, race};
+use super::{data, page};
 use crate::table::{Table, TableOf};
 use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::run::{SCENE, read_scene_to_show};
+use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
+use cosmic::record::trajectory_file::TRAJECTORY;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -20,7 +23,7 @@ pub struct Comparison {
 /// One run.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of its folder, or the whole path if another run has that name.
+    /// The name of its folder, or the whole path if another run's folder has the same name.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -28,7 +31,19 @@ struct ComparedRun {
     folder: PathBuf,
 }
 
-/// Reads the summary of a run. If the folder has a scene file, it must match the scene that the run began with.
+impl ComparedRun {
+    /// The data of the run's lane.
+    fn lane(&self, registry: &Registry) -> Result<Value> {
+        let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
+        let trajectory = read_trajectory(&self.folder, &robot)?;
+        let is_unreliable = self.summary.is_unreliable();
+        let mark = if is_unreliable { " (unreliable)" } else { "" };
+        let name = format!("{}{mark}", self.name);
+        Ok(data::of_lane(&name, &Motion::new(&robot, &trajectory)))
+    }
+}
+
+/// Reads the summary of a run. A scene file in its folder must be the scene that the run began with.
 fn read(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = Summary::read(folder)?;
     if folder.join(SCENE).exists() {
@@ -58,7 +73,7 @@ impl Comparison {
         Ok(Self { runs })
     }
 
-    /// A row a run, ordered as the runs were given.
+    /// A row for each run, in the order of the runs.
     fn columns(&self) -> TableOf<'_, ComparedRun> {
         let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
         with_numbers(names, |run| &run.summary)
@@ -69,8 +84,7 @@ impl Comparison {
         self.columns().done().to_text()
     }
 
-    /// A page on which the robots walk side by side, with the table. Runs without a trajectory are in the table
-    /// alone.
+    /// A page with the table, on which the robots walk side by side. Runs without a trajectory are only in the table.
     ///
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
@@ -79,25 +93,23 @@ impl Comparison {
         let table = self.columns();
         let table = table.column("departures from the paper", "", departures);
         let (title, table) = ("Runs side by side", table.done().to_html());
-        let lane = |run: &ComparedRun| {
-            let mark = if run.summary.is_unreliable() {
-                " (unreliable)"
-            } else {
-                ""
-            };
-            race::lane(&format!("{}{mark}", run.name), &run.folder, registry).transpose()
-        };
-        let lanes: Vec<Value> = self.runs.iter().filter_map(lane).collect::<Result<_>>()?;
+        let with_lane = self
+            .runs
+            .iter()
+            .filter(|run| run.folder.join(TRAJECTORY).exists());
+        let lanes: Vec<Value> = with_lane
+            .map(|run| run.lane(registry))
+            .collect::<Result<_>>()?;
         let race = if lanes.is_empty() {
             String::new()
         } else {
             include_str!("page/race.html").to_owned()
-                + &page::scripts(&lanes.into(), &[include_str!("page/race.js")])
+                + &page::script(&lanes.into(), include_str!("page/race.js"))
         };
         let body = format!(
             "<h1>{title}</h1>\n{race}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Numbers\">{table}</div>\n"
         );
-        Ok(html::page(title, &body))
+        Ok(page::html(title, &body))
     }
 }
 

@@ -1,69 +1,191 @@
 //! The history of an optimisation as charts over the iterations.
 
-use super::data::horizon_diverged;
 use super::files::RunFiles;
+use super::gait::brief;
+use super::picture::{Colour, Font, MUTED, Pen, Picture};
 use super::plot::{Axes, Axis, Line, range};
-use super::svg::{MUTED_LINE, MUTED_MIDDLE, Svg};
+use crate::table::Cell;
 use cosmic::codesign::{Phase, Record};
 use cosmic::geometry::{Range, Vector};
+use serde::Serialize;
 
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// Height of a chart without its titles.
+/// The height of a chart without and with its titles.
 const HEIGHT: f64 = 130.0;
-/// Height of a chart with its titles.
 const PITCH: f64 = 182.0;
 
-/// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
+/// A chart over the iterations, in a picture and as the data of a page.
+#[derive(Serialize)]
+pub(super) struct Chart {
+    /// The id of its canvas in a page.
+    id: &'static str,
+    title: &'static str,
+    /// The meaning of the dashed levels.
+    #[serde(skip)]
+    note: &'static str,
+    series: Vec<Series>,
+    /// Numbers with dashed lines.
+    levels: Vec<f64>,
+    /// True for a logarithmic axis.
+    log: bool,
+}
+
+/// A line of a chart.
+#[derive(Serialize)]
+struct Series {
+    name: &'static str,
+    /// The index of its colour.
+    colour: usize,
+    /// A cell for each iteration. The line continues across a missing number and has a gap at a text.
+    numbers: Vec<Cell>,
+}
+
+/// A line with the numbers of a run's iterations.
+fn series(
+    run: &RunFiles,
+    name: &'static str,
+    colour: usize,
+    number: impl Fn(&Record) -> Option<f64>,
+) -> Series {
+    let cell = |record: &Record| match number(record) {
+        Some(x) if !x.is_finite() => Cell::from("diverged"),
+        number => number.map(brief).into(),
+    };
+    Series {
+        name,
+        colour,
+        numbers: run.history.iter().map(cell).collect(),
+    }
+}
+
+/// The displacement after each iteration, and the displacement of the gradient's rollout.
+fn displacements(run: &RunFiles) -> Vec<Series> {
+    let full = |r: &Record| match r.diverged {
+        true => Some(f64::NAN),
+        false => r.displacement,
+    };
+    // If the robot diverged in the gradient's rollout, files have no displacement.
+    let horizon = |r: &Record| match r.pass {
+        Some(_) => Some(r.displacement_horizon.unwrap_or(f64::NAN)),
+        None => r.displacement_horizon,
+    };
+    vec![
+        series(run, "full rollout", 0, full),
+        series(run, "gradient's horizon", 1, horizon),
+    ]
+}
+
+/// The charts of a run, the first on top.
+pub(super) fn charts(run: &RunFiles) -> [Chart; 4] {
+    let bounds = &run.robot.scene.volume;
+    let mut bounds = [bounds.solid, bounds.actuator].concat();
+    bounds.dedup();
+    let pairs = [
+        "norm",
+        "void\u{2013}skeleton",
+        "void\u{2013}actuator",
+        "skeleton\u{2013}actuator",
+    ];
+    let measures = [0, 1, 2, 3].map(|k| series(run, pairs[k], k, |r| Some(r.measures[k])));
+    [
+        Chart {
+            id: "displacement",
+            title: "Displacement along the ground, m",
+            note: " (dashed: median of the delivered robot)",
+            series: displacements(run),
+            levels: run.summary.displacement_p50.into_iter().collect(),
+            log: false,
+        },
+        Chart {
+            id: "volumes",
+            title: "Share of edges",
+            note: " (dashed: bounds before they widen)",
+            series: vec![
+                series(run, "solid", 0, |r| Some(r.volume)),
+                series(run, "actuators", 1, |r| Some(r.actuator_volume)),
+            ],
+            levels: bounds,
+            log: false,
+        },
+        Chart {
+            id: "measures",
+            title: "Binarisation measures, overlaps by pair",
+            note: "",
+            series: measures.into(),
+            levels: Vec::new(),
+            log: false,
+        },
+        Chart {
+            id: "gradients",
+            title: "Norm of the gradient before any bound",
+            note: "",
+            series: vec![
+                series(run, "design", 0, |r| r.design_gradient[0]),
+                series(run, "design, stability", 2, |r| r.design_gradient[1]),
+                series(run, "controller", 1, |r| r.controller_gradient),
+            ],
+            levels: Vec::new(),
+            log: true,
+        },
+    ]
+}
+
+/// Draws displacement, volumes, binarisation measures and gradients, with the phases behind them.
 pub(super) fn draw(run: &RunFiles) -> String {
     let history = &run.history;
-    let mut svg = Svg::default();
-    let first = history.first().map_or(0, |record| record.iteration - 1) as f64;
-    let last = history.last().map_or(1, |record| record.iteration) as f64;
-    for (k, chart) in charts(run).into_iter().enumerate() {
+    let mut picture = Picture::default();
+    let before = history.first().map_or(0, |record| record.iteration - 1);
+    let along = Range::new(before as f64, (before + history.len().max(1)) as f64);
+    for (k, chart) in charts(run).iter().enumerate() {
+        let lines = chart.lines(before);
         let axes = Axes {
             origin: Vector::new([LEFT, TOP + k as f64 * PITCH]),
             size: Vector::new([WIDTH - LEFT - 24.0, HEIGHT]),
-            x: Axis::linear(Range::new(first, last)),
+            x: Axis::linear(along),
             y: Axis {
-                range: chart.range(),
+                range: chart.range(&lines),
                 log: chart.log,
             },
         };
-        draw_phases(&mut svg, &axes, history, k == 0);
-        axes.draw(&mut svg, chart.title);
+        draw_phases(&mut picture, &axes, history, k == 0);
+        axes.draw(&mut picture, &[chart.title, chart.note].concat());
         for level in &chart.levels {
-            let [from, to] = [first, last].map(|x| axes.place(Vector::new([x, *level])));
-            let dashed = format!(r#"{MUTED_LINE} stroke-dasharray="4 4""#);
-            svg.line(from, to, &dashed);
+            let ends = [along.low, along.high].map(|x| axes.place(Vector::new([x, *level])));
+            picture.line(ends, Pen::dashed(MUTED, 1.0, "4 4"));
         }
-        axes.draw_lines(&mut svg, &chart.lines);
+        axes.draw_lines(&mut picture, &lines);
         if k == 3 {
-            axes.draw_along(&mut svg, "iteration");
+            axes.draw_along(&mut picture, "iteration");
         }
     }
-    svg.finish(
+    picture.to_svg(
         [WIDTH, TOP + 4.0 * PITCH + 14.0],
         "Displacement, volumes, binarisation measures and gradients over the iterations",
     )
 }
 
-/// The content of a chart.
-struct Chart {
-    title: &'static str,
-    lines: Vec<Line>,
-    /// Numbers with dashed lines.
-    levels: Vec<f64>,
-    log: bool,
-}
-
 impl Chart {
-    /// The range up. A linear one begins at zero, or below its least number if that is negative. On a
-    /// logarithmic one, an exactly zero number is drawn at the lower edge.
-    fn range(&self) -> Range {
-        let points = self.lines.iter().flat_map(|line| &line.points);
-        let numbers = points.map(|point| point.up());
+    /// The lines over the iterations after `before`.
+    fn lines(&self, before: usize) -> Vec<Line> {
+        let number = |cell: &Cell| match cell {
+            Cell::Missing => None,
+            Cell::Number(y) => Some(*y),
+            _ => Some(f64::NAN),
+        };
+        let line = |series: &Series| {
+            let numbers = series.numbers.iter().enumerate();
+            let points = numbers.filter_map(|(k, y)| Some([(before + k + 1) as f64, number(y)?]));
+            Line::new(series.name.to_owned(), series.colour, "", points)
+        };
+        self.series.iter().map(line).collect()
+    }
+
+    /// The range of the vertical axis. A linear one begins at zero, or below the least number if that is negative. On
+    /// a logarithmic one, zero is drawn at the lower edge.
+    fn range(&self, lines: &[Line]) -> Range {
+        let numbers = lines.iter().flat_map(|line| &line.points).map(|p| p.up());
         if self.log {
             return range(numbers.filter(|v| *v > 0.0), Range::new(0.1, 10.0));
         }
@@ -74,85 +196,23 @@ impl Chart {
     }
 }
 
-/// The four charts of a run, the first on top.
-fn charts(run: &RunFiles) -> [Chart; 4] {
-    type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
-    // A line in the k-th colour through the records that have a number. Numbers that are not finite make gaps.
-    let line = |name: &str, k: usize, number: Number| {
-        let point = |r: &Record| Some(Vector::new([r.iteration as f64, number(r)?]));
-        let points = run.history.iter().filter_map(point);
-        Line::new(name.to_owned(), k, "", points)
-    };
-    let displacement = vec![
-        line("gradient's horizon", 1, &|r| {
-            let gap = horizon_diverged(r).then_some(f64::NAN);
-            gap.or(r.displacement_horizon)
-        }),
-        line("full rollout", 0, &|r| {
-            let gap = r.diverged.then_some(f64::NAN);
-            gap.or(r.displacement)
-        }),
-    ];
-    let delivered = run.summary.displacement_p50.into_iter().collect();
-    let volumes = vec![
-        line("solid", 0, &|r| Some(r.volume)),
-        line("actuators", 1, &|r| Some(r.actuator_volume)),
-    ];
-    let bounds = &run.robot.scene.volume;
-    let mut bounds = [bounds.solid, bounds.actuator].concat();
-    bounds.dedup();
-    let names = [
-        "norm",
-        "void-skeleton",
-        "void-actuator",
-        "skeleton-actuator",
-    ];
-    let measures = [0, 1, 2, 3].map(|k| line(names[k], k, &|r| Some(r.measures[k])));
-    let gradients = vec![
-        line("design", 0, &|r| r.design_gradient[0]),
-        line("design, stability", 2, &|r| r.design_gradient[1]),
-        line("controller", 1, &|r| r.controller_gradient),
-    ];
-    let chart = |title, lines, levels, log| Chart {
-        title,
-        lines,
-        levels,
-        log,
-    };
-    let titles = [
-        "Displacement along the ground, m (dashed: median of what is delivered)",
-        "Share of edges (dashed: bounds before they widen)",
-        "Binarisation measures, overlaps by pair",
-        "Norm of the gradient before any bound",
-    ];
-    [
-        chart(titles[0], displacement, delivered, false),
-        chart(titles[1], volumes, bounds, false),
-        chart(titles[2], measures.into(), Vec::new(), false),
-        chart(titles[3], gradients, Vec::new(), true),
-    ]
-}
-
-/// Draws the phases as bands behind a chart; the first chart has their names.
-fn draw_phases(svg: &mut Svg, axes: &Axes, history: &[Record], named: bool) {
+/// Draws the phases as bands behind a chart, with their names above if `named`.
+fn draw_phases(picture: &mut Picture, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
-        let (Some(first), Some(last)) = (part.first(), part.last()) else {
-            continue;
-        };
+        let [first, last] = [&part[0], &part[part.len() - 1]];
         let from = axes.across(first.iteration as f64 - 1.0);
         let to = axes.across(last.iteration as f64);
         let (name, colour) = match first.phase {
-            Phase::CoDesign => ("co-design", "#f3f6fa"),
-            Phase::Attraction => ("attraction", "#e6edf5"),
-            Phase::Snap => ("snap", "#9fb3c8"),
-            Phase::FineTuning => ("controller alone", "#f6f4ee"),
+            Phase::CoDesign => ("co-design", 0xf3f6fa),
+            Phase::Attraction => ("attraction", 0xe6edf5),
+            Phase::Snap => ("snap", 0x9fb3c8),
+            Phase::FineTuning => ("controller alone", 0xf6f4ee),
         };
-        let top = axes.origin.up();
-        let size = [(to - from).max(1.5), axes.size.up()];
-        svg.rect([from, top], size, &format!(r#"fill="{colour}""#));
+        let top = axes.origin[1];
+        let size = [(to - from).max(1.5), axes.size[1]];
+        picture.rectangle([from, top], size, Colour::hex(colour));
         if named {
-            let place = [0.5 * (from + to), top - 34.0];
-            svg.text(place, name, MUTED_MIDDLE);
+            picture.text([0.5 * (from + to), top - 34.0], name, Font::CAPTION);
         }
     }
 }

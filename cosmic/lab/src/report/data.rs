@@ -1,45 +1,39 @@
-//! What the scripts of a page draw from.
+//! The data of a page's scripts.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
+use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::Motion;
-use cosmic::codesign::Record;
 use cosmic::geometry::{Range, Vector};
-use cosmic::record::history::Walk;
+use cosmic::lattice::State;
+use cosmic::record::history::{DesignRow, Walk};
 
-/// Seconds from one frame of the delivered robot to the next.
+/// Seconds between two frames of the delivered robot, and of one of several runs.
 const FRAME: f64 = 0.04;
-/// Parts of the lattice's spacing that its positions are rounded to.
+const LANE_FRAME: f64 = 0.08;
+/// Their positions are rounded to these parts of the lattice's spacing.
 const PARTS: f64 = 1000.0;
+const LANE_PARTS: f64 = 200.0;
 
-/// A robot and its motion.
+/// The data of a robot in motion.
 pub(super) fn of_motion(motion: &Motion) -> Value {
-    let walks = [walk(motion)];
-    json!({
-        "robot": of_robot(motion.robot, &motion.states()[0].x),
-        "world": world(motion, &walks),
-        "walk": walks[0],
-    })
+    of_walks(motion, motion.robot, &[walk(motion)])
 }
 
-/// All of a run.
+/// The data of a run.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
-    let design = |k: usize| {
-        let row = &run.designs[k];
-        json!({ "iteration": row.iteration, "mixtures": mixtures(&run.robot, &row.z), "walk": row.walk })
+    let design = |row: &DesignRow| {
+        let mixtures = mixtures(&run.robot, &row.z);
+        json!({ "iteration": row.iteration, "mixtures": mixtures, "walk": row.walk })
     };
-    let mut data = json!({
-        "robot": of_robot(&run.robot, &motion.states()[0].x),
-        "world": world(motion, &walks),
-        "walk": walks[0],
-        "iteration": run.summary.delivered_iteration,
-        "designs": (0..run.designs.len()).map(design).collect::<Vec<_>>(),
-        "history": history(run),
-    });
+    let mut data = of_walks(motion, &run.robot, &walks);
+    data["iteration"] = run.summary.delivered_iteration.into();
+    data["designs"] = run.designs.iter().map(design).collect();
+    data["history"] = history(run);
     if let Some(gait) = gait {
         let (_, states) = motion.every(FRAME);
         data["gait"] = gait.last_periods(motion);
@@ -49,8 +43,45 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data
 }
 
-/// The lattice, and the design that is delivered.
-pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
+/// The data of a robot whose own walk is the first of some walks.
+fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
+    json!({
+        "robot": of_robot(robot, &motion.states()[0].x),
+        "world": world(motion, walks),
+        "walk": walks[0],
+    })
+}
+
+/// The data of one of several runs on one ground: the robot and its walk in the frame of its ground, with the payload's
+/// start as origin.
+pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
+    let (robot, ground) = (motion.robot, motion.ground());
+    // Only along the ground: heights are still above its line.
+    let origin = ground.point_to_ground(motion.states()[0].x[0]).along();
+    let (seconds, indices) = motion.every(LANE_FRAME);
+    let along = |k: usize| -> State<f64> {
+        let mut state = motion.states()[k].to_ground(&ground);
+        state.x.iter_mut().for_each(|x| *x -= origin);
+        state
+    };
+    let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
+    let side = robot.lattice.side();
+    let across = Range::of(states.iter().map(|state| state.x[0].forward())).widened(100.0 * side);
+    let corners = motion.profile.between(across.map(|x| x + origin.forward()));
+    let corners: Vec<_> = corners.into_iter().map(|corner| corner - origin).collect();
+    let unit = robot.lattice.spacing / LANE_PARTS;
+    json!({
+        "name": name,
+        "robot": of_robot(robot, &states[0].x),
+        "world": {
+            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit, "origin": 0.0,
+        },
+        "walk": Walk::of(states.iter(), seconds, unit),
+    })
+}
+
+/// The lattice and the delivered design.
+fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({
@@ -64,7 +95,7 @@ pub(super) fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     })
 }
 
-/// Shares of void, skeleton and actuator of every edge, in thousandths.
+/// The shares of void, skeleton and actuator of every edge, in thousandths.
 fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
     let mixtures = robot.mixtures(z).into_iter();
     mixtures
@@ -72,7 +103,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The ground as far as walks get.
+/// The ground as far as the walks reach.
 fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Walk::places);
@@ -90,61 +121,22 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
     })
 }
 
-/// The delivered robot: 25 frames a second, fewer for a long rollout.
+/// The walk of the delivered robot, with 25 frames a second, or fewer for a long rollout.
 fn walk(motion: &Motion) -> Option<Walk> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
     Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
-/// True if the robot flew apart in the gradient's rollout of this iteration. Files then have no displacement.
-pub(super) fn horizon_diverged(record: &Record) -> bool {
-    let displacement = record.displacement_horizon;
-    record.pass.is_some() && !displacement.is_some_and(f64::is_finite)
-}
-
-/// The numbers of the history, a list each with a number an iteration.
+/// The charts over the iterations, and the phases.
 fn history(run: &RunFiles) -> Value {
-    type Number = fn(&Record) -> Option<f64>;
-    // A curve has a gap where a rollout diverged. It continues across iterations without a rollout.
-    let is_gap = |name: &str, record: &Record| match name {
-        "displacement" => record.diverged,
-        "horizon" => horizon_diverged(record),
-        _ => false,
-    };
-    let columns: [(&str, Number); 11] = [
-        ("displacement", |r| r.displacement),
-        ("horizon", |r| r.displacement_horizon),
-        ("solid", |r| Some(r.volume)),
-        ("actuators", |r| Some(r.actuator_volume)),
-        ("norm", |r| Some(r.measures[0])),
-        ("void_skeleton", |r| Some(r.measures[1])),
-        ("void_actuator", |r| Some(r.measures[2])),
-        ("skeleton_actuator", |r| Some(r.measures[3])),
-        ("design", |r| r.design_gradient[0]),
-        ("design_stability", |r| r.design_gradient[1]),
-        ("controller", |r| r.controller_gradient),
-    ];
-    let column = |(name, number): (&str, Number)| {
-        let number = |record: &Record| match number(record) {
-            _ if is_gap(name, record) => json!("diverged"),
-            number => json!(number.map(brief)),
-        };
-        let numbers = run.history.iter().map(number);
-        (name.to_owned(), json!(numbers.collect::<Vec<_>>()))
-    };
-    let columns: Map<String, Value> = columns.into_iter().map(column).collect();
     let phases = run.history.chunk_by(|a, b| a.phase == b.phase).map(|part| {
         let ends = [&part[0], &part[part.len() - 1]].map(|record| record.iteration);
         json!({ "name": part[0].phase.name(), "from": ends[0] - 1, "to": ends[1] })
     });
-    let volume = &run.robot.scene.volume;
-    let bounds = [volume.solid, volume.actuator].concat();
     json!({
         "first": run.history.first().map(|record| record.iteration),
-        "columns": columns,
+        "charts": charts(run),
         "phases": phases.collect::<Vec<_>>(),
-        "bounds": bounds,
-        "median": run.summary.displacement_p50,
     })
 }

@@ -1,7 +1,7 @@
-//! The robots on the way of an optimisation, each walking: from the walks that a run kept of its designs.
+//! Robots of an optimisation from its first iteration to its last, each walking. The walks are those that the run kept
+//! of its designs.
 
-use super::animation::{Pace, shots};
-use super::canvas::Shot;
+use super::animation::{Pace, Shot, shots};
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use cosmic::error::{Error, Result};
@@ -10,19 +10,21 @@ use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::record::history::{DESIGNS, Walk};
 
-/// How many robots are shown before the delivered one, and for how long each, s.
+/// The number of robots before the delivered one, and how long each is shown, s.
 const ROBOTS: usize = 6;
 const SECONDS: f64 = 2.0;
 
-/// A robot and its walk, what its labels begin with, and for how long it is shown, s.
+/// A robot and its walk.
 pub(super) struct Walker {
     robot: RobotFiles,
     trajectory: TrajectoryFile,
+    /// The beginning of its labels.
     says: String,
+    /// How long it is shown.
     seconds: f64,
 }
 
-/// A few robots from the first iteration to the last, evenly apart, and the delivered one at the end.
+/// A few robots at equal intervals from the first iteration on, and the delivered one.
 ///
 /// # Errors
 /// [`Error::Usage`] if the run kept no walks.
@@ -34,13 +36,13 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
     if rows.is_empty() {
         let file = run.folder.join(DESIGNS);
         return Err(Error::Usage(format!(
-            "{}: no walks were kept, as in runs of earlier versions: the evolution needs a new run",
+            "{}: no walks were kept, because an earlier version made the run; make the run again",
             file.display()
         )));
     }
     let count = rows.len().min(ROBOTS);
     let spread = (0..count).map(|k| rows[k * rows.len() / count]);
-    let on_the_way = spread.map(|(row, walk)| Walker {
+    let before = spread.map(|(row, walk)| Walker {
         robot: run.robot.drawn_as(&row.z),
         trajectory: trajectory(walk),
         says: format!("iteration {}   ", row.iteration),
@@ -55,7 +57,7 @@ pub(super) fn walkers(run: &RunFiles) -> Result<Vec<Walker>> {
         ),
         seconds: 2.0 * SECONDS,
     };
-    Ok(on_the_way.chain([delivered]).collect())
+    Ok(before.chain([delivered]).collect())
 }
 
 /// The motions of robots.
@@ -64,7 +66,7 @@ pub(super) fn motions<'m>(walkers: &'m [Walker]) -> Vec<Motion<'m>> {
     walkers.iter().map(motion).collect()
 }
 
-/// The pictures of robots in these motions, one robot after another.
+/// The shots of all robots, one robot after another.
 pub(super) fn in_turn<'m>(
     walkers: &[Walker],
     motions: &'m [Motion<'m>],
@@ -77,7 +79,7 @@ pub(super) fn in_turn<'m>(
     turns.flat_map(shots).collect()
 }
 
-/// A walk as a trajectory, a step from each moment to the next.
+/// A walk as a trajectory with one step between two moments.
 fn trajectory(walk: &Walk) -> TrajectoryFile {
     let state = |x: Vec<Vector<f64>>| State {
         v: vec![Vector::zero(); x.len()],

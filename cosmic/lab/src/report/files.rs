@@ -14,7 +14,7 @@ use cosmic::record::{
 use cosmic::scene::{Lacks, Scene, ShownScene};
 use std::path::{Path, PathBuf};
 
-/// A scene with laws or a loss that this program lacks.
+/// A scene with laws or a loss that this program does not have.
 #[derive(Clone, Debug)]
 pub struct ForeignScene {
     /// The missing laws and loss.
@@ -25,9 +25,9 @@ pub struct ForeignScene {
 
 /// A design and its scene.
 pub struct RobotFiles {
-    /// The complete scene, without the laws and the loss that this program [lacks](Self::lacks).
+    /// The complete scene, without the laws and the loss that this program does not have.
     pub scene: Scene,
-    /// The scene as text, if it names laws or a loss that this program lacks.
+    /// The scene as text, if it names laws or a loss that this program does not have.
     pub foreign: Option<ForeignScene>,
     /// The scene's lattice.
     pub lattice: Lattice,
@@ -36,14 +36,14 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
-    /// Reads a design, and the scene beside it. Laws that this program lacks are left out, so that the robot can
+    /// Reads a design and the scene beside it. Leaves out laws that this program does not have, so that the robot can
     /// still be shown.
     ///
     /// # Errors
-    /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
-    /// [`Error::Usage`] if they do not belong together.
+    /// [`Error::Read`] for a missing file, [`Error::Malformed`] for a malformed one, [`Error::Misfit`] or
+    /// [`Error::Usage`] if the two files do not belong together.
     pub fn read(path: &Path, registry: &Registry) -> Result<Self> {
-        // Read first: if the file is not a design, this is the error to report, not a problem with its scene.
+        // The design is read first: if the file is not a design, its scene does not matter.
         let design = DesignFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
@@ -58,13 +58,13 @@ impl RobotFiles {
         })
     }
 
-    /// The laws of the scene that this program lacks. Simulation needs all laws.
+    /// The laws of the scene that this program does not have. Without them the robot cannot be simulated.
     pub fn lacks(&self) -> &[String] {
         let foreign = self.foreign.as_ref();
         foreign.map_or(&[], |foreign| &foreign.lacks.laws)
     }
 
-    /// A sentence that says that `what` is left out because laws are missing; `None` if the program has all laws.
+    /// A sentence: `what` is left out because laws are missing. `None` if this program has all laws.
     pub fn left_out(&self, what: &str) -> Option<String> {
         let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
         let laws = match &quoted[..] {
@@ -84,15 +84,15 @@ impl RobotFiles {
         foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
-    /// The edges whose delivered material is of a kind.
+    /// The edges whose delivered material satisfies `kind`.
     pub(super) fn edges_of(&self, kind: fn(Material) -> bool) -> Vec<usize> {
         let materials = self.design.materials.iter().enumerate();
         let of_kind = materials.filter(|(_, material)| kind(**material));
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// The robot of design vectors as it is drawn: its edges are of the solid material that they have more of, and
-    /// void where they have none.
+    /// The robot of design vectors as it is drawn. An edge has the solid material of its larger share, or is void if it
+    /// has almost no solid material.
     pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
@@ -114,7 +114,7 @@ impl RobotFiles {
         }
     }
 
-    /// The mixtures of design vectors, which may be those of a layout.
+    /// The mixtures of design vectors or of a layout.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
         let holds = Holds::new(settings, &self.lattice);
@@ -124,7 +124,7 @@ impl RobotFiles {
     }
 }
 
-/// The files of a finished run, read and checked to fit together.
+/// The files of a finished run, which belong together.
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
@@ -134,7 +134,7 @@ pub struct RunFiles {
     pub summary: Summary,
     /// The iterations from first to last; empty if no history was kept.
     pub history: Vec<Record>,
-    /// The designs kept on the way; empty in runs of older versions.
+    /// The designs that were kept during the optimisation; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
     /// The delivered design's rollout; at least one state.
     pub trajectory: TrajectoryFile,
@@ -144,13 +144,13 @@ impl RunFiles {
     /// Reads a finished run.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the like for the other files.
+    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and similar errors for the other files.
     pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
-        // Written last: without it the run is not finished.
+        // The summary is written last: without it the run is not finished.
         let mut summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
-        // Earlier versions counted bars of undecided designs, which have no bars yet.
+        // Earlier versions counted bars of undecided designs, although they have no bars yet.
         if robot.design.design().layout().is_none() {
             summary.undecided = Some(true);
             (summary.structure, summary.loads) = (None, None);
@@ -177,7 +177,7 @@ impl RunFiles {
     }
 }
 
-/// A row for every iteration; none if no history was kept.
+/// A row for every iteration. No rows if no history was kept.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {
@@ -192,7 +192,7 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
         return Ok(history);
     }
     Err(Error::Usage(format!(
-        "{}: its rows are not those of the iterations {first} to {last}, one after the other",
+        "{}: expected one row for each of the iterations {first} to {last}, in this order",
         path.display()
     )))
 }
@@ -214,12 +214,12 @@ pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<Traje
     let (dt, steps) = (robot.scene.physics.dt, robot.scene.physics.steps);
     let last = file.steps.last().copied().unwrap_or(0);
     if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != dt {
-        let wrong = format!("{name}: `steps` must ascend, and `dt` be the scene's, {dt} s");
+        let wrong = format!("{name}: `steps` must ascend, and `dt` must be {dt} s as in the scene");
         return Err(Error::Usage(wrong));
     }
     if last != steps {
         return Err(Error::Usage(format!(
-            "{name}: expected {steps} as the last of `steps`, as in the scene, found {last}"
+            "{name}: expected {steps}, the scene's number of steps, as the last of `steps`; found {last}"
         )));
     }
     for state in &file.states {
@@ -228,7 +228,7 @@ pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<Traje
     Ok(file)
 }
 
-/// The designs on the way, each with an entry per edge.
+/// The designs that were kept during the optimisation, each with an entry for every edge.
 fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());

@@ -1,6 +1,6 @@
-//! How a robot walks, for the scripts of a page: when its nodes touch the ground, the commands and responses of its
-//! actuators, the loads of its bars, and its energies. All of it comes from the states of the trajectory, except for
-//! the loads over all steps, which the run recorded.
+//! The gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and strains of its
+//! actuators, the loads of its bars, and its energies. They come from the states of the trajectory. Only the loads are
+//! over all steps, because the run recorded them.
 
 use std::f64::consts::TAU;
 
@@ -16,14 +16,14 @@ use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 use cosmic::{Error, Result};
 
-/// Periods of the clock that are shown, at the end of the rollout.
+/// The number of periods of the clock that are shown, at the end of the rollout.
 const PERIODS: f64 = 3.0;
-/// The most states of a rollout that energies are given of.
+/// The most states for which energies are given.
 const MOST_STATES: usize = 600;
-/// A node that is less far above the ground stands on it, m: contact puts nodes onto the ground to rounding.
+/// A node that is lower than this above the ground is on it, m: contact puts nodes onto the ground except for rounding.
 const TOUCHES: f64 = 1e-6;
 
-/// A run's delivered robot, and what its edges do in the states of the trajectory.
+/// A run's delivered robot, and the strains and forces of its edges in the states of the trajectory.
 pub(super) struct Gait<'r> {
     run: &'r RunFiles,
     case: Case,
@@ -34,7 +34,7 @@ pub(super) struct Gait<'r> {
 
 impl<'r> Gait<'r> {
     /// # Errors
-    /// If the design does not fit its scene, or this program lacks a law of the scene.
+    /// If the design does not fit its scene, or if this program does not have a law of the scene.
     pub(super) fn new(run: &'r RunFiles) -> Result<Self> {
         if let Some(says) = run.robot.left_out("the forces in bars") {
             return Err(Error::Usage(says));
@@ -61,7 +61,7 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// Says which states the loads come from, as the end of a sentence.
+    /// The end of a sentence that tells which states the loads come from.
     pub(super) fn loads_over(&self) -> String {
         let states = self.run.trajectory.states.len();
         if self.run.trajectory.bars.is_empty() {
@@ -74,7 +74,7 @@ impl<'r> Gait<'r> {
         }
     }
 
-    /// The last periods of the clock: feet, commands as target strains, strains; and peaks of strains and forces.
+    /// The last periods of the clock: feet, target strains, strains; and the peaks of strains and forces.
     pub(super) fn last_periods(&self, motion: &Motion) -> Value {
         let omega = motion.scene().controller.omega;
         let period = (TAU / omega).min(motion.duration());
@@ -107,8 +107,8 @@ impl<'r> Gait<'r> {
         })
     }
 
-    /// The nodes of the robot that stand on the ground in some of these states, each with a letter a state: 1
-    /// where it stands.
+    /// The nodes that are on the ground in some of these states, each with a letter for every state: `1` if the node is
+    /// on the ground.
     fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();
         let heights: Vec<Vec<f64>> = states
@@ -130,7 +130,7 @@ impl<'r> Gait<'r> {
             .collect()
     }
 
-    /// The forces along the bars in some states, rounded to a five-hundredth of the largest.
+    /// The forces along the bars in some states, rounded to 1/500 of the largest force.
     pub(super) fn forces(&self, states: &[usize]) -> Value {
         let bars = self.run.robot.edges_of(Material::is_solid);
         let tensions = |&state: &usize| bars.iter().map(move |&edge| (state, edge));
@@ -146,7 +146,7 @@ impl<'r> Gait<'r> {
         json!({ "unit": unit, "counts": states.iter().map(count).collect::<Vec<_>>() })
     }
 
-    /// Kinetic energy, that of springs and stops, and that of height above the start, J, over the time.
+    /// The kinetic energy, the energy of springs and stops, and the potential energy relative to the start, J, over time.
     pub(super) fn energies(&self, motion: &Motion) -> Value {
         let (states, mass) = (motion.states(), &self.case.body().mass);
         let every = states.len().div_ceil(MOST_STATES);
@@ -175,7 +175,7 @@ impl<'r> Gait<'r> {
     }
 }
 
-/// A number to four digits; they are read in pictures.
+/// A number to four digits, which are enough for a picture.
 pub(super) fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
@@ -189,9 +189,9 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{Scene, StartKind};
 
-    /// The short three-legged robot of the paper's scene, dropped for 0.3 s and hardly trained.
+    /// The short three-legged robot of the paper's scene after one iteration, for 0.3 s.
     #[test]
-    fn a_gait_is_that_of_the_trajectory() {
+    fn a_gait_agrees_with_the_trajectory() {
         let mut scene = Scene::paper();
         scene.start.kind = StartKind::Layout;
         (scene.physics.steps, scene.physics.gravity) = (160, 9.81);
@@ -205,7 +205,7 @@ mod tests {
         let gait = Gait::new(&run).unwrap();
         let shown = gait.last_periods(&motion);
 
-        // The largest strain and force equal those of the summary, which are over all steps of the rollout.
+        // The largest strain and force equal those of the summary, which are over all steps.
         let summary = run.summary.loads.as_ref().unwrap();
         let actuators = run.robot.edges_of(|m| m == Material::Actuator);
         let most = |of: fn(&[f64]) -> f64| {
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!(gait.loads_over(), "over all steps of the rollout");
         near(most(|peak| peak[2]), summary.compression);
 
-        // A rollout shorter than a period is shown whole; the robot begins on its three feet.
+        // A rollout shorter than a period is shown whole. The robot begins on its three feet.
         let times = shown["times"].as_array().unwrap();
         assert_eq!(times.len(), motion.states().len());
         let feet: Vec<(usize, String)> = serde_json::from_value(shown["feet"].clone()).unwrap();
@@ -235,7 +235,7 @@ mod tests {
             .filter(|node| run.robot.lattice.places[**node].up() == 0.0);
         assert!(lowest.eq(&begins), "{begins:?}");
 
-        // At the start nothing moves and nothing has sunk. Then energies are those of all nodes.
+        // At the start nothing moves and nothing has sunk. Later the energies are sums over all nodes.
         let energies = gait.energies(&motion);
         let at = |name: &str, k: usize| energies[name][k].as_f64().unwrap();
         assert_eq!([at("kinetic", 0), at("height", 0)], [0.0; 2]);
@@ -245,7 +245,7 @@ mod tests {
         near(at("kinetic", motion.states().len() - 1), kinetic.sum());
         assert!(at("elastic", 3) > 0.0);
 
-        // A file of an earlier version has only states, and the page says so.
+        // A file of an earlier version has only states.
         let mut earlier = RunFiles::read(&folder, &cosmic::Registry::default()).unwrap();
         earlier.trajectory.bars.clear();
         let gait = Gait::new(&earlier).unwrap();

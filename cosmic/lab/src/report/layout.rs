@@ -1,23 +1,21 @@
 //! The picture of the layout at rest.
 
 use super::files::RobotFiles;
-use super::motion::{SKELETON, hex};
-use super::svg::{BOLD, MUTED_LINE, MUTED_MIDDLE, Svg};
+use super::motion::SKELETON;
+use super::picture::{Colour, Font, MUTED, PAPER, Pen, Picture};
+use super::view::draw_payload;
 use cosmic::design::Material;
 
-/// Colour of actuators without strain colours.
-const ACTUATOR: &str = "#d9541e";
-
 /// The colour of a material without strain colours.
-pub(super) fn colour(material: Material) -> String {
+pub(super) fn colour(material: Material) -> Colour {
     match material {
-        Material::Void => "#c4cad1".to_owned(),
-        Material::Skeleton => hex(SKELETON),
-        Material::Actuator => ACTUATOR.to_owned(),
+        Material::Void => Colour::hex(0xc4cad1),
+        Material::Skeleton => SKELETON,
+        Material::Actuator => Colour::hex(0xd9541e),
     }
 }
 
-/// The layout on the lattice at rest, in the ground's frame.
+/// Draws the layout on the lattice at rest, in the ground's frame.
 pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     let (lattice, design) = (&robot.lattice, &robot.design);
     let [width, height] = lattice.extent().array();
@@ -28,30 +26,23 @@ pub(super) fn draw_layout(robot: &RobotFiles) -> String {
         let [along, above] = (lattice.places[node] * cell).array();
         [left + along, 370.0 - above]
     };
-    let mut svg = Svg::default();
-    svg.text([24.0, 26.0], "Layout at rest", BOLD);
-    for material in [Material::Skeleton, Material::Actuator] {
-        let made_of = design.materials.iter().zip(&design.edges);
-        let edges = made_of.filter(|(m, _)| **m == material);
-        let width = material.of(&[0.0, 3.5, 5.0]);
-        let colour = colour(material);
-        let style =
-            format!(r#"stroke="{colour}" stroke-width="{width:.1}" stroke-linecap="round""#);
-        for (_, &[i, j]) in edges {
-            svg.line(place(i), place(j), &style);
+    let mut picture = Picture::default();
+    picture.text([24.0, 26.0], "Layout at rest", Font::BOLD);
+    for (material, width) in [(Material::Skeleton, 3.5), (Material::Actuator, 5.0)] {
+        let edges = design.materials.iter().zip(&design.edges);
+        for (_, edge) in edges.filter(|(m, _)| **m == material) {
+            picture.line(edge.map(place), Pen::new(colour(material), width));
         }
     }
-    let node_style = format!(r##"fill="#fff" {MUTED_LINE}"##);
     for node in 0..lattice.nodes() {
-        svg.circle(place(node), 2.6, &node_style);
+        picture.disc(place(node), 2.6, PAPER, Pen::new(MUTED, 1.0));
     }
-    let payload_style = r##"fill="#e68a00" stroke="#fff" stroke-width="1.5""##;
     for payload in &lattice.payload {
-        svg.circle(place(payload.node), 7.0, payload_style);
+        draw_payload(&mut picture, place(payload.node), 7.0);
     }
     let count = |m| design.materials.iter().filter(|e| **e == m).count();
     let [void, skeleton, actuator] = Material::ALL.map(count);
     let caption = format!("{skeleton} skeleton, {actuator} actuator, {void} void (not drawn)");
-    svg.text([0.5 * size[0], 402.0], &caption, MUTED_MIDDLE);
-    svg.finish(size, "Materials of the edges on the lattice at rest")
+    picture.text([0.5 * size[0], 402.0], caption, Font::CAPTION);
+    picture.to_svg(size, "Materials of the edges on the lattice at rest")
 }

@@ -1,14 +1,18 @@
-//! Letters made of strokes, for pictures whose rasteriser knows none: those that labels need.
+//! Letters drawn with strokes: the rasteriser has no text, and a font crate would cost more time to compile than
+//! these 25 characters, which are all that the labels of animations use.
 
+use super::picture::{Font, Place};
 use cosmic::geometry::Vector;
 
-/// Height of a digit, in the units of glyphs.
+/// The height of a digit in the units of the glyphs, and as a fraction of the font's size.
 const DIGIT: f64 = 8.0;
-/// Space between two glyphs, and the width of a blank.
+const OF_SIZE: f64 = 0.7;
+/// The space after a glyph, and after a character without a glyph, in the units of the glyphs.
 const GAP: f64 = 1.9;
-const BLANK: f64 = 2.2;
+const BLANK: f64 = 4.1;
 
-/// Characters, each as strokes through points `x,y`, to the right of its left edge and above its line.
+/// Each character with its strokes. A stroke is a list of points `x,y`, to the right of the left edge and above the
+/// baseline.
 #[rustfmt::skip]
 const GLYPHS: [(char, &[&str]); 25] = [
     ('0', &["1,0 3,0 4,1 4,7 3,8 1,8 0,7 0,1 1,0"]),
@@ -38,62 +42,55 @@ const GLYPHS: [(char, &[&str]); 25] = [
     ('v', &["0,5.6 1.8,0 3.6,5.6"]),
 ];
 
-/// The strokes of a text with digits of a height (px), which begins at a point of the picture, from its left and
-/// its top; what has no glyph is a blank.
-pub(super) fn lettered(text: &str, begin: Vector<f64>, height: f64) -> Vec<Vec<Vector<f64>>> {
-    let (scale, mut left, mut lines) = (height / DIGIT, 0.0, Vec::new());
+/// The strokes of a text. A character without a glyph is a blank.
+pub(super) fn letters(text: &str, place: Place, font: Font) -> Vec<Vec<Place>> {
+    let scale = OF_SIZE * font.size / DIGIT;
+    let (mut left, mut strokes) = (0.0, Vec::new());
     for letter in text.chars() {
         let glyph = GLYPHS.iter().find(|(of, _)| *of == letter);
-        let strokes = glyph.map_or(Vec::new(), |(_, strokes)| {
-            strokes.iter().map(|stroke| points(stroke)).collect()
-        });
-        let widths = strokes
-            .iter()
-            .flatten()
-            .map(|point: &Vector<f64>| point.forward());
-        let width = widths.fold(0.0, f64::max);
-        let place = |point: Vector<f64>| {
-            let [along, above] = point.array();
-            begin + Vector::new([left + along, -above]) * scale
-        };
-        let placed = strokes
-            .into_iter()
-            .map(|stroke| stroke.into_iter().map(place).collect());
-        lines.extend(placed.collect::<Vec<Vec<_>>>());
-        left += GAP + if glyph.is_some() { width } else { BLANK };
+        let mut width: f64 = 0.0;
+        for stroke in glyph.map_or(&[][..], |(_, strokes)| strokes) {
+            let points = stroke.split(' ').map(point);
+            let points: Vec<_> = points.inspect(|[x, _]| width = width.max(*x)).collect();
+            strokes.push((left, points));
+        }
+        left += glyph.map_or(BLANK, |_| width + GAP);
     }
-    lines
+    let before = font.anchor * (left - GAP);
+    let placed = |(left, points): (f64, Vec<[f64; 2]>)| {
+        let point = |[x, y]: [f64; 2]| place + Vector::new([left + x - before, -y]) * scale;
+        points.into_iter().map(point).collect()
+    };
+    strokes.into_iter().map(placed).collect()
 }
 
-fn points(stroke: &str) -> Vec<Vector<f64>> {
+fn point(pair: &str) -> [f64; 2] {
     let number = |text: &str| text.parse().expect("a number");
-    let point = |pair: &str| {
-        pair.split_once(',')
-            .map(|(x, y)| Vector::new([number(x), number(y)]))
-    };
-    stroke.split(' ').filter_map(point).collect()
+    let (x, y) = pair.split_once(',').expect("two numbers");
+    [number(x), number(y)]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{GLYPHS, lettered};
+    use super::{GLYPHS, letters};
+    use crate::report::picture::Font;
     use cosmic::geometry::{Bounds, Vector};
 
     #[test]
-    fn every_character_of_a_label_has_strokes() {
+    fn every_character_of_a_label_has_strokes_between_its_neighbours() {
         let label = "delivered iteration 0123456789 - 1.5 s, 2.0 m";
         for letter in label.chars().filter(|letter| *letter != ' ') {
             assert!(GLYPHS.iter().any(|(of, _)| *of == letter), "{letter}");
         }
-        let lines = lettered("10", Vector::new([100.0, 50.0]), 16.0);
-        // The one stands left of the nought, both on the line and as high as digits are.
-        assert_eq!(lines.len(), 2);
-        let ends = lines.concat();
-        let bounds = Bounds::of(ends);
-        assert!(
-            bounds.low.forward() > 100.0 && bounds.low.up() >= 34.0 && bounds.high.up() <= 50.0
-        );
-        let [one, nought] = [&lines[0], &lines[1]].map(|line| Bounds::of(line.iter().copied()));
-        assert!(one.high.forward() < nought.low.forward());
+        for (anchor, [left, right]) in [(0.0, [100.0, 120.0]), (1.0, [80.0, 100.0])] {
+            let strokes = letters("10", Vector::new([100.0, 50.0]), Font::PLAIN.at(anchor));
+            let [one, zero] = &strokes[..] else {
+                panic!("{strokes:?}");
+            };
+            let [one, zero] = [one, zero].map(|stroke| Bounds::of(stroke.iter().copied()));
+            assert!(left <= one.low[0] && one.high[0] < zero.low[0] && zero.high[0] <= right);
+            // A font of 12 pixels has digits of 8.4.
+            assert!(one.low[1] >= 41.6 - 1e-9 && zero.high[1] <= 50.0);
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The loads of a run's bars: the strains of actuators against their limit, and a table.
+//! The loads of a run's bars: a sentence about the strains of actuators, and a table.
 
 use super::files::RunFiles;
 use super::gait::Gait;
@@ -6,7 +6,7 @@ use crate::table::{Column, Table, decimals};
 use cosmic::Result;
 use cosmic::simulator::BarLoad;
 
-/// The loads of every edge, over all steps if the run recorded them. Does not simulate the robot again.
+/// The loads of every edge, over all steps if the run recorded them.
 ///
 /// # Errors
 /// If the design does not fit its scene.
@@ -14,7 +14,7 @@ pub(crate) fn loads(run: &RunFiles) -> Result<Vec<BarLoad>> {
     Ok(Gait::new(run)?.loads)
 }
 
-/// A sentence on the largest strains of actuators against their limit.
+/// A sentence that compares the largest strains of actuators with their limit.
 pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> String {
     let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
     let peak = |edge: &&usize| loads[**edge].strain.peak;
@@ -29,22 +29,22 @@ pub(super) fn peaks(loads: &[BarLoad], actuators: &[usize], limit: f64) -> Strin
     let limit = percent(limit);
     if beyond == 0 {
         return format!(
-            "No actuator is strained beyond \u{b1}{limit}, the most that is asked for; the largest strain is {largest} (edge {most})."
+            "No actuator is strained beyond \u{b1}{limit}, the largest target strain; the largest strain is {largest} (edge {most})."
         );
     }
     format!(
-        "<b class=\"beyond\">{beyond} of {all} actuators are strained beyond \u{b1}{limit}</b>, the most that is asked for; the largest strain is {largest} (edge {most})."
+        "<b class=\"beyond\">{beyond} of {all} actuators are strained beyond \u{b1}{limit}</b>, the largest target strain; the largest strain is {largest} (edge {most})."
     )
 }
 
-/// The numbers of every actuator, folded away.
+/// The table of all actuators, folded away.
 pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     let number = |name, unit, decimals| Column::new(name, "").unit(unit).decimals(decimals, "-");
     if actuators.is_empty() {
         return String::new();
     }
     let table = Table::of("", "", actuators)
-        .column("edge", "its number in design.json", |edge| *edge)
+        .column("edge", "number in design.json", |edge| *edge)
         .add(number("shortest", "", 3), |edge| loads[*edge].strains.low)
         .add(number("longest", "", 3), |edge| loads[*edge].strains.high)
         .add(number("strain, 99 %", "", 3), |edge| {

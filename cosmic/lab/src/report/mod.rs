@@ -1,10 +1,11 @@
 //! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
 //!
-//! A report reads what a run left in its folder and simulates nothing.
+//! A report reads the files of a run's folder and simulates nothing. There are two renderers. `page/drawing.js` draws
+//! on the canvases of all pages, also of the page in the folder `web`. A `Picture` is a list of shapes, which becomes
+//! an SVG file or a frame of an animation.
 
 mod animation;
 mod bars;
-mod canvas;
 pub mod chart;
 mod compare;
 mod convergence;
@@ -12,7 +13,6 @@ mod data;
 mod evolution;
 mod files;
 mod gait;
-mod html;
 mod layout;
 mod lettering;
 mod loads;
@@ -20,12 +20,13 @@ mod motion;
 mod numbers;
 mod page;
 mod picture;
+mod pixels;
 mod plot;
-mod race;
 mod robot;
 pub mod sheet;
 mod svg;
 mod ternary;
+mod view;
 mod work;
 
 pub use animation::{FRAME_WIDTH, frame};
@@ -35,5 +36,17 @@ pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use numbers::departures;
 pub use page::player_page;
-pub(crate) use picture::PICTURES;
 pub use work::{Animations, write};
+
+/// A picture of a run: the name of its files, and the function that draws it as SVG.
+pub(crate) type RunPicture = (&'static str, fn(&RunFiles) -> String);
+
+/// The robot at several moments with the path of its payload; numbers over the iterations; the paths of the mixtures
+/// between the materials.
+pub(crate) const PICTURES: [RunPicture; 3] = [
+    ("robot", |run| {
+        robot::draw(&motion::Motion::new(&run.robot, &run.trajectory))
+    }),
+    ("convergence", convergence::draw),
+    ("ternary", ternary::draw_paths),
+];

@@ -1,74 +1,55 @@
-//! A robot in motion for drawings: coloured bars in the frame of the world.
+//! A robot's rollout for drawings: coloured bars in the frame of the world.
 
 use std::collections::BTreeSet;
 
 use super::files::RobotFiles;
+use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::Scene;
 
-/// Colour of passive edges.
-pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
-/// Colour of the payload and its path.
-pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
+/// Skeleton bars.
+pub(super) const SKELETON: Colour = Colour::hex(0x262b33);
+/// The payload and its path.
+pub(super) const PAYLOAD: Colour = Colour::hex(0xe68a00);
+/// An actuator at its strongest contraction, at rest, at its strongest extension, and beyond these strains.
+const CONTRACTED: Colour = Colour::hex(0x0b4fc4);
+const AT_REST: Colour = Colour::hex(0xb4aeba);
+const EXTENDED: Colour = Colour::hex(0xd61f1f);
+pub(super) const BEYOND: Colour = Colour::hex(0xb800b8);
 
-/// The largest number of moments of a rollout in an animation.
+/// The most moments of a rollout in an animation.
 const MOST_FRAMES: usize = 2000;
 
-/// Parts of the ground around a camera whose heights are averaged.
+/// The number of intervals of the ground around a camera whose ends' heights are averaged.
 const FLOORS: u32 = 16;
 
-/// An actuator's colours, from the strongest contraction over rest to the strongest extension.
-const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
-const AT_REST: [u8; 3] = [0xb4, 0xae, 0xba];
-const EXTENDED: [u8; 3] = [0xd6, 0x1f, 0x1f];
-/// The colour of an actuator beyond those strains.
-pub(super) const BEYOND: [u8; 3] = [0xb8, 0x00, 0xb8];
-
-/// An edge as it is drawn.
+/// An edge in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnEdge {
     /// From one node to the other, m.
     pub(super) line: Segment,
-    pub(super) colour: [u8; 3],
+    pub(super) colour: Colour,
     pub(super) actuator: bool,
-    /// More void than not.
+    /// True if it is more void than solid.
     pub(super) faint: bool,
-}
-
-/// A window on the world: a point of it in metres, its place in the drawing, the scale.
-pub(super) struct View {
-    pub(super) corner: Vector<f64>,
-    /// From the left and from the top, pixels.
-    pub(super) origin: Vector<f64>,
-    /// Pixels per metre.
-    pub(super) scale: f64,
-}
-
-impl View {
-    /// Where a point of the world is drawn.
-    pub(super) fn place(&self, point: Vector<f64>) -> Vector<f64> {
-        let away = (point - self.corner) * self.scale;
-        // Pixels are counted downwards.
-        self.origin + away.with_up(-away.up())
-    }
 }
 
 /// A robot's rollout.
 pub(super) struct Motion<'r> {
     pub(super) robot: &'r RobotFiles,
     trajectory: &'r TrajectoryFile,
-    /// Nodes that solid edges join to the payload.
+    /// The nodes that solid edges connect to the payload.
     body: Vec<usize>,
-    /// Nodes at which something is drawn.
+    /// The payload's node and the ends of solid edges, ascending.
     pub(super) seen: Vec<usize>,
-    /// How solid every edge is: bars of a mixture are drawn the fainter, the more of it is void.
+    /// The share of solid material of every edge. Bars with a smaller share are drawn fainter.
     presence: Vec<f64>,
-    /// The strain with the full colour.
+    /// The strain that has the full colour.
     pub(super) limit: f64,
-    /// The profile on the ground line.
+    /// The terrain above the ground's line.
     pub(super) profile: Profile,
 }
 
@@ -106,14 +87,14 @@ impl<'r> Motion<'r> {
 
     /// The index of the last state at or before a time, or of the first state.
     pub(super) fn index_at(&self, time: f64) -> usize {
-        // Half a step of tolerance: times are products of steps and dt.
+        // Rounded to the nearest step, because times are products of steps and dt.
         let step = (time / self.trajectory.dt + 0.5) as usize;
         let after = self.trajectory.steps.partition_point(|&s| s <= step);
         after.saturating_sub(1)
     }
 
-    /// The interval between frames, at least `seconds` and more if the rollout is long, and the states
-    /// at these intervals from the first on.
+    /// The interval between frames, which is `seconds` or more if the rollout is long, and the states at these
+    /// intervals.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -122,12 +103,12 @@ impl<'r> Motion<'r> {
         (seconds, indices.collect())
     }
 
-    /// Seconds of the whole rollout.
+    /// The seconds of the whole rollout.
     pub(super) fn duration(&self) -> f64 {
         self.time(self.states().len() - 1)
     }
 
-    /// The solid edges of a state; actuators last, so that they lie on top.
+    /// The solid edges of a state. Faint edges come first and actuators last, so that actuators are on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
         let (design, lattice) = (&self.robot.design, &self.robot.lattice);
         let bar = |(e, material): (usize, &Material)| {
@@ -141,24 +122,23 @@ impl<'r> Motion<'r> {
             };
             Some(DrawnEdge {
                 line,
-                colour: mixed([255; 3], colour, self.presence[e]),
+                colour: PAPER.mixed(colour, self.presence[e]),
                 faint: self.presence[e] < 0.5,
                 actuator: *material == Material::Actuator,
             })
         };
         let edges = design.materials.iter().enumerate();
         let mut bars: Vec<DrawnEdge> = edges.filter_map(bar).collect();
-        // Faint ones below the others.
         bars.sort_by_key(|bar| (!bar.faint, bar.actuator));
         bars
     }
 
     /// The colour of an actuator's strain.
-    pub(super) fn colour(&self, strain: f64) -> [u8; 3] {
+    pub(super) fn colour(&self, strain: f64) -> Colour {
         strained(strain / self.limit)
     }
 
-    /// Positions of the payload, state by state.
+    /// The positions of the payload in all states.
     pub(super) fn path(&self) -> Vec<Vector<f64>> {
         self.states().iter().map(|state| state.x[0]).collect()
     }
@@ -181,12 +161,12 @@ impl<'r> Motion<'r> {
         (low.forward() - width..high.forward() + width).contains(&middle)
     }
 
-    /// The places of a state at which something is drawn.
+    /// The places of a state that a picture must include.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
         self.seen.iter().map(|&node| state.x[node])
     }
 
-    /// The middle of the body for a camera: averaged over a second, so that it does not shake.
+    /// The middle of the body, averaged over a second so that a camera does not shake.
     pub(super) fn camera(&self, index: usize) -> Vector<f64> {
         let time = self.time(index);
         let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
@@ -194,17 +174,17 @@ impl<'r> Motion<'r> {
         mean(&centres)
     }
 
-    /// The height of the ground in the world, where its line is at this x.
+    /// The height of the terrain in the world at this x of the ground's line.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
         self.profile.height_in_world(&self.ground(), x)
     }
 
-    /// The ground from one x of its line to another, as points of the world.
+    /// The terrain between two x of the ground's line, as points of the world.
     pub(super) fn ground_line(&self, across: Range) -> Vec<Vector<f64>> {
         self.profile.in_world(&self.ground(), across)
     }
 
-    /// The mean height of the ground around an x, for a camera that does not jump with every step.
+    /// The mean height of the terrain around an x, for a camera that does not jump at every step of the ground.
     pub(super) fn floor(&self, x: f64) -> f64 {
         if self.profile.is_flat() {
             return self.ground_height(x);
@@ -214,8 +194,8 @@ impl<'r> Motion<'r> {
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
 
-    /// How deep a bar cuts into the ground at most, m, in the states of the trajectory: nodes stay above
-    /// it, and between its nodes a bar does not meet corners. `None` if the ground has none.
+    /// The deepest cut of a bar into the ground in the states of the trajectory, m: nodes stay above the ground, but
+    /// bars do not collide with its corners. `None` if the ground has no corners.
     pub(super) fn deepest_cut(&self) -> Option<f64> {
         let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
         let (ground, edges) = (self.ground(), solid_edges(self.robot));
@@ -234,22 +214,13 @@ impl<'r> Motion<'r> {
     }
 }
 
-/// The colour of a strain that is such a share of the limit.
-pub(super) fn strained(share: f64) -> [u8; 3] {
+/// The colour of a strain, as a multiple of the limit.
+pub(super) fn strained(share: f64) -> Colour {
     if share.abs() > 1.0 {
         return BEYOND;
     }
     let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
-    mixed(AT_REST, end, share.abs())
-}
-
-/// A colour on the way from one to another.
-fn mixed(from: [u8; 3], to: [u8; 3], share: f64) -> [u8; 3] {
-    let mix = |k: usize| {
-        let (from, to) = (f64::from(from[k]), f64::from(to[k]));
-        (from + share * (to - from)).round() as u8
-    };
-    [0, 1, 2].map(mix)
+    AT_REST.mixed(end, share.abs())
 }
 
 fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
@@ -257,16 +228,10 @@ fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
     edges.filter(|(_, m)| m.is_solid()).map(|(e, _)| *e)
 }
 
-/// The payload's node and the ends of solid edges, ascending.
 fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
     nodes.into_iter().collect()
-}
-
-/// A colour in the notation of SVG and HTML.
-pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 #[cfg(test)]
@@ -278,7 +243,7 @@ mod tests {
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{GroundSettings, Scene, StartKind};
 
-    /// The short three-legged robot, its controller hardly trained.
+    /// The short three-legged robot after one iteration.
     fn results() -> RunFiles {
         results_on(GroundSettings::default())
     }
@@ -326,7 +291,7 @@ mod tests {
         }
     }
 
-    /// Ridges of 1 and 3 cm between nodes of the lowest row, which stand on level ground.
+    /// Ridges of 1 and 3 cm between nodes of the lowest row.
     #[test]
     fn bars_cut_into_ridges_between_their_nodes() {
         let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
@@ -344,7 +309,7 @@ mod tests {
         assert!(near(line[2].up(), 0.11) && near(line[6].up(), 0.115));
         let bar = [2, 3].map(|node| start.x[node]);
         assert!(bar.iter().all(|x| near(x.up(), 0.1)));
-        // The robot hardly moves in 0.13 s.
+        // The robot moves little in 0.13 s.
         let cut = motion.deepest_cut().unwrap();
         assert!((0.02..0.04).contains(&cut), "{cut}");
         let flat = results_on(GroundSettings::default());
@@ -355,19 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn times_find_their_states() {
+    fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
         let results = results();
         let motion = Motion::new(&results.robot, &results.trajectory);
         let last = motion.states().len() - 1;
         assert_eq!(motion.duration(), 64.0 * 0.002);
         assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
         assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
-    }
-
-    #[test]
-    fn the_camera_looks_at_the_payload_s_body() {
-        let results = results();
-        let motion = Motion::new(&results.robot, &results.trajectory);
         // The short layout: legs two cells high under one body as wide as the lattice.
         let state = &motion.states()[0];
         let bounds = Bounds::of(motion.places(state));

@@ -3,12 +3,24 @@
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// Adds the numbers of every run's summary to a table of runs, with the loss if any run is ranked by its
-/// loss: its task is not distance, or the caller supplied the loss.
+/// A column and its cell for a run.
+type Number = (Column, fn(&Summary) -> Cell);
+
+/// Adds the numbers of every run's summary to a table of runs.
 pub(super) fn with_numbers<'r, S>(
     table: TableOf<'r, S>,
     of: impl Fn(&'r S) -> &'r Summary + Copy,
 ) -> TableOf<'r, S> {
+    let runs = table.subjects();
+    let is_there = |(_, cell): &Number| runs.iter().any(|run| cell(of(run)) != Cell::Missing);
+    let rare = rare().into_iter().filter(is_there);
+    let add =
+        |table: TableOf<'r, S>, (column, cell): Number| table.add(column, |run| cell(of(run)));
+    numbers().into_iter().chain(rare).fold(table, add)
+}
+
+/// The columns of every table.
+fn numbers() -> [Number; 16] {
     let share = |name, says| Column::new(name, says).decimals(3, "diverged");
     let metres = |name, says| share(name, says).unit("m");
     let p50 = metres("p50", "displacement: median over perturbed starts");
@@ -16,10 +28,8 @@ pub(super) fn with_numbers<'r, S>(
     let p90 = metres("p90", "displacement: 90 % quantile over perturbed starts");
     let says = "displacement of the last iterate: median over perturbed starts";
     let last = metres("last p50", says);
-    let says = "displacement with the clock alone, without feedback: median over perturbed starts";
+    let says = "displacement in open loop, without feedback: median over perturbed starts";
     let clock = metres("clock alone", says);
-    let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
-    let behind = metres("behind", says);
     let single = metres("single", "displacement of one unperturbed rollout");
     let says = "whether the median describes the robot well";
     let verdict = Column::new("reliability", says).decimals(0, "–");
@@ -27,64 +37,58 @@ pub(super) fn with_numbers<'r, S>(
     let actuators = share("V_act", "share of actuators");
     let seed = Column::new("seed", "seed of the random generator");
     let seconds = Column::new("time", "duration of the optimisation").unit("s");
+    let seconds = seconds.decimals(1, "-");
     let count = |name, says| Column::new(name, says).decimals(0, "–");
+    let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
     let pieces = count("pieces", "connected pieces of bars");
     let nodes = count("nodes", "nodes with a bar");
     let ends = count("free ends", "ends of bars without another bar");
     let crossings = count("crossings", "pairs of bars that cross");
-    // An undecided design has no bars yet: its cells say so and do not look missing.
-    let decided = move |run, number: fn(&Summary) -> Option<f64>| {
-        let summary: &Summary = of(run);
-        match summary.is_undecided() {
-            true => Cell::from("undecided"),
-            false => number(summary).into(),
-        }
-    };
-    let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
-    let has = |number: fn(&Summary) -> Option<f64>| {
-        let mut runs = table.subjects().iter();
-        runs.any(|run| number(of(run)).is_some())
-    };
-    let has_loss = has(|summary| summary.loss_p50);
-    let has_behind = has(|summary| summary.displacement_behind_p50);
-    let table = table
-        .add(p50, |run| of(run).displacement_p50)
-        .add(verdict, |run| of(run).verdict())
-        .add(p10, |run| of(run).displacement_p10)
-        .add(p90, |run| of(run).displacement_p90)
-        .add(last, |run| of(run).displacement_last_p50)
-        .add(clock, |run| of(run).displacement_clock_p50)
-        .add(single, |run| of(run).displacement_along)
-        .add(solid, |run| of(run).volume)
-        .add(actuators, |run| of(run).actuator_volume)
-        .add(pieces, move |run| {
-            decided(run, |s| s.structure.map(|s| s.pieces as f64))
-        })
-        .add(nodes, move |run| {
-            decided(run, |s| s.structure.map(|s| s.nodes as f64))
-        })
-        .add(ends, move |run| {
-            decided(run, |s| s.structure.map(|s| s.free_ends as f64))
-        })
-        .add(crossings, move |run| {
-            decided(run, |s| s.structure.map(|s| s.crossings as f64))
-        })
-        .add(strain, move |run| {
-            decided(run, |s| s.loads.as_ref().map(|l| l.strain.peak))
-        })
-        .add(seed, |run| Cell::Count(of(run).seed))
-        .add(seconds.decimals(1, "-"), |run| of(run).seconds);
-    let table = if has_behind {
-        table.add(behind, |run| of(run).displacement_behind_p50)
-    } else {
-        table
-    };
-    if !has_loss {
-        return table;
-    }
+    [
+        (p50, |s| s.displacement_p50.into()),
+        (verdict, |s| s.verdict().into()),
+        (p10, |s| s.displacement_p10.into()),
+        (p90, |s| s.displacement_p90.into()),
+        (last, |s| s.displacement_last_p50.into()),
+        (clock, |s| s.displacement_clock_p50.into()),
+        (single, |s| s.displacement_along.into()),
+        (solid, |s| s.volume.into()),
+        (actuators, |s| s.actuator_volume.into()),
+        (pieces, |s| decided(s, |s| Some(s.structure?.pieces as f64))),
+        (nodes, |s| decided(s, |s| Some(s.structure?.nodes as f64))),
+        (ends, |s| {
+            decided(s, |s| Some(s.structure?.free_ends as f64))
+        }),
+        (crossings, |s| {
+            decided(s, |s| Some(s.structure?.crossings as f64))
+        }),
+        (strain, |s| {
+            decided(s, |s| Some(s.loads.as_ref()?.strain.peak))
+        }),
+        (seed, |s| Cell::Count(s.seed)),
+        (seconds, |s| s.seconds.into()),
+    ]
+}
+
+/// Columns of tables with a run that has the number: a second goal; the loss, if a run is ranked by its loss because
+/// its task is not distance or the caller supplied the loss.
+fn rare() -> [Number; 2] {
+    let says = "displacement with the goal behind, median over perturbed starts; negative: towards the goal";
+    let behind = Column::new("behind", says).decimals(3, "diverged");
     let says = "loss: median over the same perturbed starts";
     let loss = Column::new("loss p50", says).decimals(4, "–");
-    table.add(loss, |run| of(run).loss_p50)
+    [
+        (behind.unit("m"), |s| s.displacement_behind_p50.into()),
+        (loss, |s| s.loss_p50.into()),
+    ]
+}
+
+/// A number of bars. An undecided design has no bars yet: its cell says so and does not look missing.
+fn decided(summary: &Summary, number: fn(&Summary) -> Option<f64>) -> Cell {
+    match summary.is_undecided() {
+        true => "undecided".into(),
+        false => number(summary).into(),
+    }
 }
 
 /// The names of the options by which a run departs from the paper, for people.

@@ -1,4 +1,4 @@
-//! The page of a run: a single file of HTML that fetches nothing.
+//! Pages: each is a single file of HTML that fetches nothing.
 
 use serde_json::Value;
 
@@ -6,8 +6,8 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
 use super::numbers::with_numbers;
-use super::{data, html, loads};
-use crate::table::{Cell, Column, Table, decimals, escape};
+use super::{data, loads};
+use crate::table::{Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
@@ -16,7 +16,23 @@ use std::slice::from_ref;
 const UNDECIDED: &str = "The design is undecided: the run ended before every edge had one material. \
     There are no bars and no actuators yet.";
 
-/// The page of a run: the robot in motion, its design, gait, energy and, if it has a history, the convergence.
+/// A whole page of HTML.
+pub(super) fn html(title: &str, body: &str) -> String {
+    let title = escape(title);
+    let style = [
+        include_str!("page/theme.css"),
+        include_str!("page/page.css"),
+    ]
+    .concat();
+    format!(
+        include_str!("page/frame.html"),
+        style = style,
+        title = title,
+        body = body
+    )
+}
+
+/// The page of a run: the robot in motion, its design, gait and energy, and the convergence if it has a history.
 pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     let summary = &run.summary;
     let about = format!(
@@ -56,20 +72,20 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         convergence,
         &numbers(summary, motion.deepest_cut()),
         &scene(&run.robot),
-        &script(&data::of_run(run, motion, gait.as_ref())),
+        &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
     ];
-    html::page(&run.title(), &body.concat())
+    html(&run.title(), &body.concat())
 }
 
-/// A page with the four most important numbers of a run and the robot in motion: what a notebook shows.
+/// The page that a notebook shows: the four most important numbers of a run and the robot in motion.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
     let body = [
         &figures(&run.summary),
         include_str!("page/player.html"),
-        &script(&data::of_motion(&motion)),
+        &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
-    html::page(&run.title(), &body.concat())
+    html(&run.title(), &body.concat())
 }
 
 /// The page of a design alone: the robot at rest.
@@ -85,36 +101,24 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
         &head(robot, title, ""),
         include_str!("page/design.html"),
         &scene(robot),
-        &script(&data::of_motion(&motion)),
+        &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
-    html::page(title, &body.concat())
+    html(title, &body.concat())
 }
 
-/// The data of a page and its scripts: the drawings that all pages share, then the page's own.
-pub(super) fn scripts(data: &Value, of_page: &[&str]) -> String {
+/// The data of a page and its scripts: the one that draws all robots and curves, then the page's own.
+pub(super) fn script(data: &Value, of_page: &str) -> String {
     // In texts, no `<` ends the script element early.
     let data = data.to_string().replace('<', "\\u003c");
-    let shared = [
-        include_str!("page/drawing.js"),
-        include_str!("page/stage.js"),
-        include_str!("page/walker.js"),
-    ];
-    let code = [&shared[..], of_page].concat().concat();
+    let drawing = include_str!("page/drawing.js");
     format!(
-        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{code}</script>\n"
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n\
+         <script>\n{drawing}{of_page}</script>\n"
     )
 }
 
-/// The scripts of a page with one robot.
-fn script(data: &Value) -> String {
-    let of_page = [
-        include_str!("page/ternary.js"),
-        include_str!("page/curve.js"),
-        include_str!("page/gait.js"),
-        include_str!("page/page.js"),
-    ];
-    scripts(data, &of_page)
-}
+/// The script of a page with one robot.
+const ONE_ROBOT: &str = concat!(include_str!("page/gait.js"), include_str!("page/page.js"));
 
 /// The heading, and a line with the size of the lattice and `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
@@ -157,7 +161,7 @@ fn figures(summary: &Summary) -> String {
     let cells = [
         (median, verdict),
         (spread, "10 % to 90 % of perturbed starts"),
-        (kept, "of it by the clock alone, without feedback"),
+        (kept, "of it in open loop, without feedback"),
         (
             format!("{solid} / {actuators}"),
             if summary.is_undecided() {
@@ -172,35 +176,32 @@ fn figures(summary: &Summary) -> String {
     format!("<div class=\"figures\">{cells}</div>\n{warning}")
 }
 
-/// Every number, with how deep bars cut into the ground if its corners can be cut, and the options that
-/// depart from the paper.
+/// All numbers, with the deepest cut of a bar into the ground if it has corners, and the departures from the paper.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
-    let row = |(column, cell): (&Column, &Cell)| {
-        let number = column.shown_with_unit(cell);
-        vec![Cell::from(&column.says[..]), number.into()]
-    };
-    let mut rows: Vec<_> = cells.map(row).collect();
+    let mut rows: Vec<[String; 2]> = cells
+        .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
+        .collect();
     let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
     let says = "displacement of one unperturbed rollout, x and y of the world";
-    rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
+    rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
         let says = "deepest cut of a bar into the ground between its nodes";
-        vec![says.into(), (decimals(depth, 4) + " m").into()]
+        [says.to_owned(), decimals(depth, 4) + " m"]
     }));
+    let numbers = pairs(&rows);
     let departures = summary.departures.iter();
-    let departures = departures.map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()]);
-    let departures = if summary.departures.is_empty() {
-        "<p>None.</p>\n".to_owned()
-    } else {
-        pairs(departures.collect())
+    let departures = departures.map(|d| [format!("`{}`", d.option), d.says.clone()]);
+    let departures = match summary.departures.is_empty() {
+        true => "<p>None.</p>\n".to_owned(),
+        false => pairs(&departures.collect::<Vec<_>>()),
     };
-    let numbers = pairs(rows);
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
 }
 
 /// A table of two columns without headings.
-fn pairs(rows: Vec<Vec<Cell>>) -> String {
-    Table::new(vec![Column::new("", ""), Column::new("", "")], rows).to_html()
+fn pairs(rows: &[[String; 2]]) -> String {
+    let table = Table::of("", "", rows).columns(["", ""], "", |row, k| &row[k][..]);
+    table.done().to_html()
 }

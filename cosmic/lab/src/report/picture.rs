@@ -1,19 +1,155 @@
-//! The pictures of a run that other documents show.
+//! A picture as a list of shapes. It is written as SVG or painted as pixels.
 
-use super::files::RunFiles;
-use super::motion::Motion;
-use super::{convergence, robot, ternary};
+use cosmic::geometry::Vector;
 
-/// A picture of a run: the name of its files, and how it is drawn as SVG.
-pub(crate) type Picture = (&'static str, fn(&RunFiles) -> String);
+/// A place or a size in a picture: pixels from the left and from the top.
+pub(super) type Place = Vector<f64>;
 
-/// The robot at several moments, coloured by strain, with the path of its payload; displacement,
-/// volumes, measures and gradients over the iterations; the paths of the design vectors between the
-/// materials.
-pub(crate) const PICTURES: [Picture; 3] = [
-    ("robot", |run| {
-        robot::draw(&Motion::new(&run.robot, &run.trajectory))
-    }),
-    ("convergence", convergence::draw),
-    ("ternary", ternary::draw_paths),
-];
+/// A colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Colour {
+    /// Red, green and blue.
+    pub rgb: [u8; 3],
+    /// From 0, invisible, to 1, opaque.
+    pub opacity: f64,
+}
+
+impl Colour {
+    /// The opaque colour `0xRRGGBB`.
+    pub(super) const fn hex(rgb: u32) -> Self {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        Self {
+            rgb: [r, g, b],
+            opacity: 1.0,
+        }
+    }
+
+    /// The colour with another opacity.
+    pub(super) const fn faint(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
+    }
+
+    /// The opaque colour between this one (share 0) and another (share 1).
+    pub(super) fn mixed(self, other: Self, share: f64) -> Self {
+        let mix = |k: usize| {
+            let (from, to) = (f64::from(self.rgb[k]), f64::from(other.rgb[k]));
+            (from + share * (to - from)).round() as u8
+        };
+        Self {
+            rgb: [0, 1, 2].map(mix),
+            opacity: 1.0,
+        }
+    }
+}
+
+pub(super) const PAPER: Colour = Colour::hex(0xffffff);
+/// Text and axes.
+pub(super) const INK: Colour = Colour::hex(0x1f2328);
+/// Secondary text.
+pub(super) const MUTED: Colour = Colour::hex(0x656d76);
+/// Grid lines of charts.
+pub(super) const RULE: Colour = Colour::hex(0xd8dee4);
+
+/// The style of a line.
+#[derive(Clone, Copy)]
+pub(super) struct Pen {
+    pub(super) colour: Colour,
+    /// Pixels.
+    pub(super) width: f64,
+    /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
+    pub(super) dashes: &'static str,
+}
+
+impl Pen {
+    pub(super) const fn new(colour: Colour, width: f64) -> Self {
+        Self::dashed(colour, width, "")
+    }
+
+    pub(super) const fn dashed(colour: Colour, width: f64, dashes: &'static str) -> Self {
+        Self {
+            colour,
+            width,
+            dashes,
+        }
+    }
+}
+
+/// The style of a text.
+#[derive(Clone, Copy)]
+pub(super) struct Font {
+    pub(super) colour: Colour,
+    /// The part of the text to the left of its place: 0, 0.5 or 1.
+    pub(super) anchor: f64,
+    pub(super) bold: bool,
+    /// Pixels.
+    pub(super) size: f64,
+}
+
+impl Font {
+    pub(super) const PLAIN: Self = Self {
+        colour: INK,
+        anchor: 0.0,
+        bold: false,
+        size: 12.0,
+    };
+    pub(super) const BOLD: Self = Self {
+        bold: true,
+        ..Self::PLAIN
+    };
+    pub(super) const MUTED: Self = Self {
+        colour: MUTED,
+        ..Self::PLAIN
+    };
+    pub(super) const END: Self = Self::PLAIN.at(1.0);
+    pub(super) const MIDDLE: Self = Self::PLAIN.at(0.5);
+    pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
+
+    pub(super) const fn at(self, anchor: f64) -> Self {
+        Self { anchor, ..self }
+    }
+}
+
+/// A part of a picture.
+pub(super) enum Shape {
+    Line(Vec<Place>, Pen),
+    /// The middle, the radius, the fill and the edge.
+    Disc(Place, f64, Colour, Pen),
+    /// The upper left corner, the size and the fill.
+    Rectangle(Place, Place, Colour),
+    /// A text with its baseline at a place.
+    Text(Place, String, Font),
+}
+
+/// A picture under construction. Later shapes cover earlier ones.
+#[derive(Default)]
+pub(super) struct Picture {
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Picture {
+    /// Draws a line through points. In SVG, one point alone is a dot.
+    pub(super) fn line<P: Into<Place>>(&mut self, points: impl IntoIterator<Item = P>, pen: Pen) {
+        let points = points.into_iter().map(Into::into).collect();
+        self.shapes.push(Shape::Line(points, pen));
+    }
+
+    pub(super) fn disc(&mut self, middle: impl Into<Place>, radius: f64, fill: Colour, edge: Pen) {
+        let disc = Shape::Disc(middle.into(), radius, fill, edge);
+        self.shapes.push(disc);
+    }
+
+    /// Draws a disc without an edge.
+    pub(super) fn dot(&mut self, middle: impl Into<Place>, radius: f64, fill: Colour) {
+        self.disc(middle, radius, fill, Pen::new(fill, 0.0));
+    }
+
+    pub(super) fn rectangle<P: Into<Place>>(&mut self, corner: P, size: P, fill: Colour) {
+        let rectangle = Shape::Rectangle(corner.into(), size.into(), fill);
+        self.shapes.push(rectangle);
+    }
+
+    pub(super) fn text(&mut self, place: impl Into<Place>, text: impl Into<String>, font: Font) {
+        let text = Shape::Text(place.into(), text.into(), font);
+        self.shapes.push(text);
+    }
+}

@@ -2,41 +2,37 @@
 
 use cosmic::geometry::{Range, Vector};
 
-use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_END, MUTED_MIDDLE, RULE_LINE, Svg};
+use super::picture::{Colour, Font, INK, Pen, Picture, Place, RULE};
 
-/// A chart's place in the drawing and the numbers it spans.
+/// The axes of a chart: its place in the picture, and the numbers that it shows.
 pub(super) struct Axes {
-    /// Left and top edge, pixels.
-    pub(super) origin: Vector<f64>,
-    /// Width and height, pixels.
-    pub(super) size: Vector<f64>,
-    /// Along.
+    /// The upper left corner.
+    pub(super) origin: Place,
+    pub(super) size: Place,
+    /// The horizontal axis.
     pub(super) x: Axis,
-    /// Up.
+    /// The vertical axis.
     pub(super) y: Axis,
 }
 
 /// The numbers along an axis.
 #[derive(Clone, Copy)]
 pub(super) struct Axis {
-    /// From its beginning to its end.
     pub(super) range: Range,
-    /// True for a logarithmic axis. Its numbers must be positive.
+    /// True for a logarithmic axis, whose numbers must be positive.
     pub(super) log: bool,
 }
 
 impl Axis {
-    /// An axis in equal steps.
     pub(super) fn linear(range: Range) -> Self {
         Self { range, log: false }
     }
 
-    /// An axis in equal factors.
     pub(super) fn logarithmic(range: Range) -> Self {
         Self { range, log: true }
     }
 
-    /// How far along the axis a number is, from 0 to 1.
+    /// The position of a number on the axis, from 0 to 1.
     fn share(&self, number: f64) -> f64 {
         let scale = |v: f64| {
             if self.log {
@@ -60,20 +56,27 @@ impl Axis {
 }
 
 /// Colours that colour-blind readers can tell apart.
-const COLOURS: [&str; 8] = [
-    "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
+const COLOURS: [Colour; 8] = [
+    Colour::hex(0x0b62b8),
+    Colour::hex(0xd9541e),
+    Colour::hex(0x2a8f5b),
+    Colour::hex(0x8a4fb0),
+    Colour::hex(0xb8860b),
+    Colour::hex(0x1f2328),
+    Colour::hex(0xc2185b),
+    Colour::hex(0x00838f),
 ];
 
 /// A named line of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Its name.
+    /// The name in the legend.
     pub name: String,
-    /// As in CSS.
-    pub colour: &'static str,
-    /// The pattern of its dashes as in SVG; empty for a whole line.
+    /// The colour.
+    pub colour: Colour,
+    /// Lengths of dashes and gaps in turn, pixels, as in SVG; empty for a solid line.
     pub dashes: &'static str,
-    /// The points of the line. A point that is not finite makes a gap.
+    /// The points. A point that is not finite makes a gap.
     pub points: Vec<Vector<f64>>,
 }
 
@@ -93,83 +96,78 @@ impl Line {
         }
     }
 
-    /// The style of the line.
-    pub(super) fn stroke(&self) -> String {
-        let Self { colour, dashes, .. } = self;
-        format!(
-            r#"stroke="{colour}" stroke-width="1.6" stroke-linejoin="round" stroke-linecap="round" stroke-dasharray="{dashes}""#
-        )
+    pub(super) fn pen(&self) -> Pen {
+        Pen::dashed(self.colour, 1.6, self.dashes)
     }
 }
 
 impl Axes {
-    /// The place of a point in the drawing. A point beyond the range is drawn at its end.
-    pub(super) fn place(&self, point: Vector<f64>) -> Vector<f64> {
+    /// The place of a point. A point outside the range is drawn at its end.
+    pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let [x, y] = point.array();
         Vector::new([self.across(x), self.down(y)])
     }
 
-    /// How far from the left of the drawing a number along is.
+    /// The place of a number on the horizontal axis, pixels from the left.
     pub(super) fn across(&self, x: f64) -> f64 {
-        let ([left, _], [width, _]) = (self.origin.array(), self.size.array());
-        left + width * self.x.share(x)
+        self.origin[0] + self.size[0] * self.x.share(x)
     }
 
-    /// How far from the top of the drawing a number up is.
+    /// The place of a number on the vertical axis, pixels from the top.
     pub(super) fn down(&self, y: f64) -> f64 {
-        let ([_, top], [_, height]) = (self.origin.array(), self.size.array());
-        top + height * (1.0 - self.y.share(y))
+        self.origin[1] + self.size[1] * (1.0 - self.y.share(y))
     }
 
-    /// Rulings and numbers at round values, the title above.
-    pub(super) fn draw(&self, svg: &mut Svg, title: &str) {
+    /// Draws the title and the vertical axis with its grid.
+    pub(super) fn draw(&self, picture: &mut Picture, title: &str) {
         let [left, top] = self.origin.array();
         let [right, bottom] = (self.origin + self.size).array();
         for value in self.y.marks(4) {
             let y = self.down(value);
-            svg.line([left, y], [right, y], RULE_LINE);
-            svg.text([left - 8.0, y + 4.0], &number(value), MUTED_END);
+            picture.line([[left, y], [right, y]], Pen::new(RULE, 1.0));
+            let font = Font::MUTED.at(1.0);
+            picture.text([left - 8.0, y + 4.0], number(value), font);
         }
-        svg.line([left, bottom], [right, bottom], INK_LINE);
-        svg.text([left, top - 10.0], title, BOLD);
+        picture.line([[left, bottom], [right, bottom]], Pen::new(INK, 1.0));
+        picture.text([left, top - 10.0], title, Font::BOLD);
     }
 
-    /// Numbers below the chart.
-    pub(super) fn draw_along(&self, svg: &mut Svg, label: &str) {
+    /// Draws the numbers and the label of the horizontal axis.
+    pub(super) fn draw_along(&self, picture: &mut Picture, label: &str) {
         let [right, bottom] = (self.origin + self.size).array();
         for value in self.x.marks(8) {
             let x = self.across(value);
-            svg.line([x, bottom], [x, bottom + 4.0], INK_LINE);
-            svg.text([x, bottom + 18.0], &number(value), MUTED_MIDDLE);
+            picture.line([[x, bottom], [x, bottom + 4.0]], Pen::new(INK, 1.0));
+            picture.text([x, bottom + 18.0], number(value), Font::CAPTION);
         }
-        let middle = 0.5 * (self.origin.forward() + right);
-        svg.text([middle, bottom + 36.0], label, MIDDLE);
+        let middle = 0.5 * (self.origin[0] + right);
+        picture.text([middle, bottom + 36.0], label, Font::MIDDLE);
     }
 
-    /// Draws the lines, and their names right-aligned in the line of the title.
-    pub(super) fn draw_lines(&self, svg: &mut Svg, lines: &[Line]) {
-        let mut left = (self.origin + self.size).forward();
+    /// Draws the lines, and their names at the right end of the title's line.
+    pub(super) fn draw_lines(&self, picture: &mut Picture, lines: &[Line]) {
+        let mut left = (self.origin + self.size)[0];
+        let y = self.origin[1] - 10.0;
         for Line { name, colour, .. } in lines.iter().rev() {
-            let y = self.origin.up() - 10.0;
-            // An average letter of 12 pixels is some 6 wide.
+            // An average letter of 12 pixels is about 6 wide.
             left -= 6.4 * name.chars().count() as f64 + 12.0;
-            svg.text([left, y], name, "");
+            picture.text([left, y], &name[..], Font::PLAIN);
             left -= 22.0;
-            let key = format!(r#"stroke="{colour}" stroke-width="3""#);
-            svg.line([left, y - 4.0], [left + 16.0, y - 4.0], &key);
+            picture.line(
+                [[left, y - 4.0], [left + 16.0, y - 4.0]],
+                Pen::new(*colour, 3.0),
+            );
         }
         for line in lines {
-            for part in line.points.split(|point| !point.up().is_finite()) {
-                let places: Vec<Vector<f64>> = part.iter().map(|&p| self.place(p)).collect();
-                if !places.is_empty() {
-                    svg.polyline(&places, &line.stroke());
-                }
+            let parts = line.points.split(|point| !point.is_finite());
+            for part in parts.filter(|part| !part.is_empty()) {
+                picture.line(part.iter().map(|&point| self.place(point)), line.pen());
             }
         }
     }
 }
 
-/// The least and largest finite numbers, widened to contain `always`. The range has a width.
+/// The range of the finite numbers and of `always`. Its width is not 0.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range {
     let range = numbers.filter(|v| v.is_finite()).fold(always, Range::with);
     if range.size() > 0.0 {
@@ -179,19 +177,19 @@ pub(super) fn range(numbers: impl Iterator<Item = f64>, always: Range) -> Range 
     }
 }
 
-/// At most some `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
+/// About `count` values in a range, at steps of 1, 2 or 5 times a power of ten.
 fn round_values(range: Range, count: usize) -> Vec<f64> {
     let Range { low, high } = range;
     let least = range.size() / count as f64;
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-    // The last is above `least` but for rounding.
+    // The last is at least `least`, except for rounding.
     let step = step.into_iter().find(|s| *s >= least).unwrap_or(step[3]);
     let [first, last] = [(low / step).ceil() as i64, (high / step).floor() as i64];
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Powers of ten in a range, at most some six.
+/// The powers of ten in a range, or some of them if there are more than six.
 fn decades(range: Range) -> Vec<f64> {
     let Range { low, high } = range;
     let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];
@@ -200,7 +198,7 @@ fn decades(range: Range) -> Vec<f64> {
     powers.map(|k| 10f64.powf(k.into())).collect()
 }
 
-/// The shortest text of a number for axes.
+/// The text of a number on an axis.
 fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.0e}");

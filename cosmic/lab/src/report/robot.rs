@@ -1,78 +1,33 @@
-//! Pictures of the robot: its journey, one cycle of its gait, its layout.
+//! The picture of a robot's rollout: its journey, and one period of its gait.
 
 use std::f64::consts::TAU;
 use std::iter::once;
 use std::ops::RangeInclusive;
 
-use super::motion::{BEYOND, DrawnEdge, Motion, PAYLOAD, SKELETON, View, hex};
-use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
+use super::motion::{BEYOND, Motion, SKELETON};
+use super::picture::{Font, Pen, Picture};
+use super::view::{View, draw_payload};
 use cosmic::geometry::{Bounds, Range, Vector};
 
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 24.0;
-/// Width of a panel of the gait.
+/// The width of a panel of the gait.
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
-impl View {
-    /// Draws the ground from one place along to another.
-    fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: Range) {
-        let line = motion.ground_line(across).into_iter();
-        let mut line: Vec<Vector<f64>> = line.map(|point| self.place(point)).collect();
-        svg.polyline(&line, &format!(r#"{INK_LINE} stroke-width="1.5""#));
-        for point in &mut line {
-            *point += Vector::new([0.0, 4.2]);
-        }
-        let below = format!(r#"{MUTED_LINE} stroke-opacity="0.18" stroke-width="7""#);
-        svg.polyline(&line, &below);
-    }
-
-    fn draw_robot(&self, svg: &mut Svg, bars: &[DrawnEdge], payload: Vector<f64>) {
-        // Bars become thinner as the scale falls, to a least width that can be seen.
-        let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
-        svg.group(r#"stroke-linecap="round""#, |svg| {
-            for bar in bars {
-                let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
-                let style = format!(r#"stroke="{}" stroke-width="{width:.1}""#, hex(bar.colour));
-                svg.line(self.place(bar.line.from), self.place(bar.line.to), &style);
-            }
-        });
-        draw_payload(svg, self.place(payload), 1.8 * thickness);
-    }
-
-    fn draw_path(&self, svg: &mut Svg, path: &[Vector<f64>]) {
-        // More points than pixels show nothing more.
-        let every = path.len().div_ceil(1000).max(1);
-        let mut points: Vec<Vector<f64>> =
-            path.iter().step_by(every).map(|&p| self.place(p)).collect();
-        points.extend(path.last().map(|&p| self.place(p)));
-        let colour = hex(PAYLOAD);
-        let style = format!(r#"stroke="{colour}" stroke-width="1.4" stroke-linejoin="round""#);
-        svg.polyline(&points, &style);
-    }
-}
-
-fn draw_payload(svg: &mut Svg, place: impl Into<Vector<f64>>, radius: f64) {
-    let colour = hex(PAYLOAD);
-    let style = format!(r##"fill="{colour}" stroke="#fff" stroke-width="1.2""##);
-    svg.circle(place, radius + 1.0, &style);
-}
-
-/// The journey above, one cycle of the gait below.
+/// Draws the journey above, and one period of the gait below.
 pub(super) fn draw(motion: &Motion) -> String {
-    let mut svg = Svg::default();
+    let mut picture = Picture::default();
     let title = format!("{:.1} s of walking", motion.duration());
-    svg.text([MARGIN, 26.0], &title, BOLD);
-    draw_legend(&mut svg, motion);
-    let bottom = draw_journey(&mut svg, motion);
-    let bottom = draw_gait(&mut svg, motion, bottom + 46.0);
-    svg.finish(
-        [WIDTH, bottom + 44.0],
-        "The robot at several moments, coloured by strain, and the path of its payload",
-    )
+    picture.text([MARGIN, 26.0], title, Font::BOLD);
+    draw_legend(&mut picture, motion);
+    let bottom = draw_journey(&mut picture, motion);
+    let bottom = draw_gait(&mut picture, motion, bottom + 46.0);
+    let title = "The robot at several moments, coloured by strain, and the path of its payload";
+    picture.to_svg([WIDTH, bottom + 44.0], title)
 }
 
-/// Draws the whole rollout in one picture of the world; returns its lower edge.
-fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
+/// Draws the whole rollout in one view of the world. Returns its lower edge.
+fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
     let shown = states.flat_map(|state| motion.places(state));
@@ -81,34 +36,33 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     let ground = Bounds::of(motion.ground_line(across));
     let up = Range::new(shown.low.up(), shown.high.up());
     let up = up.with(ground.low.up()).with(ground.high.up());
-    // As large as the page is wide, unless that would make it higher than a screen.
+    // As wide as the page, unless that would be higher than a screen.
     let scale = ((WIDTH - 2.0 * MARGIN) / across.size()).min(420.0 / up.size());
     let bottom = 64.0 + scale * up.size();
-    let slack = WIDTH - scale * across.size();
     let view = View {
+        motion,
         corner: Vector::new([across.low, up.low]),
-        origin: Vector::new([0.5 * slack, bottom]),
+        origin: Vector::new([0.5 * (WIDTH - scale * across.size()), bottom]),
         scale,
     };
-    view.draw_ground(svg, motion, across);
-    view.draw_path(svg, &motion.path());
+    view.draw_ground(picture, across);
+    view.draw_path(picture, &motion.path());
     for index in moments {
         let state = &motion.states()[index];
         let mut bars = motion.bars(state);
         if index > 0 {
-            // Parts left behind would lie across the first robots.
+            // Parts that were left behind would cover the first robots.
             bars.retain(|bar| motion.is_near(bar, state));
         }
-        view.draw_robot(svg, &bars, state.x[0]);
+        view.draw_robot(picture, &bars, state.x[0]);
         let top = motion.bounds(state).high.up();
         let above = view.place(motion.centre(state).with_up(top)) - Vector::new([0.0, 8.0]);
-        let time = format!("{:.1} s", motion.time(index));
-        svg.text(above, &time, MUTED_MIDDLE);
+        picture.text(above, format!("{:.1} s", motion.time(index)), Font::CAPTION);
     }
     bottom + 12.0
 }
 
-/// The first state, the last, and as many in between as fit side by side along the way.
+/// The first state, the last, and as many in between as fit side by side.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
@@ -117,7 +71,7 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let width = 1.15 * wide.max(motion.robot.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
-        // They would cover one another.
+        // The robots would cover each other.
         return vec![last];
     }
     let nearest = |goal: f64| {
@@ -129,9 +83,9 @@ fn moments(motion: &Motion) -> Vec<usize> {
     once(0).chain(between.map(nearest)).chain([last]).collect()
 }
 
-/// Draws six moments of the last whole period of the clock, each in its own panel; returns the lower
-/// edge of the panels.
-fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
+/// Draws six moments of the last whole period of the clock, each in its own panel. Returns the lower edge of the
+/// panels.
+fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     let period = (TAU / motion.scene().controller.omega).min(motion.duration());
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
@@ -147,71 +101,74 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     } else {
         format!("From start to end, {period:.2} s")
     };
-    svg.text([MARGIN, top], &title, BOLD);
+    picture.text([MARGIN, top], title, Font::BOLD);
     for (panel, index) in moments.into_iter().enumerate() {
         let left = MARGIN + PANEL * panel as f64;
         let middle = middles[panel];
         let view = View {
+            motion,
             corner: Vector::new([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
             origin: Vector::new([left, bottom - rise]),
             scale,
         };
-        draw_panel(svg, motion, moments[0]..=index, &view);
+        draw_panel(picture, &view, moments[0]..=index);
         let place = [left + 0.5 * PANEL, bottom + 28.0];
-        svg.text(place, &format!("{:.2} s", motion.time(index)), MUTED_MIDDLE);
+        picture.text(place, format!("{:.2} s", motion.time(index)), Font::CAPTION);
     }
     bottom
 }
 
-/// How far the ground rises or falls at most within half a panel.
+/// The largest rise or fall of the ground within `half` (m) of one of the `middles`.
 fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
-        let (line, floor) = (
-            motion.ground_line(Range::new(middle, middle).widened(half)),
-            motion.floor(middle),
-        );
+        let line = motion.ground_line(Range::new(middle, middle).widened(half));
+        let floor = motion.floor(middle);
         line.into_iter()
             .map(move |point| (point.up() - floor).abs())
     });
     rises.fold(0.0, f64::max)
 }
 
-/// Draws the robot at the last of some states, and the payload's path through them, cut to the panel.
-fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, view: &View) {
+/// Draws the robot at the last of some states, and the payload's path through them, cut at the panel's edges.
+fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>) {
+    let motion = view.motion;
     let state = &motion.states()[*states.end()];
     let middle = motion.centre(state).forward();
     let half = 0.5 * (PANEL - 6.0) / view.scale;
-    view.draw_ground(svg, motion, Range::new(middle, middle).widened(half));
+    view.draw_ground(picture, Range::new(middle, middle).widened(half));
     let inside = |point: &Vector<f64>| (point.forward() - middle).abs() < half;
     let mut path = motion.path()[states].to_vec();
     path.retain(inside);
-    view.draw_path(svg, &path);
+    view.draw_path(picture, &path);
     let mut bars = motion.bars(state);
     bars.retain(|bar| inside(&bar.line.from) && inside(&bar.line.to));
-    view.draw_robot(svg, &bars, state.x[0]);
+    view.draw_robot(picture, &bars, state.x[0]);
 }
 
 /// Draws the legend of the colours at the right end of the first line.
-fn draw_legend(svg: &mut Svg, motion: &Motion) {
+fn draw_legend(picture: &mut Picture, motion: &Motion) {
     let (left, y) = (WIDTH - 532.0, 22.0);
-    let end = r#"stroke-width="4" stroke-linecap="round""#;
-    let skeleton = format!(r#"stroke="{}" {end}"#, hex(SKELETON));
-    svg.line([left, y], [left + 18.0, y], &skeleton);
-    svg.text([left + 26.0, y + 4.0], "skeleton", "");
-    draw_payload(svg, [left + 98.0, y], 4.0);
-    svg.text([left + 108.0, y + 4.0], "payload", "");
-    svg.text([left + 168.0, y + 4.0], "actuator", "");
+    let mut key = |x: f64, colour, name: &str| {
+        picture.line([[left + x, y], [left + x + 18.0, y]], Pen::new(colour, 4.0));
+        picture.text([left + x + 26.0, y + 4.0], name, Font::PLAIN);
+    };
+    key(0.0, SKELETON, "skeleton");
+    key(416.0, BEYOND, "beyond these");
+    draw_payload(picture, [left + 98.0, y], 5.0);
+    picture.text([left + 108.0, y + 4.0], "payload", Font::PLAIN);
+    picture.text([left + 168.0, y + 4.0], "actuator", Font::PLAIN);
     let percent = 100.0 * motion.limit;
-    let ramp = [left + 272.0, left + 352.0];
+    let [low, high] = [left + 272.0, left + 352.0];
     let least = format!("\u{2212}{percent:.0} %");
-    svg.text([ramp[0] - 6.0, y + 4.0], &least, END);
+    picture.text([low - 6.0, y + 4.0], least, Font::END);
     for k in 0..20 {
-        let colour = hex(motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit));
-        let x = ramp[0] + 4.0 * f64::from(k);
-        svg.rect([x, y - 4.0], [4.2, 8.0], &format!(r#"fill="{colour}""#));
+        let colour = motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit);
+        let x = low + 4.0 * f64::from(k);
+        picture.rectangle([x, y - 4.0], [4.2, 8.0], colour);
     }
-    svg.text([ramp[1] + 8.0, y + 4.0], &format!("+{percent:.0} %"), "");
-    let beyond = format!(r#"stroke="{}" {end}"#, hex(BEYOND));
-    svg.line([ramp[1] + 64.0, y], [ramp[1] + 82.0, y], &beyond);
-    svg.text([ramp[1] + 90.0, y + 4.0], "beyond these", "");
+    picture.text(
+        [high + 8.0, y + 4.0],
+        format!("+{percent:.0} %"),
+        Font::PLAIN,
+    );
 }

@@ -1,7 +1,7 @@
-//! Sheets: the tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
+//! The tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
 
 use super::chart::LogChart;
-use super::html;
+use super::page;
 use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
@@ -19,13 +19,13 @@ pub const FORMAT: Format = Format {
 /// A section of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
-    /// Its heading.
+    /// The heading.
     pub title: String,
-    /// Explanations before its tables, a sentence or two each.
+    /// Explanations before the tables, each in a sentence or two.
     pub notes: Vec<String>,
-    /// Its tables, each in a file `name.csv` as well.
+    /// The tables. Each is also a file `name.csv`.
     pub tables: Vec<Table>,
-    /// Its pictures, each in a file `name.svg` as well.
+    /// The charts. Each is also a file `name.svg`.
     pub figures: Vec<LogChart>,
     /// The number of checks.
     pub checks: usize,
@@ -34,7 +34,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// Counts a check, and its failure in a few words unless it holds.
+    /// Counts a check. If it does not hold, adds `failure`, which describes it in a few words.
     pub(crate) fn check(&mut self, holds: bool, failure: impl Into<String>) {
         self.checks += 1;
         if !holds {
@@ -87,7 +87,7 @@ impl Section {
     }
 }
 
-/// A table for a terminal: a row of the scene's own settings begins with `*`, a failed one with `!`.
+/// A table for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
 fn marked(table: &Table) -> String {
     let mark = |standing| match standing {
         Standing::Plain => ' ',
@@ -105,19 +105,19 @@ fn marked(table: &Table) -> String {
 /// The results of a verification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// Its heading.
+    /// The heading.
     pub title: String,
     /// A sentence about the case.
     pub subject: String,
-    /// Its sections.
+    /// The sections.
     pub sections: Vec<Section>,
 }
 
 impl Sheet {
-    /// An error if a check failed.
+    /// Returns the failed checks as an error.
     ///
     /// # Errors
-    /// [`Error::CheckFailed`].
+    /// [`Error::CheckFailed`] if a check failed.
     pub fn judge(&self) -> Result<()> {
         let failures = self.sections.iter().flat_map(|section| &section.failures);
         let failures: Vec<&str> = failures.map(String::as_str).collect();
@@ -131,7 +131,7 @@ impl Sheet {
         })
     }
 
-    /// Everything but the pictures.
+    /// Everything except the charts.
     pub fn to_json(&self) -> Value {
         json!({
             "title": self.title,
@@ -140,8 +140,7 @@ impl Sheet {
         })
     }
 
-    /// Notes and tables for a terminal. A row of the scene's own settings begins with `*`, a failed
-    /// one with `!`.
+    /// Notes and tables for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
     pub fn to_text(&self) -> String {
         let sections: String = self.sections.iter().map(Section::to_text).collect();
         format!("{}: {}\n{sections}", self.title, self.subject)
@@ -153,15 +152,14 @@ impl Sheet {
         let sections: String = self.sections.iter().map(Section::to_html).collect();
         let body = format!(
             "{STYLE}<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n{sections}<p \
-             class=\"muted\">Blue rows: the scene as it stands. Red rows failed. Hover over a \
-             column's heading for what it is.</p>\n"
+             class=\"muted\">Blue rows have the scene's own settings. Red rows failed. Hover over a \
+             column's heading for its meaning.</p>\n"
         );
-        html::page(&self.title, &body)
+        page::html(&self.title, &body)
     }
 
-    /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every
-    /// figure into a folder, and returns the paths. A table that several sections share is written
-    /// once.
+    /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every chart into a folder,
+    /// and returns the paths. A table of several sections is written once.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -185,7 +183,7 @@ impl Sheet {
     }
 }
 
-/// Wide tables scroll; rows stand out.
+/// Scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";
@@ -196,7 +194,7 @@ mod tests {
     use crate::table::{Standing, Table};
 
     #[test]
-    fn a_failed_row_is_seen_on_the_page_and_in_text() {
+    fn a_failed_row_is_marked_on_the_page_and_in_text() {
         let table = Table::of("errors", "Errors", &["one, <two>", "none"])
             .column("method", "what was done", |name| *name)
             .mark(Standing::Default, |name| name.starts_with("one"))

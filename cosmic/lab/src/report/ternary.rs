@@ -4,89 +4,83 @@ use std::collections::BTreeMap;
 
 use super::files::{RobotFiles, RunFiles};
 use super::layout::colour;
-use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_MIDDLE, RULE_LINE, Svg};
+use super::picture::{Font, INK, PAPER, Pen, Picture, Place, RULE};
 use cosmic::design::Material;
 use cosmic::geometry::Vector;
+use cosmic::record::history::DesignRow;
 
-/// Width and height, pixels.
-const SIZE: Vector<f64> = Vector::new([460.0, 420.0]);
-/// The corners of the materials, pixels.
-const CORNERS: [Vector<f64>; 3] = [
+const SIZE: Place = Vector::new([460.0, 420.0]);
+/// The corners of void, skeleton and actuator.
+const CORNERS: [Place; 3] = [
     Vector::new([62.0, 362.0]),
     Vector::new([398.0, 362.0]),
     Vector::new([230.0, 79.0]),
 ];
 
-fn place(mixture: &[f64; 3]) -> Vector<f64> {
-    CORNERS
-        .into_iter()
-        .zip(mixture)
-        .map(|(corner, &share)| corner * share)
-        .sum()
+fn place(mixture: &[f64; 3]) -> Place {
+    let corners = CORNERS.into_iter().zip(mixture);
+    corners.map(|(corner, &share)| corner * share).sum()
 }
 
-/// The triangle with its rulings and names.
-fn frame(title: &str) -> Svg {
-    let mut svg = Svg::default();
-    svg.text([24.0, 26.0], title, BOLD);
+/// The triangle with its grid and the names of its corners.
+fn frame(title: &str) -> Picture {
+    let mut picture = Picture::default();
+    picture.text([24.0, 26.0], title, Font::BOLD);
     for k in 1..5 {
         let (a, b) = (f64::from(k) / 5.0, 1.0 - f64::from(k) / 5.0);
-        for [from, to] in [
+        for ends in [
             [[a, b, 0.0], [a, 0.0, b]],
             [[b, a, 0.0], [0.0, a, b]],
             [[b, 0.0, a], [0.0, b, a]],
         ] {
-            svg.line(place(&from), place(&to), RULE_LINE);
+            picture.line(ends.map(|end| place(&end)), Pen::new(RULE, 1.0));
         }
     }
-    for [k, l] in [[0, 1], [1, 2], [2, 0]] {
-        svg.line(CORNERS[k], CORNERS[l], INK_LINE);
-    }
+    picture.line([0, 1, 2, 0].map(|k| CORNERS[k]), Pen::new(INK, 1.0));
     let names = [("void", 34.0), ("skeleton", 34.0), ("actuator", -20.0)];
     for (corner, (name, dy)) in CORNERS.into_iter().zip(names) {
-        svg.text(corner + Vector::new([0.0, dy]), name, MIDDLE);
+        picture.text(corner + Vector::new([0.0, dy]), name, Font::MIDDLE);
     }
-    svg
+    picture
 }
 
-/// The paths of the mixtures of solid edges from the first iteration to the end, in the colours of their
-/// materials; those of edges that end as void are left out. A ring marks where edges are delivered.
+/// Draws the paths of the mixtures of all edges that end as solid, in the colours of their delivered materials. A
+/// ring marks where edges end.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
     let robot = &run.robot;
-    let mut svg = frame("Mixtures of the robot's edges on the way");
+    let mut picture = frame("Mixtures of the robot's edges during the optimisation");
     let designs = run.designs.iter().map(|row| &row.z);
     let designs = designs.chain([&robot.design.z]);
     let designs: Vec<Vec<_>> = designs.map(|z| robot.mixtures(z)).collect();
-    let materials = &robot.design.materials;
     for edge in robot.edges_of(Material::is_solid) {
-        let path: Vec<Vector<f64>> = designs
-            .iter()
-            .map(|design| place(&design[edge].0))
-            .collect();
-        let colour = colour(materials[edge]);
-        let style = format!(r#"stroke="{colour}" stroke-opacity="0.22" stroke-linejoin="round""#);
-        svg.polyline(&path, &style);
+        let path = designs.iter().map(|design| place(&design[edge].0));
+        let colour = colour(robot.design.materials[edge]);
+        picture.line(path, Pen::new(colour.faint(0.22), 1.0));
     }
     for (end, count, material) in ends(robot) {
-        let colour = colour(material);
-        let style = format!(r##"fill="#fff" stroke="{colour}" stroke-width="2""##);
-        svg.circle(end, 9.0, &style);
-        svg.text(end + Vector::new([0.0, 4.0]), &count.to_string(), MIDDLE);
+        picture.disc(end, 9.0, PAPER, Pen::new(colour(material), 2.0));
+        picture.text(
+            end + Vector::new([0.0, 4.0]),
+            count.to_string(),
+            Font::MIDDLE,
+        );
     }
-    let iterations: Vec<usize> = run.designs.iter().map(|row| row.iteration).collect();
-    let caption = match (iterations.first(), iterations.last()) {
-        (Some(first), Some(last)) => {
+    let iteration = |row: &DesignRow| row.iteration;
+    let ends = [run.designs.first(), run.designs.last()].map(|row| row.map(iteration));
+    let caption = match ends {
+        [Some(first), Some(last)] => {
             format!("iterations {first} to {last}; rings count the edges that end there")
         }
-        _ => "the way was not recorded".to_owned(),
+        _ => "the designs of the iterations were not recorded".to_owned(),
     };
-    svg.text([230.0, 412.0], &caption, MUTED_MIDDLE);
-    let title = "The way of the mixtures of the robot's edges between void, skeleton and actuator";
-    svg.finish(SIZE, title)
+    picture.text([230.0, 412.0], caption, Font::CAPTION);
+    let title =
+        "The paths of the mixtures of the robot's edges between void, skeleton and actuator";
+    picture.to_svg(SIZE, title)
 }
 
 /// Where solid edges end in the picture: the place, their number, their material.
-fn ends(robot: &RobotFiles) -> Vec<(Vector<f64>, usize, Material)> {
+fn ends(robot: &RobotFiles) -> Vec<(Place, usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);
     for edge in robot.edges_of(Material::is_solid) {

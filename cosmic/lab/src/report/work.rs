@@ -1,7 +1,6 @@
 //! The report of a run, or of a design alone.
 
-use super::animation::{self, FILM, GIF, Pace};
-use super::canvas::Shot;
+use super::animation::{self, FILM, GIF, Pace, Shot};
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use super::{convergence, evolution, layout, page, robot};
@@ -15,31 +14,31 @@ use cosmic::record::summary::SUMMARY;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use std::path::{Path, PathBuf};
 
-/// Which animations a report of a run has: if neither GIF nor film is asked for, a GIF.
+/// The animations of a report. Without `gif` and `mp4`, a report has a GIF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Animations {
     /// `gait.gif`.
     pub gif: bool,
-    /// `gait.mp4`, by the ffmpeg on the path.
+    /// `gait.mp4`, encoded by the ffmpeg on the path.
     pub mp4: bool,
-    /// `evolution.gif`, `evolution.mp4` or both as well: the robot at iterations from the first to the last.
+    /// Also `evolution.gif`, `evolution.mp4` or both: robots from the first iteration to the last.
     pub evolution: bool,
 }
 
-/// Writes the report of a run's folder, or of a design, into that folder: `report.html`, `robot.svg`
-/// and, for a run, `convergence.svg` if it has a history, and its animations. The page holds all of its
-/// pictures and fetches nothing. Returns the paths.
+/// Writes the report of a run or of a design alone, and returns the paths.
 ///
-/// A folder without a run in it, or a file, is a design alone; its scene is `scene.toml` beside it.
+/// A run gets `report.html`, `robot.svg`, animations, and `convergence.svg` if it has a history. A design alone gets
+/// `report.html` and `robot.svg`. It is a `.json` file, or a folder with a design but without a run; its scene is
+/// `scene.toml` beside it.
 ///
 /// # Errors
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Usage`] for animations of a design alone, or of
-/// an evolution that was not kept; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
+/// an evolution without recorded walks; [`Error::Read`] for a film without ffmpeg; [`Error::Write`].
 pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         if path.extension().is_none_or(|name| name != "json") {
             return Err(Error::Usage(format!(
-                "{}: a report needs the folder of a run, or a design.json",
+                "{}: expected the folder of a run or a design.json",
                 path.display()
             )));
         }
@@ -57,7 +56,7 @@ pub fn write(path: &Path, animations: &Animations, registry: &Registry) -> Resul
     if *animations != Animations::default() {
         let design = design.display();
         return Err(Error::Usage(format!(
-            "{design}: a design alone does not move"
+            "{design}: a design alone does not move; leave out --gif, --mp4 and --evolution"
         )));
     }
     let title = design.display().to_string();
@@ -88,7 +87,7 @@ fn of_run(run: &RunFiles, animations: &Animations) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Writes the animations of a name that are asked for, from shots at the pace of each form.
+/// Writes the requested forms of an animation, each from shots at its own pace.
 fn animate<'m>(
     run: &RunFiles,
     animations: &Animations,

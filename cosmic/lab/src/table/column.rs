@@ -11,14 +11,14 @@ pub enum Cell {
     Text(String),
     /// A whole number.
     Count(u64),
-    /// A number; shown as "failed" if it is not finite.
+    /// A number. One that is not finite is shown as "failed".
     Number(f64),
     /// No value was measured.
     Missing,
 }
 
 impl Cell {
-    /// The number, or [`Cell::Missing`] where it is not finite.
+    /// The number, or [`Cell::Missing`] if it is not finite.
     pub fn if_finite(number: f64) -> Self {
         Some(number).filter(|x| x.is_finite()).into()
     }
@@ -63,11 +63,11 @@ impl From<Option<&str>> for Cell {
 /// The head of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its heading, and its key in JSON and CSV.
+    /// The heading, and the key in JSON and CSV.
     pub name: String,
-    /// Its meaning, with the unit if `unit` is empty.
+    /// The meaning, with the unit if `unit` is empty.
     pub says: String,
-    /// The unit of its numbers, in the heading after the name; may be empty.
+    /// The unit of the numbers, which the heading shows after the name; may be empty.
     pub unit: &'static str,
     /// Decimals in texts for people; `None` for three significant digits.
     decimals: Option<usize>,
@@ -97,7 +97,7 @@ impl Column {
         self
     }
 
-    /// Shows numbers to this many decimals, and a word in place of a missing one.
+    /// Shows numbers with this many decimals, and `missing` for a missing number.
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         (self.decimals, self.missing) = (Some(decimals), missing);
         self
@@ -108,7 +108,7 @@ impl Column {
         Self { unit, ..self }
     }
 
-    /// The name, and the unit where there is one.
+    /// The name, and the unit if there is one.
     pub fn heading(&self) -> String {
         match self.unit {
             "" => self.name.clone(),
@@ -127,7 +127,7 @@ impl Column {
         }
     }
 
-    /// The text of a cell for people; a number has its unit.
+    /// The text of a cell for people, with the unit after a number.
     pub fn shown_with_unit(&self, cell: &Cell) -> String {
         let shown = self.shown(cell);
         match (cell, self.unit) {

@@ -1,19 +1,22 @@
-//! Tables that are filled column by column.
+//! Tables that are built column by column.
 
-use super::{Cell, Column, Standing, Table};
+use super::{Cell, Column, Row, Standing, Table};
 
-/// A table under construction: a row for each subject, and the columns added so far.
+/// A table under construction, with a row for each subject.
 pub struct TableOf<'a, S> {
     subjects: &'a [S],
     table: Table,
 }
 
 impl Table {
-    /// A table with one plain row for each subject, and without columns: [`TableOf::column`] adds
-    /// them.
+    /// A table with a plain row for each subject and without columns, which [`TableOf::column`] adds.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
-        let mut table = Table::new(Vec::new(), subjects.iter().map(|_| Vec::new()));
-        (table.name, table.title) = (name.to_owned(), title.to_owned());
+        let table = Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            columns: Vec::new(),
+            rows: vec![Row::default(); subjects.len()],
+        };
         TableOf { subjects, table }
     }
 }
@@ -33,8 +36,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Adds a column for each name, all with one meaning. `cell` takes the subject and the column's
-    /// index among them.
+    /// Adds a column for each name, all with the same meaning. `cell` takes the subject and the index of the name.
     pub fn columns<C: Into<Cell>>(
         mut self,
         names: impl IntoIterator<Item = impl AsRef<str>>,
@@ -47,7 +49,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Makes all columns so far show this many decimals, and a word in place of a missing number.
+    /// Sets the decimals of all columns added so far, see [`Column::decimals`].
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         let columns = self.table.columns.into_iter();
         let columns = columns.map(|column| column.decimals(decimals, missing));
@@ -55,14 +57,14 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Limits the decimals in CSV of all columns added so far, see [`Column::rounded`].
+    /// Sets the decimals in CSV of all columns added so far, see [`Column::rounded`].
     pub fn rounded(mut self, decimals: usize) -> Self {
         let columns = self.table.columns.into_iter();
         self.table.columns = columns.map(|column| column.rounded(decimals)).collect();
         self
     }
 
-    /// Marks the rows of some subjects; the last mark of a row counts.
+    /// Marks the rows of some subjects. A later mark replaces an earlier one.
     pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             if is(subject) {
@@ -88,7 +90,7 @@ mod tests {
     use crate::table::{Standing, Table};
 
     #[test]
-    fn columns_are_filled_from_the_subjects_and_the_last_mark_counts() {
+    fn cells_come_from_the_subjects_and_the_last_mark_counts() {
         let table = Table::of("squares", "Squares", &[1.0, 2.0, 3.0])
             .column("x", "the number", |x| *x)
             .columns(["x2", "x3"], "a power", |x, k| x.powi(k as i32 + 2))

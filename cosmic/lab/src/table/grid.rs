@@ -29,50 +29,34 @@ impl Standing {
 }
 
 /// A row of a [`Table`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// One for each column.
+    /// A cell for each column.
     pub cells: Vec<Cell>,
-    /// Its emphasis.
+    /// The emphasis.
     pub standing: Standing,
-}
-
-impl From<Vec<Cell>> for Row {
-    fn from(cells: Vec<Cell>) -> Self {
-        let standing = Standing::Plain;
-        Self { cells, standing }
-    }
 }
 
 /// Rows under named columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The name of its file; may be empty.
+    /// The name of the file; may be empty.
     pub name: String,
-    /// Its heading; may be empty.
+    /// The heading; may be empty.
     pub title: String,
-    /// Its columns.
+    /// The columns.
     pub columns: Vec<Column>,
-    /// Its rows.
+    /// The rows.
     pub rows: Vec<Row>,
 }
 
 impl Table {
-    /// A table of ordinary rows, without a name or a heading.
-    pub fn new(columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        Self {
-            columns,
-            rows: rows.into_iter().map(Row::from).collect(),
-            ..Self::default()
-        }
-    }
-
-    /// The table with the standings as its last column.
+    /// The table with the standings as an additional last column.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
             "standing",
-            "how the row stands out: plain, default (what the scene itself asks for) or failed",
+            "plain, default (the scene's own settings) or failed",
         ));
         for row in &mut table.rows {
             row.cells.push(row.standing.name().into());
@@ -80,7 +64,7 @@ impl Table {
         table
     }
 
-    /// CSV: a line of names, then a line for each row. Numbers keep every bit.
+    /// CSV: a line of names, then a line for each row.
     pub fn to_csv(&self) -> String {
         let head = self.columns.iter().map(|column| quoted(&column.name));
         let rows = self.rows.iter().map(|row| self.written(row, Column::csv));
@@ -88,7 +72,7 @@ impl Table {
         lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
     }
 
-    /// JSON: the meanings by the columns' names, and the rows as objects with these keys.
+    /// JSON: the meanings of the columns by their names, and the rows as objects with the same keys.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
@@ -104,7 +88,7 @@ impl Table {
         })
     }
 
-    /// A table of HTML. The meaning of a column shows when the mouse rests on its heading.
+    /// HTML. The meaning of a column appears when the mouse rests on its heading.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>");
         let named = self.columns.iter().any(|column| !column.name.is_empty());
@@ -148,7 +132,7 @@ impl Table {
         aligned(&self.shown())
     }
 
-    /// The headings, then the rows, as texts for people.
+    /// The headings and then the rows, as texts for people.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
@@ -161,7 +145,7 @@ impl Table {
     }
 }
 
-/// Lines of equally many cells as aligned columns: the first to the left, the others to the right.
+/// Lines of equally many cells in aligned columns: the first column to the left, the others to the right.
 pub fn aligned(lines: &[Vec<String>]) -> String {
     let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
     let columns = lines.first().map_or(0, Vec::len);
@@ -219,20 +203,19 @@ mod tests {
     }
 
     #[test]
-    fn a_page_has_safe_cells_and_rows_that_stand_out() {
+    fn html_has_escaped_cells_and_marked_rows() {
         let page = table().to_html();
         assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
         assert!(page.contains("title=\"of x, m\"") && page.contains("number\">0.3</td>"));
     }
 
     #[test]
-    fn markdown_has_a_rule_under_its_head_and_as_many_decimals_as_the_column() {
-        let columns = vec![
-            Column::new("a", ""),
-            Column::new("b", "").unit("m").decimals(2, "–"),
-        ];
-        let rows = [Some(-1.0), None].map(|x| vec!["x".into(), x.into()]);
-        let table = Table::new(columns, rows);
+    fn markdown_has_a_rule_and_the_decimals_of_its_columns() {
+        let number = Column::new("b", "").unit("m").decimals(2, "–");
+        let table = Table::of("", "", &[Some(-1.0), None])
+            .column("a", "", |_| "x")
+            .add(number, |x| *x)
+            .done();
         let markdown = "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n";
         assert_eq!(table.to_markdown(), markdown);
         assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");

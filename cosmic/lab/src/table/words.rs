@@ -45,7 +45,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Text as HTML; a passage between two backticks becomes code.
+/// Text as HTML. A passage between two backticks becomes code.
 pub fn prose(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -59,7 +59,7 @@ pub fn prose(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// Text as a cell of CSV, in quotes if it holds a separator.
+/// Text as a cell of CSV, in quotes if it contains a separator.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn code_of_a_text_is_code_on_a_page() {
+    fn code_in_backticks_is_code_in_html() {
         assert_eq!(prose("`a < b`: c"), "<code>a &lt; b</code>: c");
         assert_eq!(prose("no `pair & none"), "no `pair &amp; none");
     }

@@ -11,7 +11,7 @@ use cosmic::Registry;
 use cosmic::error::Result;
 use std::path::PathBuf;
 
-/// Many runs from a frozen plan, shared by any number of processes
+/// Plan many runs and do them in any number of processes
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(subcommand)]
@@ -20,35 +20,34 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Fix scenes, settings and seeds in a new folder
+    /// Write a plan of scenes, settings and seeds into a new folder
     Plan(plan::Plan),
-    /// Do the runs that are not done, or go on with them, until none is left
+    /// Do or continue all unfinished runs
     ///
-    /// A run whose simulation diverges is done as well, with exit code 0: that is its result, which
-    /// `status` and `merge` give.
+    /// A run whose simulation diverges counts as done, with exit code 0; `status` and `merge` show the divergence.
     Run(run::Run),
-    /// Say how far every run is
+    /// Show the state of every run
     Status {
-        /// The sweep's folder
+        /// The folder of the sweep
         #[arg(value_name = "S")]
         sweep: PathBuf,
         /// Write JSON
         #[arg(long)]
         json: bool,
     },
-    /// Write results.json and results.csv from the runs that are done
+    /// Write results.json and results.csv of all finished runs
     Merge {
-        /// The sweep's folder
+        /// The folder of the sweep
         #[arg(value_name = "S")]
         sweep: PathBuf,
         #[command(flatten)]
         output: Output,
     },
-    /// Write what hands the runs that are left to Slurm, GNU parallel or Kubernetes
+    /// Write a script that does the unfinished runs with Slurm, GNU parallel or Kubernetes
     Script(script::Script),
-    /// Remove trajectories, histories and snapshots of runs that are over; summaries and designs stay
+    /// Remove trajectories, histories and snapshots of finished runs; summaries and designs stay
     Prune {
-        /// The sweep's folder
+        /// The folder of the sweep
         #[arg(value_name = "S")]
         sweep: PathBuf,
         #[command(flatten)]

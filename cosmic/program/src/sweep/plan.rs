@@ -18,8 +18,8 @@ pub(super) struct Plan {
     scenes: Vec<String>,
     #[command(flatten)]
     settings: Settings,
-    /// Plan every scene with each of these values, as in `--grid physics.friction=0.6,1`; repeatable,
-    /// for every combination
+    /// Plan every scene with each of these values, as in `--grid physics.friction=0.6,1`; repeat it for all
+    /// combinations of several keys
     #[arg(long, value_name = "KEY=V,V...")]
     grid: Vec<String>,
     /// Seeds per scene
@@ -31,7 +31,7 @@ pub(super) struct Plan {
     /// Stop every run after this many iterations
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
-    /// The sweep's folder, new or empty
+    /// The folder of the sweep, new or empty
     #[arg(long, value_name = "S")]
     out: PathBuf,
     #[command(flatten)]

@@ -17,18 +17,17 @@ use std::str::FromStr;
 
 #[derive(Debug, Args)]
 pub(super) struct Run {
-    /// The sweep's folder
+    /// The folder of the sweep
     #[arg(value_name = "S")]
     sweep: PathBuf,
-    /// A run's number, several such as `3-17,40`, `auto` for the next that nobody has taken, `all` for all
-    /// of those
+    /// The number of a run, several numbers such as `3-17,40`, `auto` for the next free run, or `all`
     #[arg(long, value_name = "I", default_value = "all")]
     index: Index,
     #[command(flatten)]
     work: Work,
 }
 
-/// Which runs.
+/// The requested runs.
 #[derive(Debug, Clone)]
 enum Index {
     Number(usize),
@@ -46,7 +45,10 @@ impl FromStr for Index {
             ("all", ..) => Ok(Index::All),
             (_, Ok(number), _) => Ok(Index::Number(number)),
             (_, _, Some(several)) => Ok(Index::Several(several)),
-            _ => Err("a run's number, `auto` or `all`, or several as in 3-17,40".to_owned()),
+            _ => Err(
+                "expected the number of a run, several numbers such as 3-17,40, `auto` or `all`"
+                    .to_owned(),
+            ),
         }
     }
 }
@@ -74,7 +76,7 @@ impl Run {
 }
 
 impl Index {
-    /// The runs, in order, of a plan that has so many.
+    /// The numbers of the runs in a plan of `count` runs, in order.
     fn runs(&self, count: usize) -> Result<Vec<usize>> {
         let all = [0..=count.saturating_sub(1)];
         let ranges: &[RangeInclusive<usize>] = match self {
@@ -88,7 +90,7 @@ impl Index {
             .find(|k| *k >= count)
         {
             return Err(Error::Usage(format!(
-                "there is no run {index}: the plan has {count}, from 0 on"
+                "there is no run {index}: the plan has {count} runs, numbered from 0"
             )));
         }
         let mut runs: Vec<usize> = ranges.iter().cloned().flatten().collect();
@@ -98,7 +100,7 @@ impl Index {
     }
 }
 
-/// One run: that of a number, or the next.
+/// Does the run of a number, or the next free run.
 fn one(
     sweep: &Sweep<SavedScene>,
     index: Option<usize>,
@@ -138,7 +140,7 @@ fn several(
     let (left, total) = (runs.iter().filter(is_left).count(), runs.len());
     if left > 0 && !output.quiet {
         note(&format!(
-            "{left} of {total} runs are at work in other processes"
+            "{left} of {total} runs are being run by other processes"
         ));
     }
     if output.json {
@@ -155,7 +157,7 @@ fn show(plan: &UnreadPlan, ended: Option<Ended>, output: &Output) -> Result<()> 
     }
     match ended {
         _ if output.quiet => Ok(()),
-        None => print("nothing is left to take\n"),
+        None => print("no run is free\n"),
         Some(Ended { index, outcome }) => {
             let (title, says) = (title(plan, index), told(&outcome));
             print(&format!("run {index}, {title}: {says}\n"))

@@ -11,24 +11,24 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(super) struct Script {
-    /// The sweep's folder
+    /// The folder of the sweep
     #[arg(value_name = "S")]
     sweep: PathBuf,
     #[command(flatten)]
     scheduler: Which,
-    /// At most this many tasks at a time
+    /// Maximum number of tasks at the same time
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     throttle: Option<NonZeroUsize>,
-    /// The time limit of a task; a minute before it, the runs of the task save themselves
+    /// Time limit of a task in minutes; its runs are saved a minute earlier
     #[arg(long, value_name = "M", value_parser = whole(2..=1_000_000_u64), allow_negative_numbers = true)]
     minutes: Option<u64>,
-    /// Runs per task, one after the other on its cores [default: as many as cores]
+    /// Runs per task, one after the other on its cores [default: the number of cores]
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     seeds_per_task: Option<NonZeroUsize>,
-    /// Cores per task, with a run on each
+    /// Cores per task; each core does one run at a time
     #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
     cores: NonZeroUsize,
-    /// Write into a file in place of standard output
+    /// Write to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -36,13 +36,13 @@ pub(super) struct Script {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 struct Which {
-    /// A batch script for `sbatch`: an array of tasks
+    /// Write a batch script for `sbatch`: an array of tasks
     #[arg(long)]
     slurm: bool,
-    /// A script that runs GNU parallel on this machine
+    /// Write a script that runs GNU parallel on this machine
     #[arg(long)]
     parallel: bool,
-    /// The manifest of an indexed Job for `kubectl apply`
+    /// Write the manifest of an indexed Job for `kubectl apply`
     #[arg(long)]
     kubernetes: bool,
 }
@@ -53,7 +53,7 @@ impl Script {
         let left = survey(&self.sweep, &plan).left();
         if left.is_empty() {
             let sweep = self.sweep.display();
-            return Err(Error::Usage(format!("{sweep}: no run is left")));
+            return Err(Error::Usage(format!("{sweep}: all runs are finished")));
         }
         let hand_over = HandOver {
             sweep: &self.sweep,

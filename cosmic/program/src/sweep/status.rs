@@ -1,4 +1,4 @@
-//! `cosmic sweep status`, `merge` and `prune`: they read files and simulate nothing.
+//! `cosmic sweep status`, `merge` and `prune`, which only read files.
 
 use crate::arguments::Output;
 use crate::output::{answer, counted, in_json, lines, note, print, print_json};

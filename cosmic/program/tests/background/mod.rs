@@ -1,4 +1,4 @@
-//! The program at work in the background, and signals to it.
+//! Runs the program in the background and sends it signals.
 
 use crate::common::Bench;
 use crate::program::command;
@@ -7,18 +7,18 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 impl Bench {
-    /// The program at work in the folder.
+    /// Starts the program in the folder.
     pub(crate) fn start(&self, line: &str) -> Child {
         let mut command = command(line);
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
         command.current_dir(self.path("")).spawn().unwrap()
     }
 
-    /// Waits until a file has at least so many lines.
+    /// Waits until a file has at least the wanted number of lines.
     pub(crate) fn await_lines(&self, name: &str, wanted: usize) {
         let began = Instant::now();
         while !self.path(name).exists() || self.lines(name) < wanted {
-            // No machine is so slow: something is wrong.
+            // No machine is this slow.
             assert!(began.elapsed() < Duration::from_secs(300), "no {name}");
             thread::sleep(Duration::from_millis(1));
         }

@@ -1,4 +1,4 @@
-//! A folder for a test, and small runs of the program in it.
+//! A folder for a test, with small runs of the program.
 
 pub(crate) mod python;
 
@@ -9,6 +9,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use tempfile::TempDir;
 
 /// A folder for a test, with a scene in `tiny.toml`.
@@ -22,20 +23,36 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A robot of 3x3 nodes and an optimisation of so many iterations with every phase, on
-    /// rollouts of so many steps.
+    /// A robot of 3x3 nodes, and an optimisation with every phase, `iterations` iterations and rollouts of `steps`
+    /// steps.
     pub(crate) fn new(iterations: usize, steps: usize) -> Self {
         Self::with(&scene(iterations, steps, ""))
     }
 
-    /// Another scene.
+    /// A bench with another scene.
     pub(crate) fn with(scene: &str) -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
         bench.write("tiny.toml", scene);
         bench
     }
 
-    /// A place in the folder.
+    /// The default bench with its finished run in `a`. The run is computed once, and every test gets a copy.
+    pub(crate) fn finished() -> Self {
+        static RUN: LazyLock<Bench> = LazyLock::new(|| {
+            let bench = Bench::default();
+            bench.run("a", "");
+            bench
+        });
+        let bench = Self::default();
+        fs::create_dir(bench.path("a")).unwrap();
+        for file in fs::read_dir(RUN.path("a")).unwrap() {
+            let file = file.unwrap();
+            fs::copy(file.path(), bench.path("a").join(file.file_name())).unwrap();
+        }
+        bench
+    }
+
+    /// A path in the folder.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -55,7 +72,7 @@ impl Bench {
         fs::remove_file(self.path(name)).unwrap();
     }
 
-    /// The results of the design that a run delivered: its displacement is the one in the summary.
+    /// Evaluates the final design of a run, whose displacement must be that of the summary.
     #[track_caller]
     pub(crate) fn evaluated(&self, run: &str) -> Value {
         let mut evaluated = self.cosmic(&format!("evaluate {run}/design.json")).json();
@@ -75,18 +92,30 @@ impl Bench {
         cosmic_in(&self.path(""), line)
     }
 
+    /// The program in the folder, which must succeed.
+    #[track_caller]
+    pub(crate) fn ok(&self, line: &str) -> Told {
+        self.cosmic(line).ok()
+    }
+
+    /// The program in the folder, which must fail with an exit code and an error that contains the words.
+    #[track_caller]
+    pub(crate) fn fails(&self, line: &str, code: i32, words: &[&str]) {
+        self.cosmic(line).fails(code, words);
+    }
+
     /// `cosmic optimize` of the scene into a folder of the bench.
     pub(crate) fn optimize(&self, out: &str, more: &str) -> Told {
         self.cosmic(&format!("optimize tiny.toml --out {out} {more}"))
     }
 
-    /// A run that must go well.
+    /// A run that must succeed.
     #[track_caller]
     pub(crate) fn run(&self, out: &str, more: &str) -> Told {
         self.optimize(out, more).ok()
     }
 
-    /// The complete lines of a file, which may be being written.
+    /// The number of complete lines of a file, which may be growing.
     pub(crate) fn lines(&self, name: &str) -> usize {
         let bytes = fs::read(self.path(name)).unwrap_or_default();
         bytes.iter().filter(|&&byte| byte == b'\n').count()
@@ -97,13 +126,13 @@ impl Bench {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
-    /// The rows of a JSON file with one on each line.
+    /// The rows of a JSON Lines file.
     pub(crate) fn rows(&self, name: &str) -> Vec<Value> {
         let row = |line| serde_json::from_str(line).unwrap();
         self.read(name).lines().map(row).collect()
     }
 
-    /// The files of a run without its snapshot and without wall times: equal runs have equal ones.
+    /// The files of a run without snapshots and wall times, which are equal for equal runs.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
@@ -156,7 +185,7 @@ fn timeless(name: &str, text: &str) -> String {
     }
 }
 
-/// A text whose tables lack the column of a name.
+/// Removes a column from the tables of a text.
 fn without_column(text: &str, separator: &str, name: &str) -> String {
     let mut at = usize::MAX;
     let cut = |line: &str| {

@@ -1,5 +1,4 @@
-//! The programs that read and walk what `export` writes, in a virtual environment of Python that is made once in
-//! the target folder.
+//! The Python programs that read the files of `export`, in a virtual environment that is made once in the target folder.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -7,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// A simulator; readers of drawings and solids, unions of solids, and what these need.
+/// A simulator, readers of drawings and solids, unions of solids, and their requirements.
 const PACKAGES: [&str; 7] = [
     "mujoco==4.0.*",
     "numpy==2.*",
@@ -18,7 +17,7 @@ const PACKAGES: [&str; 7] = [
     "manifold3d>=3",
 ];
 
-/// What `pip` says where it does not get through to the registry.
+/// Messages of `pip` if it cannot reach the registry.
 const CUT_OFF: [&str; 3] = [
     "connection broken by",
     "Max retries exceeded",
@@ -28,14 +27,14 @@ const CUT_OFF: [&str; 3] = [
 /// The environment's Python, or why there is none.
 static PYTHON: LazyLock<Result<PathBuf, &str>> = LazyLock::new(make);
 
-/// A Python with the packages. `None`, said aloud, where none is there and none can be fetched; anything else that
-/// goes wrong is a failure.
+/// A Python with the packages. Prints a message and returns `None` if there is no Python or no registry. Other errors
+/// are failures.
 pub(crate) fn python() -> Option<&'static Path> {
     match &*PYTHON {
         Ok(python) => Some(python),
         Err(why) => {
-            let says = format!("SKIPPED: {why}: what `cosmic export` writes is not read back\n");
-            // Past the test harness, which hides what passing tests print.
+            let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
+            // The test harness hides what passing tests print, but not this.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
         }
@@ -46,7 +45,7 @@ fn make() -> Result<PathBuf, &'static str> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let folder = place.join("python");
     let (python, ready) = (folder.join("bin/python"), folder.join("ready"));
-    // One process makes it; others wait here.
+    // One process makes the environment; the others wait here.
     let lock = File::create(place.join("python.lock")).unwrap();
     lock.lock().unwrap();
     let packages = PACKAGES.join(" ");

@@ -1,10 +1,10 @@
-//! Running the program as a user does.
+//! Runs the program as a user does.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The answer of the program.
+/// The output of the program.
 #[derive(Debug)]
 pub(crate) struct Told {
     /// Standard output.
@@ -16,7 +16,7 @@ pub(crate) struct Told {
 }
 
 impl Told {
-    /// The answer of a process that has ended.
+    /// The output of a finished process.
     pub(crate) fn of(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         Self {
@@ -26,26 +26,32 @@ impl Told {
         }
     }
 
-    /// The answer of a command that must succeed.
+    /// The output of a command that must succeed.
     #[track_caller]
     pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{self:?}");
         self
     }
 
-    /// The JSON that a command must print and succeed.
+    /// The JSON output of a command that must succeed.
     #[track_caller]
     pub(crate) fn json(self) -> Value {
         serde_json::from_str(&self.ok().out).unwrap()
     }
 
-    /// Asserts that the command failed with an exit code, and what its complaint contains.
+    /// Asserts that the command failed with an exit code and an error that contains the words.
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, code, "{self:?}");
-        for word in words {
-            assert!(self.error.contains(word), "no {word:?} in: {}", self.error);
-        }
+        has(&self.error, words);
+    }
+}
+
+/// Asserts that a text contains all words.
+#[track_caller]
+pub(crate) fn has(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in: {text}");
     }
 }
 

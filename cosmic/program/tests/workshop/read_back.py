@@ -1,6 +1,6 @@
-"""Reads what `cosmic export` wrote with programs that know nothing of it, and holds it against the run.
+"""Reads the files of `cosmic export` with other programs and compares them with the run.
 
-Usage: read_back.py EXPORT EXPECTED.json. Fails at the first thing that is wrong.
+Usage: read_back.py EXPORT EXPECTED.json. Fails at the first difference.
 """
 
 import csv
@@ -47,7 +47,7 @@ for edge, row in bars.items():
 
 # --- Peak forces over the states of all steps, from the equations of the controller and of a spring.
 robot, run = expected["robot"], json.loads(Path(expected["trajectory"]).read_text())
-# Nodes without a bar are no part of the robot.
+# Nodes without a bar do not belong to the robot.
 ends = [node for bar in expected["bars"].values() for node in bar["nodes"]]
 presence = numpy.isin(numpy.arange(expected["nodes"]), ends)[:, None]
 tension = []
@@ -71,12 +71,12 @@ for step, state in zip(run["steps"], run["states"]):
     tension.append(numpy.array(robot["stiffness"]) * change)
 most, least = numpy.max(tension, axis=0), numpy.min(tension, axis=0)
 for edge, row in bars.items():
-    # A length of 0.1 m has a softening of 5e-12 m and sums in another order; 400 N/m multiply that.
+    # A length of 0.1 m is softened by 5e-12 m and summed in another order; 400 N/m multiply the difference.
     close(float(row["peak_tension"]), max(0, most[edge]), 1e-8, f"tension of {edge}")
     close(float(row["peak_compression"]), max(0, -least[edge]), 1e-8, f"compression of {edge}")
-assert max(float(row["peak_force"]) for row in bars.values()) > 0.01, "nothing bears any load"
+assert max(float(row["peak_force"]) for row in bars.values()) > 0.01, "no bar has a load"
 
-# --- The drawing of the pattern. Its last digit is a nanometre: 1e-6 mm.
+# --- The DXF drawing. Its last digit is a nanometre: 1e-6 mm.
 drawing = ezdxf.readfile(folder / "pattern.dxf")
 assert not drawing.audit().has_errors, drawing.audit().errors
 space = drawing.modelspace()
@@ -130,7 +130,7 @@ assert nearest >= sizes["gap"] - 2 * off, f"bars of a layer come as near as {nea
 everything = [part for parts in outlines.values() for part in parts]
 assert all(not a.intersects(b) for k, a in enumerate(everything) for b in everything[k + 1 :])
 
-# --- The same as SVG: as large in millimetres as in its own units, and every hole in its place.
+# --- The SVG drawing: its units are millimetres, and every hole is where the DXF has it.
 tag = "{http://www.w3.org/2000/svg}"
 page = xml.parse(folder / "pattern.svg").getroot()
 _, _, width, height = (float(number) for number in page.get("viewBox").split())
@@ -162,8 +162,8 @@ for layer in page.findall(f"{tag}g"):
             assert turn < 0, f"the arcs of {edge} go inwards"
 assert seen_bars == set(bars) and of_svg == of_dxf, "the two drawings differ"
 
-# --- The solid, in millimetres. Corners are in single precision: 2e-5 mm of 500 mm, which on struts of
-# 3 mm is 1e-5 of the section at the very most, and 1e-6 on average.
+# --- The solid, in millimetres. Corners are in single precision: 2e-5 mm of 500 mm. On struts of 3 mm that is at most
+# 1e-5 of the section, and 1e-6 on average.
 solid = trimesh.load(folder / "robot.stl")
 assert solid.is_watertight and solid.is_winding_consistent, "not watertight"
 weights = {row["part"]: row for row in table("solid.csv")}
@@ -182,8 +182,7 @@ for name, parts in [("skeleton.stl", ["skeleton", "joints"]), ("actuators.stl", 
         close(part.volume / 1e9 / sum(float(weights[p]["volume"]) for p in parts), 1, 1e-5, name)
         volume += part.volume
 close(volume / solid.volume, 1, 1e-9, "the two parts over the whole")
-# No overlap: the union has the volume of all. Faces that touch may overlap by the rounding, 2e-5 mm of
-# lengths of 100 mm.
+# No overlap: the union has the sum of the volumes. Faces that touch may overlap by the rounding, 2e-5 mm of 100 mm.
 shells = solid.split(only_watertight=True)
 union = trimesh.boolean.union(list(shells), engine="manifold")
 close(union.volume / solid.volume, 1, 1e-5, "volume of the union over the sum")

@@ -1,8 +1,14 @@
 "use strict";
-// What all drawings share: a canvas as sharp as the screen and as large as its element, and the page's colours.
+// Draws robots, curves and mixtures on canvases. Reports, comparisons and the page in the browser use this one file.
 
 const FONT = 'system-ui, "Segoe UI", Helvetica, Arial, sans-serif';
+const MATERIALS = ["void", "skeleton", "actuator"];
+// A bar with a smaller share of solid material does not connect its nodes.
+const HOLDS = 0.3;
+// A bar with a smaller share of solid material is drawn as void.
+const SEEN = 0.02;
 
+// A canvas as sharp as the screen and as large as its element.
 class Drawing {
   #scene = null;
   #colours = new Map();
@@ -23,12 +29,12 @@ class Drawing {
     }).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.#colours.clear();
-      this.recoloured();
       this.#again();
     });
   }
 
-  // Draws a scene, once its element is in view; it is kept and drawn again when size or colours change.
+  // Draws a scene by `paint`, which each kind of drawing has. The scene is drawn again when the canvas comes into view
+  // and when size or colours change.
   draw(scene) {
     this.#scene = scene;
     const [width, height] = this.#size;
@@ -49,27 +55,23 @@ class Drawing {
     if (this.#scene !== null) this.draw(this.#scene);
   }
 
-  // What depends on colours, and is kept, is made anew by those that override this.
-  recoloured() {}
-
-  // A colour of the page by its name, as in `theme.css`.
+  // A colour of `theme.css` by its name.
   colour(name) {
-    if (!this.#colours.has(name)) {
-      const style = getComputedStyle(document.documentElement);
-      this.#colours.set(name, style.getPropertyValue(`--${name}`).trim());
-    }
+    return this.#kept(name, () => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  }
+
+  #kept(name, compute) {
+    if (!this.#colours.has(name)) this.#colours.set(name, compute());
     return this.#colours.get(name);
   }
 
-  // Colours from `--shorter` over `--rest` to `--longer`, an odd number of them.
-  ramp(count) {
-    const rgb = name => [1, 3, 5].map(k => parseInt(this.colour(name).slice(k, k + 2), 16));
-    const [rest, ends] = [rgb("rest"), [rgb("shorter"), rgb("longer")]];
-    const middle = (count - 1) / 2;
-    return Array.from({ length: count }, (_, k) => {
-      const share = Math.abs(k - middle) / middle;
-      const end = ends[k < middle ? 0 : 1];
-      return `rgb(${rest.map((from, i) => Math.round(from + share * (end[i] - from)))})`;
+  // The colour of a share from -1 to 1: from `--shorter` over `--rest` to `--longer`, in 33 shades.
+  shade(share) {
+    const k = Math.round(16 * share);
+    return this.#kept(k, () => {
+      const rgb = name => [1, 3, 5].map(i => parseInt(this.colour(name).slice(i, i + 2), 16));
+      const end = rgb(k < 0 ? "shorter" : "longer");
+      return `rgb(${rgb("rest").map((from, i) => Math.round(from + Math.abs(k) / 16 * (end[i] - from)))})`;
     });
   }
 
@@ -80,6 +82,14 @@ class Drawing {
     pen.beginPath();
     for (const [x, y] of points) pen.lineTo(x, y);
     pen.stroke();
+  }
+
+  fill(points, colour) {
+    const pen = this.pen;
+    pen.beginPath();
+    for (const [x, y] of points) pen.lineTo(x, y);
+    pen.fillStyle = colour;
+    pen.fill();
   }
 
   disc(x, y, radius, fill, edge) {
@@ -103,44 +113,40 @@ class Drawing {
     pen.fillText(text, x, y);
   }
 
-  // The width of a small text.
+  // The width of a text of 12 pixels.
   measure(text) {
     this.pen.font = `12px ${FONT}`;
     return this.pen.measureText(text).width;
   }
+
+  // The edge that is nearest to a point of the window, at most 12 pixels away, or null. `marks` are [edge, distance],
+  // with the distance as a function of a place on the canvas.
+  nearest(clientX, clientY, marks) {
+    const box = this.canvas.getBoundingClientRect();
+    let [least, nearest] = [12, null];
+    for (const [edge, distance] of marks) {
+      const off = distance(clientX - box.left, clientY - box.top);
+      if (off < least) [least, nearest] = [off, edge];
+    }
+    return nearest;
+  }
 }
 
-// The height of a ground of corners [[x, y], …] at an x.
+// The height of a ground with corners [[x, y], …] at an x. It is level before the first corner and after the last.
 function levelAt(ground, x) {
-  // The first corner ahead ends the part of the ground that x is on.
-  const found = ground.findIndex(point => point[0] >= x);
-  const ahead = found < 0 ? ground.length - 1 : Math.max(1, found);
-  const [[x0, y0], [x1, y1]] = ground.slice(ahead - 1, ahead + 1);
+  const ahead = ground.findIndex(corner => corner[0] > x);
+  if (ahead <= 0) return (ahead === 0 ? ground[0] : ground[ground.length - 1] ?? [0, 0])[1];
+  const [[x0, y0], [x1, y1]] = [ground[ahead - 1], ground[ahead]];
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-// The mean height of a ground over a width around an x, for a camera that does not jump with every step.
+// The mean height of a ground over a width around an x, for a camera that does not jump at every step.
 function levelAround(ground, x, width) {
   const levels = Array.from({ length: 17 }, (_, k) => levelAt(ground, x + width * (k / 16 - 0.5)));
   return levels.reduce((sum, level) => sum + level, 0) / levels.length;
 }
 
-// A bar with a smaller share of solid material does not connect its nodes.
-const HOLDS = 0.3;
-
-// The payloads, and the nodes that edges [i, j, …] connect to them. `solid(e)` is the share of solid material of
-// edge e, so that an undecided robot has a body too.
-function bodyOf(payloads, edges, solid) {
-  const body = new Set(payloads);
-  const bars = edges.filter((_, e) => solid(e) > HOLDS);
-  for (let before = -1; before !== body.size;) {
-    before = body.size;
-    for (const [i, j] of bars) if (body.has(i) || body.has(j)) body.add(i).add(j);
-  }
-  return body;
-}
-
-// Calls `tick(seconds)` for every frame of the screen, with the time since the one before.
+// Calls `tick(seconds)` for every frame of the screen, with the time since the last frame.
 function everyFrame(tick) {
   let last = null;
   const frame = stamp => {
@@ -152,11 +158,428 @@ function everyFrame(tick) {
   requestAnimationFrame(frame);
 }
 
+// Calls `toggle` when the space bar is pressed, wherever the focus is except in text. The bar does nothing else then.
+function playBySpace(toggle) {
+  for (const kind of ["keydown", "keyup"]) {
+    addEventListener(kind, event => {
+      const field = event.target.closest?.("input:not([type=range]), textarea, [contenteditable]");
+      if (event.key !== " " || field || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      if (kind === "keydown" && !event.repeat) toggle();
+    }, true);
+  }
+}
+
+const startsPlaying = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
+
 // A number with a minus sign that is as wide as a plus sign.
 const decimals = (x, digits) => x.toFixed(digits).replace("-", "\u2212");
 
-// The least of 1, 2 and 5 times a power of ten that is not below a number.
+// The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
 function roundStep(least) {
   const decade = 10 ** Math.floor(Math.log10(least));
   return [1, 2, 5, 10].find(k => k * decade >= least * (1 - 1e-9)) * decade;
+}
+
+// The decimals that multiples of a step need.
+const digitsOf = step => Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+
+// A robot on its ground. Lengths are metres in the frame of the world.
+class Stage extends Drawing {
+  #world;
+  #drawn = [];
+
+  // `world`: `width` of what a canvas shows that is 2.4 times as wide as high; `ground` as corners [[x, y], …] from
+  // left to right; `cos` of its incline; `limit` of an actuator's strain. Optional: `payloads`, the nodes that carry
+  // one ([0]), and `origin`, the x at which marks along the ground begin (0).
+  constructor(canvas, world) {
+    super(canvas);
+    this.world = world;
+  }
+
+  set world(world) {
+    this.#world = { payloads: [0], origin: 0, ...world };
+  }
+
+  // A moment: `positions` [x0, y0, x1, y1, …]; `edges` as [i, j, rest length, material, edge, weight], where the
+  // material is 0 (void, faint), 1 (skeleton) or 2 (actuator), and a weight below 1 makes a bar thinner and fainter;
+  // `camera` [x, y], which is in the middle above the lower edge. Optional: `trail` of the payload [x, y, …];
+  // `highlight`, an edge; `label` in the upper left corner; `shape`, positions that strains are taken from; `colours`
+  // by edge instead of materials and strains.
+  paint({ positions, edges, camera, trail = [], highlight = null, label = "", shape = positions, colours = null }, width, height) {
+    const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
+    const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - camera[1]) * scale];
+    const { payloads } = this.#world;
+    this.#paintGround(place, camera[0], width / scale / 2, scale, height);
+    this.pen.globalAlpha = 0.7;
+    const path = [];
+    for (let k = 0; k < trail.length; k += 2) path.push(place(trail[k], trail[k + 1]));
+    if (trail.length > 0) path.push(place(...positions.slice(2 * payloads[0])));
+    this.line(path, this.colour("payload"), 1.5);
+    const node = i => place(positions[2 * i], positions[2 * i + 1]);
+    this.#drawn = edges.map(([i, j, , , e]) => [node(i), node(j), e]);
+    const thick = Math.min(6, Math.max(1.4, height / 130));
+    const chosen = this.#drawn.find(([, , e]) => e === highlight);
+    this.pen.globalAlpha = 0.35;
+    if (chosen) this.line(chosen.slice(0, 2), this.colour("accent"), 3 * thick + 6);
+    for (const material of [0, 1, 2]) {
+      edges.forEach((edge, k) => {
+        if (edge[3] === material) this.#paintBar(edge, this.#drawn[k], { shape, colours }, thick);
+      });
+    }
+    this.pen.globalAlpha = 1;
+    for (const i of payloads) this.disc(...node(i), 1.2 + 1.7 * thick, this.colour("payload"), this.colour("paper"));
+    if (label) this.text(label, 14, 26, "ink", "left", "600 15px");
+  }
+
+  #paintBar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
+    this.pen.globalAlpha = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
+    let colour = colours?.[e] ?? this.colour(MATERIALS[material]);
+    if (material === 2 && !colours) {
+      const length = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]);
+      colour = this.strainColour(length / rest - 1);
+    }
+    this.line([from, to], colour, thick * [0.5, 1, 1.45][material] * (0.4 + 0.6 * weight));
+  }
+
+  // The colour of an actuator's strain, with a colour for strains beyond the limit.
+  strainColour(strain) {
+    const share = strain / this.#world.limit;
+    return Math.abs(share) > 1 ? this.colour("beyond") : this.shade(share);
+  }
+
+  // The ground, and marks at distances along it, as displacements are measured.
+  #paintGround(place, middle, half, scale, height) {
+    const { ground, cos, origin } = this.#world;
+    const [left, right] = [middle - half, middle + half];
+    const ends = [left, right].map(x => [x, levelAt(ground, x)]);
+    const corners = ground.filter(([x]) => left < x && x < right);
+    const line = [ends[0], ...corners, ends[1]].map(([x, y]) => place(x, y));
+    this.fill([...line, [2 * half * scale, height + 1], [0, height + 1]], this.colour("earth"));
+    const named = roundStep(64 / scale);
+    const parts = String(named).replace(/[0.]/g, "")[0] === "2" ? 4 : 5;
+    const between = named / parts;
+    for (let k = Math.ceil((left - origin) / cos / between); origin + k * between * cos <= right; k++) {
+      const at = origin + k * between * cos;
+      const [x, y] = place(at, levelAt(ground, at));
+      this.line([[x, y], [x, y + (k % parts ? 4 : 8)]], this.colour("muted"), 1);
+      if (k % parts === 0) this.text(`${decimals(k * between, digitsOf(named))} m`, x, y + 23, "muted", "center");
+    }
+    this.line(line, this.colour("muted"), 1.5);
+  }
+
+  // The edge at a point of the window, or null.
+  edgeAt(clientX, clientY) {
+    return this.nearest(clientX, clientY, this.#drawn.map(([[x0, y0], [x1, y1], e]) => [e, (x, y) => {
+      const [dx, dy] = [x1 - x0, y1 - y0];
+      const share = Math.min(1, Math.max(0, ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy || 1)));
+      return Math.hypot(x0 + share * dx - x, y0 + share * dy - y);
+    }]));
+  }
+}
+
+// A robot and its walk.
+class Walker {
+  #unpacked = null;
+
+  // `robot`: `edges` [[i, j], …], their lengths at `rest` (m), `start` positions [x0, y0, …] (m) and `payloads`;
+  // `world` of a `Stage`, with `sin`; `mixtures`: shares of void, skeleton and actuator of every edge, in thousandths;
+  // `walk`, or null: `counts` of `unit` (m) by which the nodes move between two frames, which are `every` seconds apart.
+  constructor(robot, world, mixtures, walk) {
+    Object.assign(this, { robot, world, walk });
+    this.mixtures = mixtures.map(shares => shares.map(share => share / 1000));
+    this.edges = robot.edges.map(([i, j], e) => {
+      const [, skeleton, actuator] = this.mixtures[e];
+      const weight = skeleton + actuator;
+      return [i, j, robot.rest[e], weight < SEEN ? 0 : skeleton >= actuator ? 1 : 2, e, weight];
+    });
+    this.bars = this.edges.filter(edge => edge[3] > 0);
+    this.body = this.#bodyOf(robot.payloads);
+  }
+
+  // The payloads, and all nodes that bars connect to them.
+  #bodyOf(payloads) {
+    const body = new Set(payloads);
+    const bars = this.bars.filter(bar => bar[5] > HOLDS);
+    for (let before = -1; before !== body.size;) {
+      before = body.size;
+      for (const [i, j] of bars) if (body.has(i) || body.has(j)) body.add(i).add(j);
+    }
+    return body;
+  }
+
+  // Seconds of the walk.
+  get duration() {
+    return this.walk ? this.walk.every * (this.walk.counts.length - 1) : 0;
+  }
+
+  get #frames() {
+    this.#unpacked ??= this.#unpack();
+    return this.#unpacked;
+  }
+
+  #unpack() {
+    const { counts, unit } = this.walk ?? { counts: [this.robot.start], unit: 1 };
+    let at = new Float64Array(counts[0].length);
+    const places = counts.map(moved => {
+      at = at.map((count, k) => count + moved[k]);
+      return at.map(count => count * unit);
+    });
+    const payload = this.robot.payloads[0];
+    const trail = places.flatMap(frame => [...frame.subarray(2 * payload, 2 * payload + 2)]);
+    return { places, trail, cameras: this.#follow(places) };
+  }
+
+  // The middle of the body averaged over a second, so that the camera does not shake, and the ground around it.
+  #follow(places) {
+    const middles = places.map(frame => {
+      const along = [...this.body].map(node => frame[2 * node]);
+      return (Math.min(...along) + Math.max(...along)) / 2;
+    });
+    const around = Math.max(0, Math.round(0.5 / (this.walk?.every ?? 1)));
+    const { width, ground } = this.world;
+    return middles.map((_, k) => {
+      const near = middles.slice(Math.max(0, k - around), k + around + 1);
+      const x = near.reduce((sum, middle) => sum + middle, 0) / near.length;
+      return [x, levelAround(ground, x, width / 4)];
+    });
+  }
+
+  // The moment of a time for a `Stage`, and the metres that the payload moved along the ground.
+  at(time) {
+    const { places, trail, cameras } = this.#frames;
+    const place = this.walk ? Math.min(time / this.walk.every, places.length - 1) : 0;
+    const [k, next] = [Math.floor(place), Math.ceil(place)];
+    const between = (from, to) => from.map((x, i) => x + (place - k) * (to[i] - x));
+    const positions = between(places[k], places[next]);
+    const payload = 2 * this.robot.payloads[0];
+    const [along, up] = [0, 1].map(axis => positions[payload + axis] - places[0][payload + axis]);
+    return {
+      positions, frame: Math.round(place), shape: places[Math.round(place)], edges: this.bars,
+      camera: between(cameras[k], cameras[next]), trail: trail.slice(0, 2 * k + 2),
+      metres: along * this.world.cos + up * this.world.sin,
+    };
+  }
+}
+
+// Lines over iterations or over time, with a cursor that a click, a drag or the arrow keys move.
+class Curve extends Drawing {
+  #axes = null;
+
+  // `seek(x)` is called with the place that the reader asks for. Without it the drawing is only a picture. `step` is
+  // the way of an arrow key.
+  constructor(canvas, seek = null, step = 1) {
+    super(canvas);
+    if (!seek) return;
+    const held = x => Math.min(this.#axes.x[1], Math.max(this.#axes.x[0], x));
+    const point = event => {
+      if (!this.#axes) return;
+      const { left, wide, x: [from, to] } = this.#axes;
+      seek(held(from + (to - from) * (event.clientX - canvas.getBoundingClientRect().left - left) / wide));
+    };
+    canvas.addEventListener("pointerdown", event => {
+      canvas.setPointerCapture(event.pointerId);
+      point(event);
+    });
+    canvas.addEventListener("pointermove", event => { if (event.buttons & 1) point(event); });
+    canvas.addEventListener("keydown", event => {
+      if (!this.#axes) return;
+      const { x: [from, to], cursor } = this.#axes;
+      const moves = { ArrowLeft: cursor - step, ArrowRight: cursor + step, PageDown: cursor - 10 * step, PageUp: cursor + 10 * step, Home: from, End: to };
+      if (!(event.key in moves)) return;
+      event.preventDefault();
+      seek(held(moves[event.key]));
+    });
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "slider");
+    for (const bound of ["min", "max", "now"]) canvas.setAttribute(`aria-value${bound}`, 0);
+    canvas.style.touchAction = "pan-y";
+    canvas.style.cursor = "crosshair";
+  }
+
+  // `series`: {name, colour, points: [[x, y], …]} with the name of a colour. A y that is not a number makes a gap, and
+  // a string is shown as the reading. `x`: the range along; `unit`: of x. Optional: `title`; `cursor`; `digits` of
+  // readings after the point (2); `levels`, numbers with dashed lines; `phases`, bands {name, from, to}; `log` for a
+  // logarithmic vertical axis.
+  paint({ series, x, unit, title = "", cursor = null, digits = 2, levels = [], phases = [], log = false }, width, height) {
+    const up = log ? Math.log10 : y => y;
+    const seen = series.flatMap(line => line.points.map(point => point[1])).filter(y => Number.isFinite(y) && (!log || y > 0));
+    const [low, high] = this.#range([...seen, ...levels], log).map(up);
+    const readings = this.#readings(series, cursor, digits, log, width);
+    const below = 18 * Math.max(0, ...readings.map(({ line }) => line));
+    const [left, top, wide, deep] = [48, 46 + below, width - 56, height - 72 - below];
+    const place = ([along, y]) => [left + wide * (along - x[0]) / (x[1] - x[0] || 1), top + deep * (high - up(log ? Math.max(y, 10 ** low) : y)) / (high - low || 1)];
+    this.#axes = { x, left, wide, cursor };
+    this.#paintAxes({ place, low, high, log, phases, x, unit, left, top, wide, deep });
+    for (const level of levels) this.#dashed([place([x[0], level]), place([x[1], level])], "muted");
+    for (const { points, colour } of series) this.#paintLine(points, place, this.colour(colour), log);
+    if (cursor !== null) this.#dashed([[place([cursor, 0])[0], top], [place([cursor, 0])[0], top + deep]], "ink");
+    this.text(title, 0, 13, "ink", "left", "600 13px");
+    for (const { text, colour, line, left: at } of readings) {
+      this.disc(at + 4, 29 + 18 * line, 4, this.colour(colour));
+      this.text(text, at + 13, 33 + 18 * line);
+    }
+    for (const { colour, points } of cursor === null ? [] : series) {
+      const point = this.#at(points, cursor);
+      if (point && Number.isFinite(point[1])) this.disc(...place(point), 3.5, this.colour(colour), this.colour("paper"));
+    }
+    if (cursor !== null) this.#tell(series, cursor, digits, unit, log);
+  }
+
+  // From zero, or from below the least number if that is negative.
+  #range(numbers, log) {
+    if (numbers.length === 0) return log ? [0.1, 10] : [0, 1];
+    const [low, high] = numbers.reduce(([a, b], y) => [Math.min(a, y), Math.max(b, y)], log ? [Infinity, 0] : [0, 0]);
+    const head = 0.06 * (high - low || 1);
+    return log ? [low, Math.max(high, low * 10)] : [low < 0 ? low - head : 0, high + head];
+  }
+
+  #paintAxes({ place, low, high, log, phases, x, unit, left, top, wide, deep }) {
+    const pen = this.pen;
+    phases.forEach(({ from, to }, k) => {
+      const edges = [from, to].map(along => place([along, 1])[0]);
+      pen.fillStyle = this.colour("phase");
+      if (k % 2 === 1) pen.fillRect(edges[0], top, Math.max(1.5, edges[1] - edges[0]), deep);
+    });
+    const step = log ? Math.max(1, Math.ceil((high - low) / 4)) : roundStep((high - low) / 4);
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9; k++) {
+      const y = place([x[0], log ? 10 ** (k * step) : k * step])[1];
+      this.line([[left, y], [left + wide, y]], this.colour("rule"), 1);
+      this.text(log ? (10 ** (k * step)).toPrecision(1).replace("-", "\u2212") : decimals(k * step, digitsOf(step)), left - 8, y + 4, "muted", "right");
+    }
+    const along = roundStep((x[1] - x[0] || 1) * 64 / wide);
+    const digits = digitsOf(along);
+    const end = Math.floor(x[1] / along + 1e-9);
+    this.text(`${decimals(end * along, digits)} ${unit}`, left + wide, top + deep + 18, "muted", "right");
+    const room = place([end * along, 1])[0] - this.measure(unit) - 36;
+    for (let k = Math.ceil(x[0] / along - 1e-9); k < end; k++) {
+      const at = place([k * along, 1])[0];
+      if (at < room) this.text(decimals(k * along, digits), at, top + deep + 18, "muted", "center");
+    }
+  }
+
+  #paintLine(points, place, colour, log) {
+    let part = [];
+    const end = () => {
+      if (part.length === 1) this.disc(...part[0], 2, colour);
+      if (part.length > 1) this.line(part, colour, 1.75);
+      part = [];
+    };
+    for (const point of points) {
+      if (Number.isFinite(point[1]) && (!log || point[1] >= 0)) part.push(place(point));
+      else end();
+    }
+    end();
+  }
+
+  #dashed(points, colour) {
+    this.pen.setLineDash([4, 4]);
+    this.line(points, this.colour(colour), 1);
+    this.pen.setLineDash([]);
+  }
+
+  // The last point at or before the cursor, or the first.
+  #at(points, cursor) {
+    const after = points.findIndex(point => point[0] > cursor + 1e-9);
+    return points[after < 0 ? points.length - 1 : Math.max(0, after - 1)];
+  }
+
+  #reading(points, cursor, digits, log) {
+    const point = this.#at(points, cursor);
+    if (typeof point?.[1] === "string") return point[1];
+    if (!point || !Number.isFinite(point[1])) return "\u2013";
+    return log ? point[1].toExponential(1).replace("-", "\u2212") : decimals(point[1], digits);
+  }
+
+  // Names with their numbers at the cursor, in lines that fit into the drawing.
+  #readings(series, cursor, digits, log, width) {
+    let [at, line] = [0, 0];
+    return series.map(({ name, colour, points }) => {
+      const text = cursor === null ? name : `${name} ${this.#reading(points, cursor, digits, log)}`;
+      const wide = this.measure(text) + 28;
+      if (at > 0 && at + wide - 14 > width) [at, line] = [0, line + 1];
+      at += wide;
+      return { text, colour, line, left: at - wide };
+    });
+  }
+
+  // The readings for screen readers.
+  #tell(series, cursor, digits, unit, log) {
+    const canvas = this.canvas;
+    if (canvas.getAttribute("role") !== "slider") return;
+    canvas.setAttribute("aria-valuemin", this.#axes.x[0]);
+    canvas.setAttribute("aria-valuemax", this.#axes.x[1]);
+    canvas.setAttribute("aria-valuenow", decimals(cursor, 2));
+    const said = series.map(({ name, points }) => `${name} ${this.#reading(points, cursor, digits, log)}`);
+    canvas.setAttribute("aria-valuetext", `${unit} ${+cursor.toFixed(2)}: ${said.join(", ")}`);
+  }
+}
+
+// The mixtures of edges in a triangle whose corners are void, skeleton and actuator.
+class Ternary extends Drawing {
+  #spots = [];
+
+  // `mixtures`: [void, skeleton, actuator] of every edge; `delivered`: the final material of each edge (0, 1 or 2),
+  // which gives its colour. Optional: `paths`, the mixtures of an edge over the iterations, for edges that have them;
+  // `highlight`, an edge.
+  paint({ mixtures, delivered, paths = [], highlight = null }, width, height) {
+    const side = Math.min(width - 88, (height - 104) / Math.sqrt(0.75));
+    const [middle, bottom] = [width / 2, height / 2 + side * Math.sqrt(0.1875) + 2];
+    const corners = [[middle - side / 2, bottom], [middle + side / 2, bottom], [middle, bottom - side * Math.sqrt(0.75)]];
+    const place = mixture => [0, 1].map(axis => corners.reduce((sum, corner, k) => sum + mixture[k] * corner[axis], 0));
+    this.#paintFrame(corners, place);
+    const colours = ["muted", "skeleton", "actuator"].map(name => this.colour(name));
+    const radius = Math.max(2.2, Math.min(3.6, side / 90));
+    const path = (e, share, thick) => {
+      this.pen.globalAlpha = share;
+      this.line(paths[e].map(place), colours[delivered[e]], thick);
+    };
+    const ring = (e, share) => {
+      this.pen.globalAlpha = share;
+      this.disc(...place(paths[e][paths[e].length - 1]), 2 * radius + 3, "transparent", colours[delivered[e]]);
+    };
+    const moved = Object.keys(paths).filter(e => paths[e]);
+    for (const e of moved) path(e, 0.13, 1);
+    // One ring for all edges of a material that end at one spot.
+    const ends = new Map(moved.map(e => [`${place(paths[e][paths[e].length - 1]).map(Math.round)},${delivered[e]}`, e]));
+    for (const e of ends.values()) ring(e, 0.5);
+    this.pen.globalAlpha = 1;
+    this.#spots = this.#spread(mixtures.map(place), 2.15 * radius);
+    this.#spots.forEach(([x, y], e) => this.disc(x, y, radius, colours[delivered[e]]));
+    if (highlight === null || !mixtures[highlight]) return;
+    if (paths[highlight]) {
+      path(highlight, 0.9, 2);
+      ring(highlight, 0.9);
+    }
+    this.pen.globalAlpha = 1;
+    this.disc(...this.#spots[highlight], radius + 3, this.colour("accent"), this.colour("paper"));
+  }
+
+  #paintFrame(corners, place) {
+    for (let k = 1; k < 5; k++) {
+      const [a, b] = [k / 5, 1 - k / 5];
+      for (const ends of [[[a, b, 0], [a, 0, b]], [[b, a, 0], [0, a, b]], [[b, 0, a], [0, b, a]]]) {
+        this.line(ends.map(place), this.colour("rule"), 1);
+      }
+    }
+    this.line([...corners, corners[0]], this.colour("muted"), 1);
+    MATERIALS.forEach((name, k) => this.text(name, corners[k][0], corners[k][1] + [46, 46, -36][k], "ink", "center", "13px"));
+  }
+
+  // Points at one spot are laid out around it like the seeds of a sunflower, so that each can be seen.
+  #spread(points, apart) {
+    const met = new Map();
+    return points.map(([x, y]) => {
+      const spot = `${Math.round(x / apart)},${Math.round(y / apart)}`;
+      const k = met.get(spot) ?? 0;
+      met.set(spot, k + 1);
+      const [off, angle] = [0.56 * apart * Math.sqrt(k), 2.39996 * k];
+      return [x + off * Math.cos(angle), y + off * Math.sin(angle)];
+    });
+  }
+
+  // The edge at a point of the window, or null.
+  edgeAt(clientX, clientY) {
+    return this.nearest(clientX, clientY, this.#spots.map((spot, e) => [e, (x, y) => Math.hypot(spot[0] - x, spot[1] - y)]));
+  }
 }

@@ -1,9 +1,8 @@
-"use strict";
-// Diagrams of a gait: feet on the ground, commands and strains of actuators, peaks of the forces in bars.
+// Diagrams of a gait: feet on the ground, target strains and strains of actuators, peaks of the forces in bars.
 
 // A diagram over some seconds, with a line at each period of the clock and at the time that is shown.
 class OverTime extends Drawing {
-  // The columns of samples, and what leads from a time to its place, between two edges of the drawing.
+  // The width of a sample's column, and the function from a time to its place, between two edges of the drawing.
   along(times, left, right) {
     const step = times.length > 1 ? (times[times.length - 1] - times[0]) / (times.length - 1) : 1;
     const [from, to] = [times[0], times[times.length - 1] + step];
@@ -27,7 +26,7 @@ class OverTime extends Drawing {
   }
 }
 
-// A row a foot: filled while it stands.
+// A row for each foot, filled while the foot is on the ground.
 class Feet extends OverTime {
   paint(scene, width, height) {
     const { feet, times } = scene;
@@ -42,14 +41,14 @@ class Feet extends OverTime {
         this.pen.fillRect(place(times[index]), k * row + 2, run.length * wide, row - 4);
       }
     });
-    if (feet.length === 0) this.text("no node stands", 56, 16);
+    if (feet.length === 0) this.text("no node is on the ground", 56, 16);
     this.lines(scene, place, 0, height - 24);
     this.text(`${decimals(times[0], 2)} s`, 56, height - 6);
     this.text(`${decimals(times[times.length - 1], 2)} s`, width, height - 6, "muted", "right");
   }
 }
 
-// A row an actuator, a column a sample; the colours are those of the bars.
+// A row for each actuator and a column for each sample, in the colours of the bars.
 class Heat extends OverTime {
   paint(scene, width, height) {
     const { rows, times, colour, chosen } = scene;
@@ -77,7 +76,7 @@ class Heat extends OverTime {
 
 // The largest push and pull in every bar, and a mark at the force that is shown.
 class Peaks extends Drawing {
-  // `bars`: {edge, push, pull, now}, forces in N without signs but for the last.
+  // `bars`: {edge, push, pull, now}: the largest push and pull (N, both positive), and the force now.
   paint({ bars, highlight }, width, height) {
     const most = side => Math.max(1e-9, ...bars.map(bar => bar[side]));
     const [left, top] = [48, 10];
@@ -86,7 +85,7 @@ class Peaks extends Drawing {
     const step = roundStep((pull + push) / 5);
     for (let k = Math.ceil(-push / step); k * step <= pull; k++) {
       this.line([[left, place(k * step)], [width, place(k * step)]], this.colour(k === 0 ? "muted" : "rule"), 1);
-      this.text(decimals(k * step, Math.max(0, -Math.floor(Math.log10(step) + 1e-9))), left - 8, place(k * step) + 4, "muted", "right");
+      this.text(decimals(k * step, digitsOf(step)), left - 8, place(k * step) + 4, "muted", "right");
     }
     const wide = (width - left) / Math.max(1, bars.length);
     this.span = { left, wide, bars };
@@ -108,7 +107,7 @@ class Peaks extends Drawing {
     });
   }
 
-  // The number of the edge at a point of the window, or null.
+  // The edge at a point of the window, or null.
   edgeAt(clientX) {
     const { left, wide, bars } = this.span;
     const k = Math.floor((clientX - this.canvas.getBoundingClientRect().left - left) / wide);

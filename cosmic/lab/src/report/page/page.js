@@ -1,7 +1,6 @@
-"use strict";
 // The page of a run: one time, one iteration and one chosen edge for all of its drawings.
 
-// Said in the document, where a test can see it.
+// A test finds the error in the document.
 addEventListener("error", event => { document.body.dataset.error = event.message; });
 
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -14,7 +13,7 @@ const view = { now: 0, playing: startsPlaying(), shown: last, chosen: null, hove
 const percent = share => `${share > 0 ? "+" : ""}${decimals(100 * share, 1)}\u00a0%`;
 const newton = force => `${decimals(force, Math.abs(force) < 10 ? 2 : 1)}\u00a0N`;
 
-// What is drawn anew for every moment, and what for another iteration or edge alone.
+// `moving` draws every moment; `still` draws only when the iteration or the chosen edge changes.
 const moving = [], still = [];
 const drawStill = () => still.forEach(draw => draw());
 const walker = () => walkers[view.shown];
@@ -31,8 +30,7 @@ function hover(edge) {
   drawStill();
 }
 
-// The edge under the mouse is marked everywhere, and one that is clicked or tapped stays so, until it is clicked
-// again.
+// Marks the edge under the mouse in all drawings. A click or a tap chooses the edge until the next click on it.
 function link(canvas, edgeAt, stays = false) {
   canvas.addEventListener("pointermove", event => {
     if (event.pointerType !== "mouse") return;
@@ -51,7 +49,7 @@ function seek(time) {
   view.now = Math.min(time, walker().duration);
 }
 
-// Another iteration; the time goes on where its walk is long enough.
+// Shows another iteration. The time stays if its walk is long enough.
 function show(index) {
   view.shown = index;
   if (view.now > walker().duration) view.now = 0;
@@ -136,22 +134,21 @@ function design() {
   const count = material => robot.materials.filter(other => other === material).length;
   part("counts").textContent = `${count(1)} skeleton, ${count(2)} actuators, ${count(0)} void`;
   const select = part("edge");
-  const names = ["void", "skeleton", "actuator"];
-  robot.edges.forEach((_, e) => select.add(new Option(`${e}, ${names[robot.materials[e]]}`, e)));
+  robot.edges.forEach((_, e) => select.add(new Option(`${e}, ${MATERIALS[robot.materials[e]]}`, e)));
   select.onchange = () => choose(select.value === "" ? null : Number(select.value));
   still.push(() => {
-    layout.draw({ positions: robot.start, edges: walker().edges, camera, highlight: highlight(), colours: walker().edges.map(([, , , material]) => layout.colour(names[material])) });
+    layout.draw({ positions: robot.start, edges: walker().edges, camera, highlight: highlight(), colours: walker().edges.map(([, , , material]) => layout.colour(MATERIALS[material])) });
     ternary.draw({ mixtures: walker().mixtures, delivered: robot.materials, paths, highlight: highlight() });
     select.value = highlight() ?? "";
   });
   moving.push(moment => { part("told").textContent = told(highlight(), moment); });
 }
 
-// What an edge is, and its strain and force, now and at their peaks.
+// A sentence about an edge: its material, and its strain and force now and at their peaks.
 function told(edge, { shape, frame }) {
   if (edge === null) return "Point at a bar, a row or a point, or choose an edge.";
   const [i, j] = robot.edges[edge];
-  const material = ["void", "skeleton", "actuator"][robot.materials[edge]];
+  const material = MATERIALS[robot.materials[edge]];
   const words = [`${material}, nodes ${i}\u2013${j}, ${decimals(1000 * robot.rest[edge], 0)} mm`];
   const bar = gait ? gait.bars.indexOf(edge) : -1;
   if (bar >= 0 && view.shown === last) {
@@ -194,7 +191,7 @@ function actuators(stage) {
   still.push(() => buttons.forEach((button, k) => button.setAttribute("aria-pressed", gait.actuators[k] === highlight())));
 }
 
-// The time of the delivered robot, or one that is in no diagram.
+// The time of the delivered robot. For another robot, a time outside all diagrams.
 const cursor = () => (view.shown === last ? view.now : -1);
 
 function goTo(time) {
@@ -231,28 +228,22 @@ function energy() {
 }
 
 function convergence() {
-  const { columns, phases, first } = history;
-  const count = columns.solid.length;
+  const { charts, phases, first } = history;
+  const count = charts[0].series[0].numbers.length;
   const x = [first - 1, first - 1 + count];
-  const points = name => columns[name].flatMap((y, k) => (y === null ? [] : [[first + k, y]]));
-  const line = (name, colour, key) => ({ name, colour, points: points(key) });
-  // The design that stands nearest to an iteration.
+  const colours = ["accent", "second", "third", "fourth"];
+  const line = ({ name, colour, numbers }) => ({ name, colour: colours[colour], points: numbers.flatMap((y, k) => (y === null ? [] : [[first + k, y]])) });
+  // Shows the recorded design that is nearest to an iteration.
   const toIteration = iteration => {
     view.evolving = false;
     if (last > 0) show(walkers.reduce((best, { iteration: at }, k) => (Math.abs(at - iteration) <= Math.abs(walkers[best].iteration - iteration) && k < last ? k : best), 0));
   };
-  const charts = [
-    ["displacement", "Displacement along the ground, m", [line("full rollout", "accent", "displacement"), line("gradient's horizon", "second", "horizon")], { levels: history.median === null ? [] : [history.median] }],
-    ["volumes", "Share of edges", [line("solid", "accent", "solid"), line("actuators", "second", "actuators")], { levels: history.bounds }],
-    ["measures", "Binarisation measures", [line("norm", "accent", "norm"), line("void\u2013skeleton", "second", "void_skeleton"), line("void\u2013actuator", "third", "void_actuator"), line("skeleton\u2013actuator", "fourth", "skeleton_actuator")], {}],
-    ["gradients", "Norm of the gradient before any bound", [line("design", "accent", "design"), line("design, stability", "third", "design_stability"), line("controller", "second", "controller")], { log: true }],
-  ];
-  for (const [id, title, series, more] of charts) {
+  for (const { id, title, series, levels, log } of charts) {
     const curve = new Curve(part(id), toIteration, 10);
-    still.push(() => curve.draw({ title, series, x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), ...more }));
+    still.push(() => curve.draw({ title, series: series.map(line), x, unit: "iterations", phases, cursor: Math.min(x[1], walker().iteration), levels, log }));
   }
   const names = phases.map(({ name, from, to }) => `${name.replace("_", "-")} ${from + 1 < to ? `${from + 1}\u2013` : ""}${to}`);
-  part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of what is delivered, and the bounds before they widen.`;
+  part("phases").textContent = `Phases: ${names.join(", ")}. Dashed: the median of the delivered robot, and the bounds before they widen.`;
 }
 
 const stage = part("stage") ? player() : null;

@@ -1,33 +1,26 @@
-//! The loss of a small language model: layers of LSTM cells without matrices, stepped through a
-//! sequence of characters.
+//! The loss of a small language model: layers of LSTM cells with diagonal weights, over a sequence of characters.
 //!
-//! A character is a step of a rollout: the state is every layer's hidden and cell values and the
-//! loss so far, the parameters are the weights.
+//! A character is a step of a rollout. Its state holds the hidden and cell values of every layer and the loss so
+//! far. Its parameters are the weights.
 
-#[rustfmt::skip]
-mod adjoints;
-#[cfg(test)]
-mod emission;
-
-use autodiff::value_and_gradient;
-use autodiff::{Array, Function, Kernel, Model, Program, Pullback, Real, Rollout};
+use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
 
 use super::work::{Error, Prepared, Problem, flat, functions, read, require};
 
-/// Vectors of weights and biases in a layer.
+/// The number of vectors of weights and biases in a layer.
 const PER_LAYER: usize = 8;
 
-/// The input, as GradBench sends it; all rows have a number for each bit of a character.
+/// The input from GradBench. Every row has a number for each bit of a character.
 #[derive(Deserialize)]
 pub(super) struct Input {
     /// Two rows per layer: weights and biases, each of forget, input, output and change.
     main_params: Vec<Vec<f64>>,
     /// Input weight, output weight, output bias.
     extra_params: Vec<Vec<f64>>,
-    /// Two rows per layer: hidden values and cells at the start.
+    /// Two rows per layer: hidden and cell values at the start.
     state: Vec<Vec<f64>>,
     sequence: Vec<Vec<f64>>,
 }
@@ -35,7 +28,7 @@ pub(super) struct Input {
 /// An instance, with memory for its results.
 pub(super) struct Lstm {
     loss: LanguageLoss,
-    /// The layers' weights, then those of input and output.
+    /// The weights of the layers, then of the input and the output.
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
@@ -54,41 +47,22 @@ struct Cells {
     bits: usize,
 }
 
-/// `tanh((x w + b) / 2)`, of which `sigmoid(x w + b)` is [`opened`].
-struct Gate;
-/// `tanh(x w + b)`.
-struct Change;
-/// The new cell value, from the old, forget gate, input gate and change, and its `tanh`.
+/// `tanh(s (x w + b))` for a scale `s`. With `s = 1/2`, [`opened`] makes `sigmoid(x w + b)` of it.
+struct Gate(f64);
+/// The new cell and hidden values, from the old cell and the gates: forget, input, output, change.
 struct Cell;
-/// The new hidden value, from output gate and the `tanh` of the new cell value.
-struct Hidden;
-/// A product of two.
+/// A product.
 struct Product;
-/// `y = x w + b`: its exponential, and its product with the next character.
+/// The exponential of `y = x w + b`, and the product of `y` with the next character.
 struct Prediction;
-/// The loss so far, and that of a character: `sum_j x_j y_j`, `2 + sum_j exp y_j`, `sum_j x_j`.
+/// Adds the loss of a character, given `sum_j x_j y_j`, `2 + sum_j exp y_j` and `sum_j x_j`.
 struct Add;
-
-/// The adjoint of a kernel of so many inputs and results: what is emitted.
-macro_rules! by_emitted {
-    ($inputs:literal, $results:literal) => {
-        #[inline(always)]
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, $inputs, $results, M>,
-        ) -> [[R; $inputs]; M] {
-            self.emitted_vjp(at)
-        }
-    };
-}
 
 impl Kernel<3, 1> for Gate {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
-        [(R::lit(0.5) * x.fma(weight, bias)).tanh()]
+        [(R::lit(self.0) * x.fma(weight, bias)).tanh()]
     }
-
-    by_emitted! { 3, 1 }
 }
 
 /// `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
@@ -97,32 +71,12 @@ fn opened<R: Real>(gate: R) -> R {
     R::lit(0.5).fma(gate, R::lit(0.5))
 }
 
-impl Kernel<3, 1> for Change {
+impl Kernel<5, 2> for Cell {
     #[inline(always)]
-    fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
-        [x.fma(weight, bias).tanh()]
-    }
-
-    by_emitted! { 3, 1 }
-}
-
-impl Kernel<4, 2> for Cell {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [cell, forget, input, change]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [cell, forget, input, output, change]: [R; 5]) -> [R; 2] {
         let new = cell.fma(opened(forget), opened(input) * change);
-        [new, new.tanh()]
+        [new, opened(output) * new.tanh()]
     }
-
-    by_emitted! { 4, 2 }
-}
-
-impl Kernel<2, 1> for Hidden {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [output, squashed]: [R; 2]) -> [R; 1] {
-        [opened(output) * squashed]
-    }
-
-    by_emitted! { 2, 1 }
 }
 
 impl Kernel<2, 1> for Product {
@@ -130,8 +84,6 @@ impl Kernel<2, 1> for Product {
     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
         [a * b]
     }
-
-    by_emitted! { 2, 1 }
 }
 
 impl Kernel<4, 2> for Prediction {
@@ -140,8 +92,6 @@ impl Kernel<4, 2> for Prediction {
         let y = x.fma(weight, bias);
         [y.exp(), y * next]
     }
-
-    by_emitted! { 4, 2 }
 }
 
 impl Kernel<4, 1> for Add {
@@ -149,14 +99,12 @@ impl Kernel<4, 1> for Add {
     fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4]) -> [R; 1] {
         [loss + matched - ones * normaliser.ln()]
     }
-
-    by_emitted! { 4, 1 }
 }
 
 impl Model for Cells {
-    /// Parameters: the vectors of the file in order; a row of ones, a two and a zero, to sum with.
-    /// State: per layer hidden and cell values, then the loss. Inputs: the character, the next
-    /// one, and how many ones are in that.
+    /// Parameters: the vectors of the file in order, then a row of ones, a two and a zero for sums.
+    /// State: hidden and cell values of each layer, then the loss. Inputs: the character, the next character,
+    /// and the number of ones in the next character.
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))
@@ -187,28 +135,27 @@ impl Model for Cells {
 /// Steps a layer and returns its new hidden values.
 fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
     let (hidden, cell) = (state[0], state[1]);
-    let [forget] = program.map(Gate, [x, weights[0], weights[4]]);
-    let [input] = program.map(Gate, [hidden, weights[1], weights[5]]);
-    let [output] = program.map(Gate, [x, weights[2], weights[6]]);
-    let [change] = program.map(Change, [hidden, weights[3], weights[7]]);
-    let [new_cell, squashed] = program.map(Cell, [cell, forget, input, change]);
-    let [new_hidden] = program.map(Hidden, [output, squashed]);
-    program.advance(cell, new_cell);
-    program.advance(hidden, new_hidden);
-    new_hidden
+    let mut gate = |scale, from, k: usize| {
+        let [gate] = program.map(Gate(scale), [from, weights[k], weights[k + 4]]);
+        gate
+    };
+    let (forget, input) = (gate(0.5, x, 0), gate(0.5, hidden, 1));
+    let (output, change) = (gate(0.5, x, 2), gate(1.0, hidden, 3));
+    let next = program.map(Cell, [cell, forget, input, output, change]);
+    program.advance(cell, next[0]);
+    program.advance(hidden, next[1]);
+    next[1]
 }
 
 impl Function for LanguageLoss {
     fn eval<R: Real>(&self, parameters: &[R]) -> R {
         let Cells { bits, .. } = self.rollout.model;
         let constants = |values: &[f64]| values.iter().map(|&v| R::lit(v)).collect::<Vec<R>>();
-        let (ones, two, zero) = (
-            constants(&vec![1.0; bits]),
-            constants(&[2.0]),
-            constants(&[0.0]),
-        );
-        let mut all: Vec<&[R]> = parameters.chunks(bits).collect();
-        all.extend([&ones[..], &two, &zero]);
+        let sums = [vec![1.0; bits], vec![2.0], vec![0.0]].map(|values| constants(&values));
+        let all: Vec<&[R]> = parameters
+            .chunks(bits)
+            .chain(sums.each_ref().map(|s| &s[..]))
+            .collect();
         let end = self.rollout.run(&constants(&self.start), &all);
         let terms = (self.rollout.steps * bits) as f64;
         -end[end.len() - 1] / R::lit(terms)
@@ -217,7 +164,7 @@ impl Function for LanguageLoss {
 
 impl Lstm {
     pub(super) fn new(input: Input) -> Result<Self, Error> {
-        let Input { sequence, .. } = &input;
+        let sequence = &input.sequence;
         require(
             sequence.len() > 1,
             "`sequence` must have at least two characters",
@@ -227,25 +174,19 @@ impl Lstm {
         let fits = bits > 0 && layers && input.extra_params.len() == 3;
         require(
             fits,
-            "a layer must have two rows of weights and two of state, the ends three",
+            "`main_params` and `state` must have two rows per layer, and `extra_params` three rows",
         )?;
-        flat(sequence, bits, "the characters differ in length")?;
+        flat(sequence, bits, "all characters must have the same length")?;
         let mut start = flat(
             &input.state,
             bits,
             "a row of `state` must have a number for each bit",
         )?;
         start.push(0.0);
-        let mut parameters = flat(
-            &input.main_params,
-            4 * bits,
-            "a gate must have a weight for each bit",
-        )?;
-        parameters.extend(flat(
-            &input.extra_params,
-            bits,
-            "an end must have a weight for each bit",
-        )?);
+        let what = "a row of `main_params` must have four numbers for each bit";
+        let mut parameters = flat(&input.main_params, 4 * bits, what)?;
+        let what = "a row of `extra_params` must have a number for each bit";
+        parameters.extend(flat(&input.extra_params, bits, what)?);
         let inputs = sequence.windows(2).flat_map(|pair| {
             let count = pair[1].iter().sum();
             [&pair[0][..], &pair[1], &[count]].concat()

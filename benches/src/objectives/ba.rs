@@ -1,15 +1,9 @@
-//! Bundle adjustment: where cameras see points, and how far off that is.
+//! Bundle adjustment: the distance between where cameras see points and where a model predicts them.
 //!
-//! A reprojection has two results of 15 numbers: the Jacobian is a pullback for each result, by code
-//! that is emitted from a recording of the kernel, one observation a lane. Repeated cameras, points
-//! and weights are treated as different ones.
+//! An observation depends on 15 numbers. Forward mode computes its local Jacobian, with one observation in each
+//! lane. Repeated cameras, points and weights are treated as different ones.
 
-#[rustfmt::skip]
-mod adjoints;
-#[cfg(test)]
-mod emission;
-
-use autodiff::{Kernel, Pullback, Real, data};
+use autodiff::{Kernel, Real, data};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -17,17 +11,16 @@ use serde_json::{Value, json};
 use super::rotation;
 use super::work::{Error, Prepared, Problem, functions, read, require};
 
-/// Numbers of a camera: rotation vector, centre, focal length, principal point, distortion.
+/// The parameters of a camera: rotation vector, centre, focal length, principal point, distortion.
 const CAMERA: usize = 11;
-/// Numbers that a reprojection depends on: camera, point, weight.
+/// The inputs of an observation: camera, point, weight.
 const INPUTS: usize = CAMERA + 4;
-/// The most cameras, points or observations.
+/// The maximum number of cameras, points or observations.
 const MOST: usize = 1 << 24;
-/// How many numbers of a list GradBench compares from its beginning.
+/// GradBench compares this many numbers from the beginning of a list.
 const SENT: usize = 30;
 
-/// The input, as GradBench sends it: the numbers of cameras, points and observations, and one of each, which
-/// is repeated.
+/// The input from GradBench: the numbers of cameras, points and observations, and one of each to repeat.
 #[derive(Deserialize)]
 pub(super) struct Input {
     n: usize,
@@ -57,59 +50,30 @@ struct Scene {
     seen: Vec<[usize; 2]>,
 }
 
-/// A sparse matrix, row after row.
+/// A sparse matrix in compressed rows.
 #[derive(Default)]
 struct Csr {
-    /// Where each row begins, and where the last ends.
+    /// The start of each row, and the end of the last one.
     rows: Vec<u32>,
-    /// The column of each entry.
     cols: Vec<u32>,
     vals: Vec<f64>,
 }
 
-impl Csr {
-    /// Makes room for the rows of so many observations: all reprojections, then all weights.
-    fn resize(&mut self, observations: usize) {
-        let reprojections = 2 * INPUTS * observations;
-        let len = reprojections + observations;
-        self.cols.resize(len, 0);
-        self.vals.resize(len, 0.0);
-        self.rows.clear();
-        let starts = (0..=reprojections).step_by(INPUTS);
-        let starts = starts.chain(reprojections + 1..=len);
-        self.rows.extend(starts.map(|start| start as u32));
-    }
-}
+/// The reprojection error, weighted, and the error of the weight `1 - w^2`. The feature is subtracted from the
+/// principal point beforehand, because both are constants added to the image coordinates.
+struct Observation;
 
-/// The reprojection error of camera, point and weight. The feature is taken off the principal
-/// point beforehand: both enter as a constant added to the picture's coordinates.
-struct Reprojection;
-
-impl Kernel<INPUTS, 2> for Reprojection {
+impl Kernel<INPUTS, 3> for Observation {
     #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 2] {
+    fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 3] {
         let [r0, r1, r2, c0, c1, c2, focal, rest @ ..] = x;
         let [u0, v0, k1, k2, x0, x1, x2, weight] = rest;
         let [p0, p1, p2] = rotation::rotate([r0, r1, r2], [x0 - c0, x1 - c1, x2 - c2]);
         let (p0, p1) = (p0 / p2, p1 / p2);
         let squared = p0 * p0 + p1 * p1;
         let scale = focal * (R::one() + squared * (k1 + squared * k2));
-        [weight * (scale * p0 + u0), weight * (scale * p1 + v0)]
-    }
-
-    #[inline(always)]
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, INPUTS, 2, M>) -> [[R; INPUTS]; M] {
-        self.emitted_vjp(at)
-    }
-}
-
-/// `1 - w^2`.
-struct WeightError;
-
-impl Kernel<1, 1> for WeightError {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [weight]: [R; 1]) -> [R; 1] {
-        [R::one() - weight * weight]
+        let [u, v] = [scale * p0 + u0, scale * p1 + v0];
+        [weight * u, weight * v, R::one() - weight * weight]
     }
 }
 
@@ -117,7 +81,7 @@ impl Ba {
     pub(super) fn new(input: Input) -> Result<Self, Error> {
         let Input { n, m, p, .. } = input;
         let fits = [n, m, p].iter().all(|count| (1..=MOST).contains(count));
-        require(fits, "a count is zero or too large")?;
+        require(fits, "`n`, `m` and `p` must be from 1 to 16777216")?;
         let scene = Scene {
             cameras: vec![input.cam; n],
             points: vec![input.x; m],
@@ -133,7 +97,7 @@ impl Ba {
         })
     }
 
-    /// The first residuals, and how many there are.
+    /// The first residuals, and the number of residuals.
     fn first(&self) -> Value {
         let (errors, weights) = (&self.reprojection, &self.weight_error);
         json!({
@@ -156,7 +120,7 @@ fn ends<T: Copy>(list: &[T]) -> Vec<T> {
 }
 
 impl Scene {
-    /// The numbers that a reprojection depends on.
+    /// The inputs of an observation.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -169,7 +133,7 @@ impl Scene {
         inputs
     }
 
-    /// The columns of the variables that a reprojection depends on.
+    /// The columns of the variables that an observation depends on.
     #[inline(always)]
     fn columns(&self, observation: usize) -> [u32; INPUTS] {
         let [camera, point] = self.seen[observation];
@@ -190,65 +154,44 @@ impl Scene {
 
 impl Problem for Ba {
     fn objective(&mut self) {
-        let Self {
-            scene,
-            reprojection,
-            weight_error,
-            ..
-        } = self;
-        let count = scene.weights.len();
-        let keep = |i, error| reprojection[i] = error;
-        data::values(&Reprojection, count, |i| scene.inputs(i), keep);
-        let keep = |i, [error]: [f64; 1]| weight_error[i] = error;
-        data::values(&WeightError, count, |i| [scene.weights[i]], keep);
+        let scene = &self.scene;
+        let keep = |i, [u, v, weight]: [f64; 3]| {
+            self.reprojection[i] = [u, v];
+            self.weight_error[i] = weight;
+        };
+        data::values(&Observation, scene.weights.len(), |i| scene.inputs(i), keep);
     }
 
+    /// Rows of the Jacobian: two for each reprojection, then one for each weight.
     fn derivative(&mut self) {
-        let Self {
-            scene,
-            reprojection,
-            weight_error,
-            jacobian,
-        } = self;
+        let (scene, Csr { rows, cols, vals }) = (&self.scene, &mut self.jacobian);
         let count = scene.weights.len();
-        jacobian.resize(count);
-        let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
-        let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
-        let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
-        data::jacobians(
-            &Reprojection,
-            count,
-            |i| scene.inputs(i),
-            |i, local| {
-                let columns = scene.columns(i);
-                let (cols, vals) = (&mut cols[rows(i)], &mut vals[rows(i)]);
-                for result in 0..2 {
-                    reprojection[i][result] = local.value(result);
-                    cols[INPUTS * result..][..INPUTS].copy_from_slice(&columns);
-                    let row = &mut vals[INPUTS * result..][..INPUTS];
-                    for (input, partial) in row.iter_mut().enumerate() {
-                        *partial = local.partial(result, input);
-                    }
+        let weights = 2 * INPUTS * count;
+        cols.resize(weights + count, 0);
+        vals.resize(weights + count, 0.0);
+        rows.clear();
+        let starts = (0..=weights).step_by(INPUTS);
+        let starts = starts.chain(weights + 1..=weights + count);
+        rows.extend(starts.map(|start| start as u32));
+        let keep = |i: usize, local: data::LocalJacobian<'_, f64, INPUTS, 3>| {
+            let columns = scene.columns(i);
+            for result in 0..2 {
+                self.reprojection[i][result] = local.value(result);
+                let row = INPUTS * (2 * i + result);
+                cols[row..][..INPUTS].copy_from_slice(&columns);
+                for (input, partial) in vals[row..][..INPUTS].iter_mut().enumerate() {
+                    *partial = local.partial(result, input);
                 }
-            },
-        );
-        data::jacobians(
-            &WeightError,
-            count,
-            |i| [scene.weights[i]],
-            |i, local| {
-                weight_error[i] = local.value(0);
-                weight_cols[i] = scene.columns(i)[INPUTS - 1];
-                weight_vals[i] = local.partial(0, 0);
-            },
-        );
+            }
+            self.weight_error[i] = local.value(2);
+            cols[weights + i] = columns[INPUTS - 1];
+            vals[weights + i] = local.partial(2, INPUTS - 1);
+        };
+        data::jacobians(&Observation, count, |i| scene.inputs(i), keep);
     }
 
     fn answer(&self) -> Value {
-        let Self {
-            scene, jacobian, ..
-        } = self;
-        let Csr { rows, cols, vals } = jacobian;
+        let (scene, Csr { rows, cols, vals }) = (&self.scene, &self.jacobian);
         let [cameras, points, observations] =
             [scene.cameras.len(), scene.points.len(), scene.weights.len()];
         json!({

@@ -1,4 +1,0 @@
-//! GradBench's protocol (<https://github.com/gradbench/gradbench>).
-
-pub mod draw;
-pub mod protocol;

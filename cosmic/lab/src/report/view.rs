@@ -1,0 +1,104 @@
+//! A robot on its ground as shapes: what still pictures and animations share.
+
+use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
+use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
+use cosmic::geometry::{Range, Vector};
+
+/// The band below the ground's line, and the marks along it.
+pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
+pub(super) const MARK: Colour = Colour::hex(0x999999);
+/// The most marks across a picture.
+const MOST_MARKS: f64 = 100.0;
+
+/// A window on the world of a motion.
+pub(super) struct View<'m> {
+    pub(super) motion: &'m Motion<'m>,
+    /// A point of the world, m, and its place in the picture.
+    pub(super) corner: Vector<f64>,
+    pub(super) origin: Place,
+    /// Pixels per metre.
+    pub(super) scale: f64,
+}
+
+impl View<'_> {
+    /// The place of a point of the world.
+    pub(super) fn place(&self, point: Vector<f64>) -> Place {
+        let away = (point - self.corner) * self.scale;
+        // Pixels are counted downwards.
+        self.origin + away.with_up(-away.up())
+    }
+
+    fn line(&self, picture: &mut Picture, points: &[Vector<f64>], pen: Pen) {
+        picture.line(points.iter().map(|point| self.place(*point)), pen);
+    }
+
+    /// Draws the ground between two x of its line.
+    pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
+        let line = self.motion.ground_line(across).into_iter();
+        let line: Vec<Place> = line.map(|point| self.place(point)).collect();
+        let below = line.iter().map(|place| *place + Vector::new([0.0, 4.2]));
+        picture.line(below, Pen::new(EARTH, 7.0));
+        picture.line(line, Pen::new(SKELETON, 1.5));
+    }
+
+    /// Draws marks at every tenth of a metre along the ground from the payload's start, and longer ones with numbers
+    /// at whole metres. If these are too many, the marks are farther apart by a power of ten.
+    pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
+        let motion = self.motion;
+        let per_metre = 10f64.powf((MOST_MARKS / across.size()).log10().floor().min(1.0));
+        let cos = motion.ground().tangent().forward();
+        let start = motion.states()[0].x[0].forward();
+        let Range { low, high } = across.map(|x| per_metre * (x - start) / cos);
+        for k in low.ceil() as i64..=high.floor() as i64 {
+            let x = start + cos * k as f64 / per_metre;
+            let top = self.place(Vector::new([x, motion.ground_height(x)]));
+            let is_long = k % 10 == 0;
+            let bottom = top + Vector::new([0.0, if is_long { 14.0 } else { 5.0 }]);
+            picture.line([top, bottom], Pen::new(MARK, 1.0));
+            if is_long {
+                let (metres, place) = (k as f64 / per_metre, bottom + Vector::new([4.0, 0.0]));
+                picture.text(place, format!("{metres} m"), label(10.0));
+            }
+        }
+    }
+
+    /// Draws the payload's path through points of the world.
+    pub(super) fn draw_path(&self, picture: &mut Picture, path: &[Vector<f64>]) {
+        // More points than pixels show nothing more.
+        let every = path.len().div_ceil(1000).max(1);
+        let points = path.iter().step_by(every).chain(path.last());
+        let points: Vec<Vector<f64>> = points.copied().collect();
+        self.line(picture, &points, Pen::new(PAYLOAD, 1.4));
+    }
+
+    pub(super) fn draw_robot(
+        &self,
+        picture: &mut Picture,
+        bars: &[DrawnEdge],
+        payload: Vector<f64>,
+    ) {
+        // Bars become thinner as the scale falls, but stay visible.
+        let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
+        for bar in bars {
+            let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
+            self.line(
+                picture,
+                &[bar.line.from, bar.line.to],
+                Pen::new(bar.colour, width),
+            );
+        }
+        draw_payload(picture, self.place(payload), 1.8 * thickness + 1.0);
+    }
+}
+
+pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radius: f64) {
+    picture.disc(place, radius, PAYLOAD, Pen::new(PAPER, 1.2));
+}
+
+/// The font of labels in animations.
+pub(super) fn label(size: f64) -> Font {
+    Font {
+        size,
+        ..Font::PLAIN
+    }
+}

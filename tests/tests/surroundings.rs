@@ -1,0 +1,164 @@
+//! Rollouts in other surroundings: derivatives by gravity, friction and settings of laws, and batches that differ in them.
+
+use autodiff::check::{Options, Verdict, check_gradient};
+use autodiff::{Function, Real, Var, gradient};
+use cosmic::case::Case;
+use cosmic::simulator::{Simulator, Span};
+
+use super::own_laws::robot;
+
+/// The payload's place at the end of a rollout, as a function of one number of its surroundings.
+struct ByNumber<'a> {
+    case: &'a Case,
+    simulator: Simulator,
+    name: &'a str,
+}
+
+impl<'a> ByNumber<'a> {
+    fn new(case: &'a Case, name: &'a str) -> Self {
+        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+        Self {
+            case,
+            simulator,
+            name,
+        }
+    }
+
+    /// What one rollout, or one after the other, makes of these values: the flat last states.
+    fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
+        let body = self.case.body().map(R::lit);
+        let controller = self.case.controller.map(R::lit);
+        let start = self.case.start.map(R::lit);
+        let span = Span::from_start(vec![self.case.physics.steps]);
+        let surroundings: Vec<_> = (values.iter())
+            .map(|&value| self.simulator.surroundings().with(self.name, value))
+            .collect();
+        let ends = if together {
+            let starts = vec![start; values.len()];
+            let bodies = [body];
+            (self.simulator).rollout_many_in(&surroundings, &bodies, &controller, &starts, &span)
+        } else {
+            let run = |s| (self.simulator).rollout_in(s, &body, &controller, &start, &span);
+            surroundings.iter().map(run).collect()
+        };
+        ends.iter().map(|end| end.states[0].to_columns()).collect()
+    }
+}
+
+impl Function for ByNumber<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        self.ends(x, false)[0][0]
+    }
+}
+
+/// Robots whose laws have settings, each with the names of some numbers.
+fn with_settings() -> [(Case, &'static [&'static str]); 3] {
+    let sliding = robot(
+        "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\nstiffening = 50.0\n\
+         forces = [\"tether\", \"damper\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
+    );
+    let bouncing = robot(
+        "[physics]\ncontact = \"bounce\"\nintegrator = \"leapfrog\"\nforces = [\"stops\"]\n\
+         [stops]\nat = 0.003\nstiffness = 3.0",
+    );
+    let over_terrain = robot(
+        "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\n[ground]\nprofile = \"points\"\n\
+         points = [[-1.0, 0.0], [0.15, -0.002], [2.0, -0.002]]",
+    );
+    [
+        (
+            sliding,
+            &[
+                "physics.gravity",
+                "physics.friction",
+                "physics.stiffening",
+                "tether.stiffness",
+                "tether.damping",
+                "damper.time",
+            ],
+        ),
+        (
+            bouncing,
+            &["physics.gravity", "bounce.restitution", "stops.stiffness"],
+        ),
+        (over_terrain, &["physics.gravity", "physics.friction"]),
+    ]
+}
+
+/// In reverse and forward mode and against differences, and wrong numbers are noticed.
+#[test]
+fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
+    for (case, names) in with_settings() {
+        for name in names {
+            let by_number = ByNumber::new(&case, name);
+            let surroundings = by_number.simulator.surroundings::<f64>();
+            let value = surroundings.iter().find(|(other, _)| other == name);
+            let (_, value) = value.unwrap_or_else(|| panic!("{surroundings:?} lacks {name}"));
+            // Contacts make kinks a relative step of 1e-2 away.
+            let options = Options {
+                largest_step: 1e-5,
+                ..Options::default()
+            };
+            let report = check_gradient(&by_number, &[value], &options);
+            assert_eq!(report.verdict, Verdict::Smooth, "{name}: {report}");
+            assert_eq!(report.control, Some(Verdict::Wrong), "{name}: {report}");
+        }
+    }
+}
+
+/// Batches of two, of a register, and of more, in values and in the gradient by every robot's number.
+#[test]
+fn robots_of_a_batch_may_differ_in_their_surroundings() {
+    for (case, names) in with_settings() {
+        for name in names {
+            let by_number = ByNumber::new(&case, name);
+            for count in [2, 4, 11] {
+                let surroundings = by_number.simulator.surroundings::<f64>();
+                let (_, value) = surroundings
+                    .iter()
+                    .find(|(other, _)| other == name)
+                    .unwrap();
+                let values: Vec<f64> = (0..count).map(|k| value * (0.5 + 0.1 * k as f64)).collect();
+                let [alone, together] =
+                    [false, true].map(|together| by_number.ends(&values, together));
+                assert_eq!(alone, together, "{name}");
+                assert_ne!(alone[0], alone[1], "{name} has no effect");
+                let slopes = |together| {
+                    let sum =
+                        |x: &[Var<f64>]| by_number.ends(x, together).iter().map(|end| end[0]).sum();
+                    gradient(sum, &values)
+                };
+                assert_eq!(slopes(false), slopes(true), "{name}");
+            }
+        }
+    }
+}
+
+/// A scene's friction and a rollout's are one number.
+#[test]
+fn surroundings_are_those_of_a_scene() {
+    let friction = |value: f64| {
+        robot(&format!(
+            "[physics]\ncontact = \"coulomb\"\nfriction = {value:?}"
+        ))
+    };
+    let (low, high) = (friction(0.2), friction(1.5));
+    let end = |case: &Case| {
+        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+        let span = Span::from_start(vec![case.physics.steps]);
+        let end = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
+        end.states[0].to_columns()
+    };
+    let by_number = ByNumber::new(&low, "physics.friction");
+    assert_eq!(by_number.ends(&[1.5], false)[0], end(&high));
+    assert_ne!(end(&low), end(&high));
+}
+
+#[test]
+#[should_panic(
+    expected = "the surroundings have no number `physics.friction`; expected one of physics.gravity"
+)]
+fn an_unknown_number_of_the_surroundings_is_refused() {
+    let case = robot("");
+    ByNumber::new(&case, "physics.friction").ends(&[1.0], false);
+}
