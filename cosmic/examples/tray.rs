@@ -27,7 +27,7 @@ fn main() -> Result<(), cosmic::Error> {
     let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 3")?;
     let codesign = CoDesign::new(&scene)?;
     let (task, first) = (codesign.task(), codesign.begin(1)?);
-    let mut inputs = codesign.inputs(&first);
+    let mut inputs = codesign.evaluator().inputs(&first);
     let horizon = Horizon::head(128);
     let mut losses = [0.0; 20];
     for value in &mut losses {

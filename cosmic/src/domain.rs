@@ -19,7 +19,15 @@ pub struct Domain<'a> {
     pub start: State<f64>,
 }
 
-impl Domain<'_> {
+impl<'a> Domain<'a> {
+    /// A task from a start.
+    pub fn of(task: &'a Task, start: State<f64>) -> Self {
+        Self {
+            task: Cow::Borrowed(task),
+            start,
+        }
+    }
+
     /// This domain for controllers that see this state at all times, so that only their clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {

@@ -5,6 +5,7 @@
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others; [`registry`] has the laws,
 //!   losses, policies, lattices and scenes that a program adds.
+//! - [`keys`] declares the keys of files and the columns of tables.
 //! - Space: [`geometry`], with vectors, the ground and the frames.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`policy`].
@@ -25,6 +26,7 @@ pub mod parallel;
 pub mod random;
 pub mod registry;
 pub mod reading;
+pub mod keys;
 pub mod lattice;
 pub mod settings;
 pub mod laws;

@@ -1,4 +1,4 @@
-//! From design vectors to mixtures of materials, and from a design to a body.
+//! Projections turn design vectors into mixtures of materials; a design gives a body.
 
 use std::borrow::Cow;
 
@@ -16,12 +16,12 @@ use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEd
 pub enum Projection {
     /// `softmax(beta z)`.
     Performance,
-    /// Centred by the mean over the edges and sharp, so that it shows what a snap would leave;
-    /// with the derivative of a softer one (straight-through).
+    /// Centred by the mean over the edges and sharp, so that it resembles the layout after a snap. Its derivative is that
+    /// of a softer projection (straight-through).
     Stability,
 }
 
-/// The design with the mixtures that a projection makes of its vectors. A layout stays as it is (D7).
+/// The design with its vectors projected to mixtures. A layout stays as it is (D7).
 pub fn projected(
     projection: Projection,
     design: &Design<[f64; 3]>,
@@ -34,11 +34,11 @@ pub fn projected(
     }
 }
 
-/// The mixture of every edge: positive shares of void, skeleton and actuator that sum to one.
+/// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
 ///
-/// The design vectors of [tied](Holds) edges count as their mean. The amounts that are held back, if
-/// there are any, are taken off the design vectors before every softmax: in the stability projection
-/// after the centring, which would take them out again.
+/// The design vectors of [tied](Holds) edges are replaced by their mean. The amounts that are held back are subtracted
+/// from the design vectors before every softmax; in the stability projection this follows the centring, which would
+/// cancel them.
 pub fn mixtures<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
@@ -69,19 +69,19 @@ pub fn mixtures<R: Real>(
     }
 }
 
-/// What keeps the mixtures of edges to a part of all mixtures; the default holds nothing.
+/// Restrictions on the mixtures of edges. The default has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holds {
-    /// For each edge what is taken off the entries of its design vector; empty where nothing is.
+    /// For each edge, what is subtracted from the entries of its design vector. Empty if all amounts are zero.
     amounts: Vec<[f64; 3]>,
     /// Groups of edges that share one design vector.
     ties: Vec<Vec<usize>>,
 }
 
 impl Holds {
-    /// The holds of a scene on its lattice. `hold_materials` keeps each edge to the solid material that
-    /// it has in the filled layout: the other solid entry loses that much. An edge that is always
-    /// solid has no share of void, and one that is always void none of the others.
+    /// The restrictions of a scene. `hold_materials` holds each edge to the solid material that it has in the filled
+    /// layout: it is subtracted from the entry of the other solid material. A kept edge has no share of void, and a
+    /// forbidden edge has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -95,7 +95,7 @@ impl Holds {
             settings.beta_stability,
             settings.beta_straight_through,
         ];
-        // Centred entries differ by 2 at most; exp(-37) is less than half of the last bit of 1.
+        // Centred entries differ by at most 2, and exp(-37) is less than half of the last bit of 1.
         let never = 2.0 + 37.0 / betas.into_iter().fold(f64::INFINITY, f64::min);
         let hold = |(edge, own): (usize, Material)| {
             Material::ALL.map(|m| {
@@ -113,12 +113,12 @@ impl Holds {
         Self { amounts, ties }
     }
 
-    /// True if the edge has next to no share of a material.
+    /// True if a material is held back in the edge.
     pub fn is_held(&self, edge: usize, material: Material) -> bool {
         (self.amounts.get(edge)).is_some_and(|hold| material.of(hold) > 0.0)
     }
 
-    /// Design vectors with those of tied edges replaced by their mean.
+    /// The design vectors, with those of tied edges replaced by their mean.
     fn tied<'z, R: Real>(&self, z: &'z [[R; 3]]) -> Cow<'z, [[R; 3]]> {
         let mut z = Cow::Borrowed(z);
         for tie in &self.ties {
@@ -133,9 +133,8 @@ impl Holds {
 
 /// `softmax(beta z)`.
 ///
-/// The largest entry is taken off first and the rest multiplied after: no exponential can
-/// overflow, and the difference of nearly equal entries is exact. The shift is a constant to the
-/// derivative, because the softmax does not depend on it.
+/// The largest entry is subtracted before the multiplication by `beta`. So no exponential overflows, and the difference of
+/// nearly equal entries is exact. The softmax does not depend on this shift, so the shift has no derivative.
 pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     let [a, b, c] = z.map(R::detach);
     let largest = a.max(b).max(c);
@@ -144,7 +143,7 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// By which factors a robot as built differs from the one designed.
+/// The factors by which a robot as built differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     /// On the stiffness of every edge.
@@ -154,8 +153,8 @@ pub struct Variation {
 }
 
 impl<R: Real> Body<R> {
-    /// The body of a design: every property of an edge is that of its material, or the mean over its
-    /// mixture. If the physics drop void edges, those of a layout have no stiffness at all.
+    /// The body of a design. A property of an edge is the property of its material, or the mean over its mixture. If
+    /// `physics.void_edges` is "drop", the void edges of a layout have no stiffness.
     pub fn new(
         design: &Design<Mixture<R>>,
         lattice: &Lattice,
@@ -192,9 +191,8 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body of a design; if it is to be in one piece, with nodes that belong to the robot as much as
-    /// their edges are solid: by one minus the product of the shares of void, and wholly where payload is.
-    /// A layout has no forces at nodes without a bar.
+    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product of
+    /// the shares of void of its edges, and 1 for a node with payload. In a layout, nodes without a bar have no forces.
     #[must_use]
     pub fn with_one_piece(
         mut self,
@@ -233,7 +231,7 @@ impl<R: Real> Body<R> {
         self
     }
 
-    /// This body as built.
+    /// The body as built.
     #[must_use]
     pub fn varied(mut self, variation: &Variation) -> Self {
         for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
@@ -246,7 +244,7 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// A little for the node itself (D2), half of each of its edges, and its payload.
+/// The mass of each node: a small mass of its own (D2), half of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
@@ -261,8 +259,8 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
     shares.iter().map(|shares| R::sum_of(shares)).collect()
 }
 
-/// The shares as they count in the stiffness: to the power of `penalisation` (SIMP). Above 1 small
-/// ones count less than in proportion, whole ones as ever.
+/// The shares to the power of `penalisation` (SIMP), as they count in the stiffness. Above 1, small shares count less than
+/// in proportion, and whole shares count fully.
 fn penalised<R: Real>(mixture: &Mixture<R>, materials: &MaterialSettings) -> Mixture<R> {
     match materials.penalisation {
         1 => *mixture,
@@ -288,7 +286,7 @@ mod tests {
         let weight: f64 = body.mass.iter().sum();
         let diagonal = 0.02f64.sqrt();
         let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
-        // A dozen roundings of numbers below 0.1, each at most 7e-18.
+        // Twelve roundings of numbers below 0.1, each at most 7e-18.
         assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
     }
 
@@ -301,7 +299,7 @@ mod tests {
             &ProjectionSettings::default(),
             &Holds::default(),
         ) {
-            // The mean of three equal numbers is off by a rounding, which 500 multiplies.
+            // The mean of three equal numbers has a rounding error, which is multiplied by 500.
             assert!(
                 mixture
                     .0

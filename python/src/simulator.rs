@@ -342,7 +342,7 @@ impl Simulator {
             start_fits(&self.scene, &self.sizes, 3.0)?;
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
-            let inputs = codesign.inputs(&progress);
+            let inputs = codesign.evaluator().inputs(&progress);
             let parts = inputs.parts();
             let arrays = parts.iter().zip(self.sizes.shapes());
             arrays

@@ -360,13 +360,13 @@ fn bad_input_is_refused_with_its_place() {
     ]
     .map(|error| error.to_string());
     let expected = [
-        "objective gradient: entry 1 is NaN, not a finite number",
-        "row of the jacobian: entry 0 is inf, not a finite number",
-        "constraints: entry 0 is -inf, not a finite number",
-        "variable 1 is 1.5, outside its bounds 0 to 1",
-        "point: 1 entries where 2 are expected",
-        "rows of the jacobian: 0 entries where 1 are expected",
-        "state: lower asymptotes: entry 0 is NaN, not a finite number",
+        "objective gradient: entry 1 is NaN; it must be finite",
+        "row of the jacobian: entry 0 is inf; it must be finite",
+        "constraints: entry 0 is -inf; it must be finite",
+        "variable 1 is 1.5; it must be within its bounds 0 to 1",
+        "point: expected 2 entries, found 1",
+        "rows of the jacobian: expected 1 entries, found 0",
+        "state: lower asymptotes: entry 0 is NaN; it must be finite",
         "values or derivatives are so large that the update overflows",
     ];
     for (message, expected) in messages.iter().zip(expected) {
@@ -384,13 +384,13 @@ fn unusable_settings_are_refused() {
     };
     assert_eq!(
         refused(|p| p.d = 0.0),
-        "d is 0, but must be positive and finite"
+        "d is 0; it must be positive and finite"
     );
     assert_eq!(
         refused(|p| p.albefa = 1.0),
-        "albefa is 1, but must be above 0 and below 1"
+        "albefa is 1; it must be above 0 and below 1"
     );
     let crossed = Mma::new(MmaSettings::default(), &[1.0], &[0.5]).expect_err("crossed");
-    let message = "variable 0: the lower bound 1 lies above the upper bound 0.5";
+    let message = "variable 0: the lower bound 1 is above the upper bound 0.5";
     assert_eq!(crossed.to_string(), message);
 }

@@ -73,10 +73,10 @@ impl Session {
             volume,
             actuator_volume,
             ..
-        } = work.codesign.deliver(&work.progress);
+        } = work.codesign.evaluator().deliver(&work.progress);
         let robot = Robot {
             design,
-            projected: work.codesign.design(&work.progress),
+            projected: work.codesign.evaluator().design(&work.progress),
             controller,
         };
         let shown = work.show(&robot);
@@ -140,10 +140,10 @@ impl Work {
     fn present(&self) -> Value {
         let robot = Robot {
             design: self.progress.design.clone(),
-            projected: self.codesign.design(&self.progress),
+            projected: self.codesign.evaluator().design(&self.progress),
             controller: self.progress.controller.clone(),
         };
-        let seen = self.codesign.watch(&self.progress, self.steps());
+        let seen = self.codesign.evaluator().watch(&self.progress, self.steps());
         self.answer(&robot, seen.ok_or("its walk diverges".to_owned()))
     }
 

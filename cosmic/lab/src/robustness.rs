@@ -136,7 +136,11 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let draw = |_| draw(task, &trial.scatter, &mut stream);
     let domains: Vec<Domain> = (0..trial.scatter.samples).map(draw).collect();
-    let reach = |domain: &Domain| codesign.reach(&design, &case.controller, domain);
+    let reach = |domain: &Domain| {
+        codesign
+            .evaluator()
+            .reach(&design, &case.controller, domain)
+    };
     let reached: Vec<Reached> = domains.par_iter().map(reach).collect();
     let nominal = reach(&Domain {
         task: Cow::Borrowed(task),
@@ -144,7 +148,10 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     });
     let reach_by_clock = |domain: &Domain| {
         let open_loop = domain.without_feedback(&case.start);
-        codesign.reach(&design, &case.controller, &open_loop).moved[0]
+        codesign
+            .evaluator()
+            .reach(&design, &case.controller, &open_loop)
+            .moved[0]
     };
     let by_clock: Vec<f64> = domains.par_iter().map(reach_by_clock).collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
@@ -162,7 +169,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         p50: finite(spread.p50),
         p90: finite(spread.p90),
         clock_p50: finite(Quantiles::of(&by_clock).p50),
-        loss: finite(loss).filter(|_| !codesign.is_far()),
+        loss: finite(loss).filter(|_| !codesign.evaluator().is_far()),
         divergence: diverges.then(|| case.divergence()).flatten(),
     })
 }

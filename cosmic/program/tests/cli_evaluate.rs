@@ -142,7 +142,12 @@ fn wrong_cases_and_designs_are_refused() {
             json!([[0, 0, 0]]),
             "expected 11 rows of `z`, found 1",
         ),
-        ("design.json", "/materials/0", json!(3), "3 is no material"),
+        (
+            "design.json",
+            "/materials/0",
+            json!(3),
+            "3 is not a material",
+        ),
         (
             "design.json",
             "/z/0/1",

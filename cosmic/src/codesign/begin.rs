@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
+use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::schedule::Schedule;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
-use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
 use crate::policy::Controller;
@@ -17,17 +16,14 @@ use crate::task::Task;
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {
-    pub(super) scene: Scene,
-    pub(super) task: Task,
-    pub(super) loss: Arc<dyn AnyLoss>,
+    pub(super) evaluator: Evaluator,
     /// True if the caller supplied the loss in place of the scene's objective.
-    pub(super) own_loss: bool,
-    pub(super) start: State<f64>,
-    /// The design's optimiser; it has a state for each projection.
+    own_loss: bool,
+    /// The optimiser of the design. Each projection has its own state.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
     pub(super) rules: LayoutRules,
-    /// The last design whose time step was checked: a layout is checked once.
+    /// The last design whose time step was checked, so that a layout is checked only once.
     pub(super) checked: Option<(Design<Mixture<f64>>, StepCheck)>,
 }
 
@@ -35,7 +31,7 @@ impl CoDesign {
     /// Prepares the optimisation of a scene.
     ///
     /// # Errors
-    /// The errors of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
+    /// The errors of [`Scene::check`]; [`Error::Usage`] for optimiser settings that contradict one another.
     pub fn new(scene: &Scene) -> Result<Self> {
         Ok(Self {
             own_loss: false,
@@ -43,10 +39,10 @@ impl CoDesign {
         })
     }
 
-    /// Prepares the optimisation of a scene for the caller's loss in place of the scene's objective.
+    /// Prepares the optimisation of a scene for the caller's loss instead of the scene's objective.
     ///
-    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In
-    /// a scene with two goals, the robot maximises the loss for the second goal.
+    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In a scene with
+    /// two goals, the robot maximises the loss for the second goal.
     ///
     /// ```
     /// use autodiff::Real;
@@ -86,68 +82,55 @@ impl CoDesign {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`Error::Usage`] if the loss looks at no node, or if, for any horizon
-    /// of the schedule, its observed steps do not ascend to the last step.
+    /// As [`new`](Self::new); [`Error::Usage`] if the loss observes no node, or if its observed steps do not
+    /// ascend to the last step for every horizon of the schedule.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
         Self::of_loss(scene, Arc::new(loss))
     }
 
     fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
-        // A run writes its scene and reads it again: the scene has to be valid as a file.
-        scene.check()?;
-        check_loss(&*loss, scene)?;
-        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let evaluator = Evaluator::new(scene, loss)?;
+        let lattice = &evaluator.task.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
         let mma = Mma::new(scene.mma.clone(), &lower, &upper)
             .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))?;
         Ok(Self {
-            loss,
             own_loss: true,
-            start: lattice.state_at_rest(),
             mma,
             adam: Adam(scene.adam.clone()),
-            rules: LayoutRules::new(&lattice, &scene.design),
-            task: Task::new(
-                lattice,
-                &scene.physics,
-                &scene.controller,
-                &scene.materials,
-                &scene.projection,
-            )
-            .with_memory(scene.gradient.budget())
-            .with_one_piece(scene.design.one_piece),
-            scene: scene.clone(),
+            rules: LayoutRules::new(lattice, &scene.design),
             checked: None,
+            evaluator,
         })
     }
 
     /// The state before the first iteration.
     ///
     /// # Errors
-    /// If the scene's start is a layout for another lattice; [`Error::UnstableStep`] if the time
-    /// step is unstable for the start and the scene does not allow that.
+    /// [`Error::Usage`] if the start of the scene is a layout for another lattice; [`Error::UnstableStep`] if the
+    /// time step is unstable for the start and the scene does not allow that.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let progress = self.first(seed)?;
-        self.step_check(&progress).accept(&self.scene.physics)?;
+        self.step_check(&progress).accept(&self.scene().physics)?;
         Ok(progress)
     }
 
-    /// The state before the first iteration of a given robot, in place of the scene's start. A layout
-    /// enters after the snap: only the fine-tuning is left. It loses its loose bars, if the scene asks for
-    /// one piece. An undecided robot goes through the whole schedule.
+    /// The state before the first iteration of a given robot, instead of the start of the scene. A layout enters
+    /// after the snap, so only the fine-tuning remains. It loses its loose bars if the scene asks for one piece.
+    /// An undecided robot goes through the whole schedule.
     ///
     /// # Errors
-    /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
-    /// [`Error::Usage`] for design vectors outside 0 to 1, weights that are not finite, and an undecided
-    /// robot in a scene without a snap; otherwise as [`begin`](Self::begin).
+    /// [`Error::Misfit`] for a robot of another lattice or with another number of hidden units; [`Error::Usage`]
+    /// for design vectors outside 0 to 1, for weights that are not finite, and for an undecided robot in a scene
+    /// without a snap; otherwise as [`begin`](Self::begin).
     pub fn begin_with(
         &self,
         seed: u64,
         design: Design<[f64; 3]>,
         controller: Controller<f64>,
     ) -> Result<Progress> {
-        let snap_at = self.scene.schedule.snap_at;
+        let snap_at = self.scene().schedule.snap_at;
         let (design, entered) = match design {
             Design::Layout(layout) => {
                 let whole = self.rules.without_loose_bars(&layout);
@@ -155,8 +138,8 @@ impl CoDesign {
             }
             Design::Undecided(_) if snap_at == 0 => {
                 return Err(Error::Usage(
-                    "the design to begin with is not decided, and the scene has no snap \
-                     (`schedule.snap_at` = 0): it trains controllers alone"
+                    "the design to begin with is undecided, and the scene only trains controllers, because it \
+                     has no snap (`schedule.snap_at` = 0); begin with a layout"
                         .into(),
                 ));
             }
@@ -168,10 +151,10 @@ impl CoDesign {
                 "the controller to begin with has weights that are not finite".into(),
             ));
         }
-        if entered >= self.scene.schedule.iterations {
+        if entered >= self.scene().schedule.iterations {
             return Err(Error::Usage(format!(
-                "the design to begin with is decided, and the scene ends with its snap (iteration \
-                 {snap_at}): there is no fine-tuning left to do"
+                "the design to begin with is a layout, and the scene ends with its snap (iteration \
+                 {snap_at}), so there is no fine-tuning; raise `schedule.iterations`"
             )));
         }
         let first = self.first(seed)?;
@@ -181,41 +164,34 @@ impl CoDesign {
             ..self.progress(seed, design, controller)
         };
         progress.fits(&first, "the robot to begin with")?;
-        self.step_check(&progress).accept(&self.scene.physics)?;
+        self.step_check(&progress).accept(&self.scene().physics)?;
         Ok(progress)
     }
 
-    /// Refuses design vectors outside 0 to 1, and those that are against the rules of the lattice's edges.
+    /// Refuses design vectors outside 0 to 1, and layouts that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
-        let is_outside = |z: &[f64; 3]| z.iter().any(|z| !(0.0..=1.0).contains(z));
-        if let Some(edge) = z.iter().position(is_outside) {
-            let found = z[edge];
-            return refuse(format!(
-                "`z[{edge}]`: expected numbers from 0 to 1, found {found:?}"
-            ));
-        }
-        let rules = &self.task.lattice.rules;
-        let decided = |z: &[f64; 3]| Some(Material::dominant(z)).filter(|m| m.one_hot() == *z);
-        let materials = z.iter().map(decided).enumerate();
-        let mut wrong = materials.filter_map(|(edge, material)| {
-            let is_solid = material?.is_solid();
-            (!rules.allow(edge, is_solid)).then_some((edge, is_solid))
-        });
-        if let Some((edge, is_solid)) = wrong.next() {
-            let (is, rule) = if is_solid {
-                ("solid", "forbids")
-            } else {
-                ("void", "keeps")
-            };
-            return refuse(format!("edge {edge} is {is}, and the lattice {rule} it"));
+        let rules = &self.task().lattice.rules;
+        for (edge, z) in z.iter().enumerate() {
+            if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
+                return refuse(format!(
+                    "`z[{edge}]` is {z:?}; expected numbers from 0 to 1"
+                ));
+            }
+            let material = Material::dominant(z);
+            if material.one_hot() == *z && !rules.allow(edge, material.is_solid()) {
+                let (is, rule) = match material {
+                    Material::Void => ("void", "keeps"),
+                    Material::Skeleton | Material::Actuator => ("solid", "forbids"),
+                };
+                return refuse(format!("edge {edge} is {is}, and the lattice {rule} it"));
+            }
         }
         for tie in &rules.tie {
-            let own = |edge: &usize| z.get(*edge);
-            if let Some(edge) = tie.iter().find(|edge| own(edge) != own(&tie[0])) {
+            if let Some(edge) = tie.iter().find(|&&edge| z.get(edge) != z.get(tie[0])) {
+                let first = tie[0];
                 return refuse(format!(
-                    "edges {} and {edge} are tied, and their `z` differ",
-                    tie[0]
+                    "edges {first} and {edge} are tied, and their `z` differ"
                 ));
             }
         }
@@ -224,17 +200,17 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
+        let controller = Controller::xavier(&self.scene().controller, &self.task().lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
-    /// The design that a seed starts from.
+    /// The start of a seed.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
-        let beta = self.scene.projection.beta;
-        start(&self.scene.start, &self.task.lattice, beta, seed)
+        let beta = self.scene().projection.beta;
+        start(&self.scene().start, &self.task().lattice, beta, seed)
     }
 
-    /// The state of a robot before any iteration.
+    /// The state of a robot before its first iteration.
     fn progress(
         &self,
         seed: u64,
@@ -242,8 +218,8 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.task.mixtures(Projection::Performance, &z);
-        let first_measures = measures(&mixtures, self.scene.projection.delta).constrained();
+        let mixtures = self.task().mixtures(Projection::Performance, &z);
+        let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,
             entered: None,
@@ -251,7 +227,7 @@ impl CoDesign {
             iteration: 0,
             mma: [(); 2].map(|()| self.mma.init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
-            lagrangian: AugmentedLagrangian::new(self.scene.binarisation.penalty),
+            lagrangian: AugmentedLagrangian::new(self.scene().binarisation.penalty),
             first_measures,
             violations: [0.0; 4],
             flips: 0,
@@ -266,67 +242,35 @@ impl CoDesign {
 
     /// The scene.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.evaluator.scene
     }
 
     /// The simulated task.
     pub fn task(&self) -> &Task {
-        &self.task
+        &self.evaluator.task
     }
 
-    /// True if robots are ranked by their displacement, as [`Loss::is_far`] says.
-    pub fn is_far(&self) -> bool {
-        self.loss.is_far()
+    /// The evaluator of robots.
+    pub fn evaluator(&self) -> &Evaluator {
+        &self.evaluator
     }
 
-    /// Compares the time step with the vibrations of the present design and of the robots that
-    /// domain randomisation draws around it.
+    /// Compares the time step with the vibrations of the current design and of the robots that domain
+    /// randomisation draws around it.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
-        let design = self.design(progress);
+        let design = self.evaluator.design(progress);
         match &self.checked {
             Some((checked, check)) if *checked == design => *check,
-            _ => self.step_check_of(&design),
+            _ => self.evaluator.step_check_of(&design),
         }
     }
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
-        let design = self.task.projected(Projection::Performance, &start);
-        Ok(self.step_check_of(&design))
+        let design = self.task().projected(Projection::Performance, &start);
+        Ok(self.evaluator.step_check_of(&design))
     }
-
-    fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
-        let faster = self.scene.robust.faster();
-        self.task.step_check(design, &self.start.x, faster)
-    }
-
-    /// The simulated design: the mixtures of the performance projection, or the layout (D7).
-    pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        self.task
-            .projected(Projection::Performance, &progress.design)
-    }
-}
-
-/// Refuses a loss that looks at steps that a rollout does not have.
-fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
-    let horizon = |iteration| Schedule { scene, iteration }.horizon();
-    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
-    lengths.push(scene.physics.steps);
-    lengths.dedup();
-    for steps in lengths {
-        let observed = loss.observed(steps);
-        if !observed.is_sorted() || observed.last() != Some(&steps) {
-            return Err(Error::Usage(format!(
-                "in a rollout of {steps} steps the loss observes {observed:?}: expected steps that \
-                 ascend and end with {steps}"
-            )));
-        }
-    }
-    if loss.nodes() == 0 {
-        return Err(Error::Usage("the loss looks at no node".into()));
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -342,10 +286,9 @@ mod tests {
     use crate::scene::{GradientPrecision, LossKind, TaskKind};
     use crate::simulator::Trajectory;
 
-    /// A caller's loss gives the same bits as the built-in loss of the same formula, in both
-    /// precisions.
+    /// A caller's loss gives the same bits as the built-in loss with the same formula, in both precisions.
     #[test]
-    fn an_own_loss_is_optimised_as_a_built_in_one() {
+    fn a_caller_s_loss_is_optimised_like_a_built_in_loss() {
         for precision in [GradientPrecision::F64, GradientPrecision::F32] {
             let mut scene = tiny();
             scene.gradient.precision = precision;
@@ -364,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_that_does_not_look_at_the_end_is_refused() {
+    fn a_loss_that_does_not_observe_the_last_step_is_refused() {
         struct Astray(fn(usize) -> Vec<usize>);
         impl Loss for Astray {
             fn observed(&self, steps: usize) -> Vec<usize> {
@@ -386,7 +329,7 @@ mod tests {
         );
         assert!(said(|steps| vec![steps, 0, steps]).contains("[24, 0, 24]"));
         assert!(said(|_| Vec::new()).contains("[]"));
-        // Every length that the horizon takes on the way.
+        // Every length of the horizon is checked, not only the first and the last.
         let mut scene = tiny();
         (scene.schedule.horizon, scene.schedule.horizon_over) = ([12, 24], [1, 5]);
         let astray = Astray(|steps| vec![steps - usize::from(steps == 15)]);
@@ -396,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_to_begin_with_has_numbers_and_the_lattice_of_the_scene() {
+    fn a_robot_to_begin_with_must_be_finite_and_fit_the_lattice() {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let progress = codesign.begin(1).unwrap();
         let (z, controller) = (progress.design.vectors(), &progress.controller);

@@ -1,10 +1,8 @@
 //! The result: the choice of the delivered controller, and its measured displacement.
 
-use std::borrow::Cow;
-
 use rayon::prelude::*;
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, is_ranked_by_distance};
@@ -16,7 +14,7 @@ use crate::lattice::State;
 use crate::policy::Controller;
 use crate::random::{Purpose, stream};
 use crate::scene::{GradientPrecision, SelectionKind};
-use crate::simulator::{BarLoad, Divergence, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
@@ -27,7 +25,7 @@ const KEEP_EVERY: usize = 16;
 pub struct Delivery {
     /// The design: a layout after the snap.
     pub design: Design<[f64; 3]>,
-    /// The material of every edge; before the snap its dominant material.
+    /// The material of every edge; before the snap, its dominant material.
     pub materials: Vec<Material>,
     /// The controller.
     pub controller: Controller<f64>,
@@ -37,27 +35,26 @@ pub struct Delivery {
     pub displacement: Vector<f64>,
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
-    /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
-    /// a task other than distance, minus the losses. With two goals, the quantiles of the merit for
-    /// the goal that the robot does worse at.
+    /// Displacements along the ground from the perturbed starts by which the controller was chosen, m. For tasks
+    /// other than distance, minus the losses. With two goals, the merits for the worse goal.
     pub selection: Quantiles,
-    /// The number that the best of several starts is chosen by: the median of `selection`, or its
-    /// 10 % quantile if the robot is unreliable there.
+    /// The score by which the best of several starts is chosen: the median of `selection`, or its 10 % quantile
+    /// if the robot is unreliable there.
     pub selection_score: f64,
-    /// Whether the median of `spread` describes the robot; for a task other than distance, whether
-    /// the median loss does.
+    /// Whether the median of `spread` describes the robot; for tasks other than distance, whether the median loss
+    /// does.
     pub reliability: Reliability,
-    /// With two goals: displacements with the goal behind, from the starts of `spread`, m. Negative
+    /// With two goals: displacements with the goal behind the robot, from the starts of `spread`, m. Negative
     /// displacements are towards that goal.
     pub behind: Option<Quantiles>,
     /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
-    /// Displacements from the starts of `spread` with the clock alone, m: the controller observes the robot
-    /// as it is at the start.
+    /// Displacements from the starts of `spread` without feedback, m: the controller observes the clock, and the
+    /// robot as it is at the start.
     pub clock_alone: Quantiles,
     /// Displacements of the last iterate from the starts of `spread`, m.
     pub last: Quantiles,
-    /// For a task other than distance: minus the losses from the starts of `spread`.
+    /// For tasks other than distance: minus the losses from the starts of `spread`.
     pub merit: Option<Quantiles>,
     /// Share of solid material.
     pub volume: f64,
@@ -76,17 +73,15 @@ pub struct Delivery {
     pub divergence: Option<Divergence>,
 }
 
-impl CoDesign {
-    /// Chooses the controller to deliver and measures it in full rollouts.
-    ///
-    /// Before the snap the robot has the soft mixtures of its edges.
+impl Evaluator {
+    /// Chooses the controller to deliver and measures it in full rollouts. Before the snap the edges of the robot
+    /// are mixtures.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
         delivery.expect("nothing stops it")
     }
 
-    /// [`deliver`](Self::deliver) that can be stopped: between its parts it asks whether to stop. If so, the
-    /// result is `None`.
+    /// As [`deliver`](Self::deliver), but asks between its parts whether to stop. Returns `None` if it stopped.
     pub fn deliver_unless(
         &self,
         progress: &Progress,
@@ -97,10 +92,10 @@ impl CoDesign {
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
         go_on()?;
-        // The last iterate comes first: it wins a tie.
+        // The last iterate comes first, so it wins a tie.
         let ranked = selections.iter().zip(&entrants);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
-        let chosen = &entrants[best];
+        let (chosen, selection) = (&entrants[best], selections[best]);
         let controller = &chosen.controller;
 
         let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
@@ -111,57 +106,54 @@ impl CoDesign {
         let steps = self.scene.physics.steps;
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
-        let guarded = (self.task).guarded(&design, controller, &self.start, &span);
+        let Guarded {
+            trajectory,
+            divergence,
+        } = (self.task).guarded(&design, controller, &self.start, &span);
         go_on()?;
-        let trajectory = &guarded.trajectory;
-        let moved = match guarded.divergence {
+        let moved = match divergence {
             Some(_) => Vector::NAN,
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
         let merit = self.unperturbed(&design, controller, moved.forward());
-        let body = self.task.body(&design);
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
         let layout = design.layout();
-        let [volume, actuator_volume] = volumes(&design.mixtures());
         let structure = layout.map(|layout| Structure::new(&self.task.lattice, layout));
         go_on()?;
-        let simulator = &self.task.simulator;
-        let bars = match layout {
-            Some(layout) if guarded.divergence.is_none() => {
-                simulator.loads(layout, &body, controller, &self.start, steps)
-            }
-            _ => Vec::new(),
-        };
+        let layout = layout.filter(|_| divergence.is_none());
+        let (simulator, body) = (&self.task.simulator, self.task.body(&design));
+        let bars =
+            layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
+        let bars = bars.unwrap_or_default();
         go_on()?;
+        let [volume, actuator_volume] = volumes(&design.mixtures());
         Some(Delivery {
             design: progress.design.clone(),
+            materials: design.materials(),
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved.forward(),
-            selection: selections[best],
-            selection_score: self.merit().score(&selections[best], merit),
+            selection,
+            selection_score: self.merit().score(&selection, merit),
             reliability: self.merit().reliability(&spreads[0].merit, merit),
             behind: spreads[0].behind,
             spread: spreads[0].displacement,
             clock_alone,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
-            loads: (layout.filter(|_| !bars.is_empty()))
-                .map(|layout| simulator.loads_of(layout, &bars, trajectory)),
-            bars,
-            structure,
-            materials: design.materials(),
             volume,
             actuator_volume,
-            trajectory: guarded.trajectory,
-            divergence: guarded.divergence,
+            structure,
+            loads: layout.map(|layout| simulator.loads_of(layout, &bars, &trajectory)),
+            bars,
+            trajectory,
+            divergence,
         })
     }
 
-    /// The merit of a robot from the unperturbed start; `along` is its displacement along the
-    /// ground.
+    /// The merit of a robot from the unperturbed start; `along` is its displacement along the ground.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -171,8 +163,8 @@ impl CoDesign {
         if is_ranked_by_distance(&self.scene, &*self.loss) {
             return along;
         }
-        self.reach(design, controller, &self.nominal(self.start.clone()))
-            .merit
+        let nominal = Domain::of(&self.task, self.start.clone());
+        self.reach(design, controller, &nominal).merit
     }
 
     /// The numbers that controllers are ranked by: the score, then the median.
@@ -180,7 +172,7 @@ impl CoDesign {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Displacements of a robot whose controller observes the start at all times.
+    /// Displacements of a robot without feedback.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -188,17 +180,13 @@ impl CoDesign {
         domains: &[Domain],
     ) -> Quantiles {
         let task = self.task.without_feedback(&self.start);
-        // Of one task, so that they run side by side.
-        let domain = |domain: &Domain| Domain {
-            task: Cow::Borrowed(&task),
-            start: domain.start.clone(),
-        };
+        let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
         let domains: Vec<Domain> = domains.iter().map(domain).collect();
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of
-    /// a seed, m.
+    /// Displacements of a robot in full rollouts from the perturbed starts by which the result of a seed is
+    /// judged, m.
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -218,7 +206,7 @@ impl CoDesign {
         let merit = match same.first() {
             Some(candidate) => candidate.merit,
             None if is_chosen => self.evaluate(progress).merit,
-            // There is no other candidate.
+            // There is no other candidate to compare with.
             None => f64::NAN,
         };
         let mut entrants = vec![Candidate {
@@ -233,17 +221,16 @@ impl CoDesign {
         entrants
     }
 
-    /// Rolls every candidate out in the domains that controllers are chosen by.
+    /// Measures every candidate in the domains by which controllers are chosen.
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // JSON has no minus infinity, the quantile of diverged rollouts.
+            // JSON cannot store minus infinity, which is the quantile next to diverged rollouts.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
         }
     }
 
-    /// The merits of controllers over the domains that controllers are chosen by; known merits are
-    /// not computed again.
+    /// The merits of controllers over the domains by which controllers are chosen. Known merits are reused.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -253,7 +240,8 @@ impl CoDesign {
         entrants.iter().map_while(spread).collect()
     }
 
-    /// The domains that controllers are chosen by: scattered where the robot is to be robust.
+    /// The domains by which controllers are chosen: random domains if the robot has to be robust, otherwise
+    /// perturbed starts.
     fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
@@ -264,26 +252,18 @@ impl CoDesign {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from starts with every coordinate moved up or down by the scene's
-    /// perturbation.
+    /// The nominal task from starts in which every coordinate is moved up or down by the perturbation of the
+    /// scene.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
         let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
-        let domain = |_| self.nominal(start());
+        let domain = |_| Domain::of(&self.task, start());
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from a start.
-    fn nominal(&self, start: State<f64>) -> Domain<'_> {
-        Domain {
-            task: Cow::Borrowed(&self.task),
-            start,
-        }
-    }
-
-    /// The quantiles of every controller over the same domains, computed in parallel, in the order
-    /// of the controllers.
+    /// The quantiles of every controller over the same domains, in the order of the controllers. Computed in
+    /// parallel.
     fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
@@ -291,32 +271,25 @@ impl CoDesign {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
-        // A group shares its task, so that its rollouts run side by side in lanes.
+        // The rollouts of a group share a task, so that they run in lanes.
         let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
         let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
-        let jobs: Vec<_> = controllers
-            .iter()
-            .flat_map(|&c| groups.iter().map(move |group| (c, *group)))
+        let jobs = controllers.iter();
+        let jobs: Vec<_> = jobs
+            .flat_map(|c| groups.iter().map(move |group| (*c, *group)))
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
             let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
-            self.reach_many(
-                &[design],
-                controller,
-                &group[0].task,
-                &starts,
-                GradientPrecision::F64,
-            )
+            let precision = GradientPrecision::F64;
+            self.reach_many(&[design], controller, &group[0].task, &starts, precision)
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
         let of = |reached: &[Reached]| Reaches {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
-            behind: reached[0]
-                .behind
-                .map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
+            behind: (reached[0].behind).map(|_| spread(reached, |r| r.behind.unwrap_or(f64::NAN))),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
     }
@@ -338,7 +311,8 @@ mod tests {
     use std::cell::Cell;
 
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::{LIVELY, after, tiny};
+    use crate::codesign::settle::settle;
+    use crate::codesign::tests::{LIVELY, after, begun, tiny};
     use crate::codesign::{Candidate, CoDesign, Quantiles};
     use crate::design::Material;
     use crate::scene::Scene;
@@ -346,8 +320,7 @@ mod tests {
 
     #[test]
     fn a_delivery_stops_between_its_parts() {
-        let codesign = CoDesign::new(&tiny()).unwrap();
-        let progress = codesign.begin(1).unwrap();
+        let (evaluator, progress) = begun(&tiny());
         let asked = Cell::new(0);
         let stops_at = |question: usize| {
             asked.set(0);
@@ -355,9 +328,9 @@ mod tests {
                 asked.set(asked.get() + 1);
                 asked.get() == question
             };
-            codesign.deliver_unless(&progress, &is_stopped)
+            evaluator.deliver_unless(&progress, &is_stopped)
         };
-        assert_eq!(stops_at(0), Some(codesign.deliver(&progress)));
+        assert_eq!(stops_at(0), Some(evaluator.deliver(&progress)));
         let questions = asked.get();
         assert!(questions > 3);
         for question in 1..=questions {
@@ -366,18 +339,23 @@ mod tests {
         }
     }
 
-    /// Compares peaks and quantiles with a rollout that is observed at every step.
+    /// Compares the loads with those of a rollout that is observed at every step.
     #[test]
     fn delivered_loads_cover_every_step() {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
         let (codesign, progress) = after(&scene, 9, 1);
-        let delivery = codesign.deliver(&progress);
-        let design = codesign.design(&progress);
+        let delivery = codesign.evaluator.deliver(&progress);
+        let design = codesign.evaluator.design(&progress);
         let loads = |every: usize| {
             let observed = (0..=scene.physics.steps).step_by(every).collect();
             let span = Span::from_start(observed);
             let task = codesign.task();
-            let seen = task.rollout(&design, &delivery.controller, &codesign.start, &span);
+            let seen = task.rollout(
+                &design,
+                &delivery.controller,
+                &codesign.evaluator.start,
+                &span,
+            );
             let moments = task.moments(&design, &delivery.controller, &seen);
             let bar =
                 |(edge, m): (usize, &Material)| m.is_solid().then(|| BarLoad::of(edge, &moments));
@@ -393,44 +371,42 @@ mod tests {
         };
         let told = delivery.loads.unwrap().speed.peak;
         assert_eq!(told, peak(&loads(1)));
-        // Some of the steps alone do not show the peak.
+        // The steps that `trajectory` keeps do not include the peak.
         assert!(told > peak(&loads(16)));
     }
 
     #[test]
     fn an_undecided_design_has_neither_structure_nor_loads() {
         let codesign = CoDesign::new(&tiny()).unwrap();
-        let delivery = codesign.deliver(&codesign.begin(1).unwrap());
+        let delivery = codesign.evaluator.deliver(&codesign.begin(1).unwrap());
         assert!(delivery.along.is_finite());
         assert_eq!((delivery.structure, delivery.loads), (None, None));
         assert!(delivery.bars.is_empty());
     }
 
     #[test]
-    fn a_candidate_that_is_the_last_iterate_is_rolled_out_once() {
-        let codesign = CoDesign::new(&tiny()).unwrap();
-        let mut progress = codesign.begin(1).unwrap();
-        let plain = codesign.deliver(&progress);
-        codesign.note_candidate(&mut progress, 1.0);
-        assert_eq!(codesign.entrants(&progress).len(), 1);
-        assert_eq!(codesign.deliver(&progress), plain);
-        codesign.judge_candidates(&mut progress);
+    fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
+        let (evaluator, mut progress) = begun(&tiny());
+        let plain = evaluator.deliver(&progress);
+        progress.note_candidate(1.0, evaluator.scene.selection.candidates);
+        assert_eq!(evaluator.entrants(&progress).len(), 1);
+        assert_eq!(evaluator.deliver(&progress), plain);
+        evaluator.judge_candidates(&mut progress);
         assert_eq!(
-            codesign.entrants(&progress)[0].spread,
+            evaluator.entrants(&progress)[0].spread,
             Some(plain.selection)
         );
-        // If the controller keeps changing, both may be delivered.
+        // After another update, the candidate and the last iterate are different entrants.
         progress.controller.numbers_mut()[0] += 0.1;
-        assert_eq!(codesign.entrants(&progress).len(), 2);
+        assert_eq!(evaluator.entrants(&progress).len(), 2);
     }
 
-    /// Two controllers of one robot. The controller with the better median is unreliable.
+    /// Two controllers of one robot, of which the one with the better median is unreliable.
     #[test]
     fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut scene = tiny();
         scene.schedule.settle = 1.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let mut progress = codesign.begin(1).unwrap();
+        let (evaluator, mut progress) = begun(&scene);
         let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
             progress.controller.numbers_mut()[0] += bias;
             let spread = Quantiles { p10, p50, p90: p50 };
@@ -447,11 +423,16 @@ mod tests {
             let mut progress = progress.clone();
             progress.controller = last.controller.clone();
             progress.candidates = vec![rival.clone(), steady.clone(), last.clone()];
-            let delivered = codesign.deliver(&progress).controller;
+            let delivered = evaluator.deliver(&progress).controller;
             let is = |c: &Candidate| c.controller == delivered;
             assert!(is(&rival) || is(&steady));
             let mut settled = progress.clone();
-            assert!(codesign.settle(&mut settled, &Schedule::at(codesign.scene(), 12), 0.1));
+            assert!(settle(
+                &evaluator,
+                &mut settled,
+                &Schedule::at(&evaluator.scene, 12),
+                0.1
+            ));
             assert_eq!(settled.controller, delivered);
             is(&rival)
         };
@@ -468,7 +449,7 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // Its 10 % quantile is low, or its unperturbed rollout differs.
+        // The 10 % quantile is low, or the unperturbed rollout differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

@@ -1,7 +1,8 @@
-//! Algorithm 1, an iteration at a time.
+//! One iteration of algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
 use super::delivery::Delivery;
+use super::polish::polish;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
@@ -10,33 +11,33 @@ use crate::objective::{measures, violations};
 use crate::scene::Pass;
 
 impl CoDesign {
-    /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early,
-    /// to save and to resume, call [`iterate`](Self::iterate) on a [`Progress`], or use
-    /// `record::optimise_with`, which saves to a folder.
+    /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early, to save or to
+    /// resume, call [`iterate`](Self::iterate) on a [`Progress`], or use `record::optimise_with`, which saves to
+    /// a folder.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin); the time step is checked after every iteration.
-    /// [`Error::NotFinite`](crate::Error::NotFinite) as in [`Progress::check_loss`].
+    /// The errors of [`begin`](Self::begin), also after every iteration if the time step has become unstable; the
+    /// errors of [`Progress::check_loss`].
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
             let record = self.iterate(&mut progress);
             observe(&record);
             progress.check_loss(&record)?;
-            self.step_check(&progress).accept(&self.scene.physics)?;
+            self.step_check(&progress).accept(&self.scene().physics)?;
         }
-        Ok(self.deliver(&progress))
+        Ok(self.evaluator.deliver(&progress))
     }
 
     /// True if all iterations are done.
     pub fn is_done(&self, progress: &Progress) -> bool {
-        progress.iteration >= self.scene.schedule.iterations
+        progress.iteration >= self.scene().schedule.iterations
     }
 
     /// One iteration of algorithm 1.
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
-        let scene = self.scene.clone();
+        let scene = self.scene().clone();
         let now = Schedule::at(&scene, iteration);
         let mut record = self.blank_record(progress, &now);
         match now.phase() {
@@ -46,7 +47,7 @@ impl CoDesign {
             },
             Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
-                let reached = self.polish(progress, &now);
+                let reached = polish(&self.evaluator, &self.rules, progress, &now);
                 self.controller_pass(progress, &now, reached, &mut record);
             }
         }
@@ -58,38 +59,37 @@ impl CoDesign {
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;
         let check = self.step_check(progress);
-        self.checked = Some((self.design(progress), check));
+        self.checked = Some((self.evaluator.design(progress), check));
         record.time_step = Some(check);
         record
     }
 
-    /// Draws edges with a clear material towards it.
+    /// Moves edges with a clear material towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
-        let mixtures = self.design(progress);
+        let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();
         if let Some(z) = progress.design.undecided_mut() {
             attract(z, &mixtures.mixtures(), confidence, nudge);
         }
     }
 
-    /// Gives every edge one material, within the widened volume bounds.
+    /// Gives every edge one material, within the widened volume bounds. Tries some alternatives in rollouts.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
-        let design = self.design(progress);
+        let design = self.evaluator.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
-        let (rules, trials) = (&self.rules, self.scene.schedule.snap_trials);
+        let (rules, trials) = (&self.rules, self.scene().schedule.snap_trials);
         let snapped = snap(mixtures, &bounds, rules);
         let others = alternatives(mixtures, &snapped, &bounds, rules, trials);
-        let (layout, _) = self.farthest(snapped, others, &progress.controller);
+        let controller = &progress.controller;
+        let (layout, _) = self.evaluator.farthest(snapped, others, controller);
         progress.flips = flips(mixtures, &layout);
         progress.design = Design::Layout(layout);
     }
 
-    /// A record with the values known at the start of an iteration.
+    /// A record with the values that are known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let measures = measures(
-            &self.design(progress).mixtures(),
-            self.scene.projection.delta,
-        );
+        let design = self.evaluator.design(progress);
+        let measures = measures(&design.mixtures(), self.scene().projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),

@@ -1,9 +1,9 @@
 //! The paper's algorithm 1: structure, material and controller optimised together.
 //!
-//! [`CoDesign::iterate`] is one iteration. It changes a [`Progress`], the whole state of an
-//! optimisation, and returns a [`Record`] of the iteration. Its random numbers depend on seed and
-//! iteration alone, and it reads and writes no files. [`CoDesign::deliver`] chooses and measures
-//! the result. [`CoDesign::optimise`] does everything from start to result:
+//! [`CoDesign::iterate`] is one iteration. It changes a [`Progress`], the whole state of an optimisation, and
+//! returns a [`Record`] of the iteration. Its random numbers depend only on the seed and the iteration. It
+//! neither reads nor writes files. [`Evaluator::deliver`] chooses and measures the result.
+//! [`CoDesign::optimise`] does everything from start to result:
 //!
 //! ```
 //! use cosmic::codesign::CoDesign;
@@ -37,12 +37,14 @@ mod schedule;
 mod quantiles;
 mod reliability;
 mod progress;
-mod begin;
-mod review;
+mod evaluator;
 mod reach;
 mod slope;
 mod slopes;
+mod constraints;
 mod delivery;
+mod begin;
+mod review;
 mod settle;
 mod polish;
 mod passes;
@@ -52,6 +54,7 @@ pub(crate) mod tests;
 
 pub use begin::CoDesign;
 pub use delivery::Delivery;
+pub use evaluator::Evaluator;
 pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;
 pub use reach::Reached;

@@ -1,74 +1,58 @@
 //! The two kinds of update: of the design by MMA, of the controller by Adam.
 
-use autodiff::Real;
-
 use super::begin::CoDesign;
-use super::progress::{Candidate, Progress, Record};
-use super::reach::{Reached, is_ranked_by_distance};
+use super::progress::{Progress, Record};
+use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
-use super::slope::{At, Slope};
+use super::settle::settle;
+use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::{Design, clamp};
-use crate::inputs::{CONTROLLER, DESIGN, Inputs};
-use crate::objective::{Measures, measures};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
-use crate::scene::{BinarisationMethod, HorizonMode};
 
-/// Iterations of the co-design from one full rollout to the next. In the fine-tuning every
-/// iteration has one: its controllers are candidates for delivery.
+/// Iterations from one full rollout to the next during the co-design. In the fine-tuning every iteration has a
+/// full rollout, because its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
 
-/// The fraction of the bound on speeds that few robots reach by walking: 1 m/s if the bound is
-/// 100 m/s.
-const WALKS: f64 = 0.01;
-
-/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene makes
-/// them constraints.
-#[derive(Default)]
-struct Constraints {
-    values: Vec<f64>,
-    jacobian: Vec<Vec<f64>>,
-}
-
 impl CoDesign {
-    /// Updates the design by the performance and the stability projection, each with its own
-    /// optimiser state, and blends the two updates. The multipliers are updated once, by the
-    /// measures before the update (D10).
+    /// Updates the design for the performance and for the stability projection, each with its own optimiser
+    /// state, and blends both updates. Updates the multipliers once, by the measures before the update (D10).
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
         now: &Schedule,
         record: &mut Record,
     ) {
-        let at = self.point(progress, now);
+        let at = self.evaluator.point(progress, now);
         let full = self.is_evaluated(now);
         let (slopes, evaluated) = rayon::join(
-            || self.design_slopes(&at),
-            || full.then(|| self.evaluate(progress)),
+            || self.evaluator.design_slopes(&at),
+            || full.then(|| self.evaluator.evaluate(progress)),
         );
         note_displacement(record, evaluated);
         let first = slopes.iter().flatten().next();
-        record.displacement_horizon = first.map(|slope| {
-            let seen = if slopes[0].is_some() {
-                Projection::Performance
-            } else {
-                Projection::Stability
-            };
-            self.judged(slope.displacement, Sought::Design(seen), &at)
-        });
-        record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
+        let seen = match slopes[0] {
+            Some(_) => Projection::Performance,
+            None => Projection::Stability,
+        };
+        let judged = |slope: &Slope| {
+            self.evaluator
+                .judged(slope.displacement, Sought::Design(seen), &at)
+        };
+        record.displacement_horizon = first.map(judged);
+        record.merit_horizon = first.and_then(|slope| self.evaluator.merit_horizon(slope));
         let losses = || slopes.iter().flatten().map(|slope| slope.loss);
         record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
 
-        let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
-        let share = self.scene.schedule.stability_share;
+        let (rows, terms) = self.evaluator.rows_and_terms(&at.inputs, progress, now);
+        let share = self.scene().schedule.stability_share;
         let before = progress.design.vectors().into_owned();
         let mut z = before.clone();
         let shares = [1.0 - share, share];
         for (k, slope) in slopes.into_iter().enumerate() {
             let Some(mut slope) = slope else { continue };
-            let settings = &self.scene.gradient;
+            let settings = &self.scene().gradient;
             record.design_gradient[k] = Some(slope.bound(settings.design_norm));
             slope.averaged(&mut progress.design_mean[k], settings.design_memory);
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
@@ -90,18 +74,16 @@ impl CoDesign {
         }
         clamp(&mut z);
         progress.design = Design::Undecided(z);
-        let growth = self.scene.binarisation.penalty_growth;
-        if self.is_augmented() {
-            let before = &progress.violations;
-            progress
-                .lagrangian
-                .update(&record.violations, before, growth);
+        if self.evaluator.is_augmented() {
+            let growth = self.scene().binarisation.penalty_growth;
+            let (lagrangian, before) = (&mut progress.lagrangian, &progress.violations);
+            lagrangian.update(&record.violations, before, growth);
         }
         progress.violations = record.violations;
     }
 
-    /// Updates the controller. In the fine-tuning the controller before the update becomes a
-    /// candidate for delivery. `known` is the result of its full rollout, if there was one already.
+    /// Updates the controller. In the fine-tuning the controller before the update becomes a candidate for
+    /// delivery. `known` is the result of its full rollout, if that is known already.
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
@@ -109,8 +91,8 @@ impl CoDesign {
         known: Option<Reached>,
         record: &mut Record,
     ) {
-        let at = self.point(progress, now);
-        let design = self.design(progress);
+        let at = self.evaluator.point(progress, now);
+        let design = self.evaluator.design(progress);
         let full = self.is_evaluated(now);
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
@@ -120,151 +102,34 @@ impl CoDesign {
             Sought::Controller(&design)
         };
         let ([mut slope], evaluated) = rayon::join(
-            || self.slopes([sought], &at),
-            || known.or_else(|| full.then(|| self.evaluate(progress))),
+            || self.evaluator.slopes([sought], &at),
+            || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
         );
         note_displacement(record, evaluated);
-        record.displacement_horizon = Some(self.judged(slope.displacement, sought, &at));
-        record.merit_horizon = self.merit_horizon(&slope);
+        record.displacement_horizon = Some(self.evaluator.judged(slope.displacement, sought, &at));
+        record.merit_horizon = self.evaluator.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
-            self.note_candidate(progress, reached.merit);
-            if self.settle(progress, now, reached.merit) {
+            progress.note_candidate(reached.merit, self.scene().selection.candidates);
+            if settle(&self.evaluator, progress, now, reached.merit) {
                 return;
             }
         }
         if rate == 0.0 {
             return;
         }
-        record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
-        let mut weights = at.inputs.get(CONTROLLER);
-        match self
-            .adam
-            .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
-        {
-            Ok(()) => {
-                let mut moved = at.inputs;
-                moved.set(CONTROLLER, &weights);
-                progress.controller = moved.controller;
-            }
-            Err(_) => record.skipped += 1,
-        }
-    }
-
-    /// Adds the controller to the candidates, sorted by merit, unless it is among them already.
-    pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
-        let is_same = |c: &Candidate| c.controller == progress.controller;
-        if !merit.is_finite() || progress.candidates.iter().any(is_same) {
-            return;
-        }
-        let candidate = Candidate {
-            iteration: progress.iteration,
-            merit,
-            controller: progress.controller.clone(),
-            spread: None,
-        };
-        let candidates = &mut progress.candidates;
-        let place = candidates.partition_point(|c| c.merit >= merit);
-        candidates.insert(place, candidate);
-        candidates.truncate(self.scene.selection.candidates);
-    }
-
-    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. That
-    /// rollout is not watched. If the payload's average speed is high, the rollout is repeated with
-    /// the guard: few robots are that fast, and all robots that fly apart are. Displacements over
-    /// drawn domains are means and are not checked.
-    fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
-        let physics = &self.scene.physics;
-        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
-            return displacement;
-        };
-        let steps = match at.horizon.mode {
-            HorizonMode::Head => at.horizon.steps.min(physics.steps),
-            HorizonMode::Tail => physics.steps,
-        };
-        if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
-            return displacement;
-        }
-        let mut task = self.task.clone();
-        task.physics.steps = steps;
-        let design = sought.design(&self.task, &at.inputs.z);
-        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
-        if again.along().is_nan() {
-            f64::NAN
-        } else {
-            displacement
-        }
-    }
-
-    fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
+        record.controller_gradient = Some(slope.bound(self.scene().adam.gradient_norm));
+        let (state, weights) = (&mut progress.adam, progress.controller.numbers_mut());
+        let updated = self.adam.update(state, weights, &slope.gradient, rate);
+        record.skipped += usize::from(updated.is_err());
     }
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
         now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
     }
-
-    /// The measures of the performance projection (D10).
-    fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixtures = self.task.mixtures(Projection::Performance, z);
-        measures(&mixtures, self.scene.projection.delta)
-    }
-
-    /// True if the binarisation measures are augmented terms of the objective, and not constraints.
-    fn is_augmented(&self) -> bool {
-        self.scene.binarisation.method == BinarisationMethod::Augmented
-    }
-
-    /// The constraints of a design update, and the gradient of the augmented Lagrangian's terms; empty
-    /// if the measures are constraints. Those have the scale of the volumes and, as these, are of the
-    /// performance projection (D10).
-    fn rows_and_terms(
-        &self,
-        inputs: &Inputs<f64>,
-        progress: &Progress,
-        now: &Schedule,
-    ) -> (Constraints, Vec<f64>) {
-        let thresholds = now.thresholds(&progress.first_measures);
-        if self.is_augmented() {
-            let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
-                let measures = self.measured(&inputs.z);
-                let terms = progress.lagrangian.terms(&measures, &thresholds);
-                [measures.volume, measures.actuator_volume, terms]
-            });
-            return (self.volume_rows(&[solid, actuator], now), terms);
-        }
-        let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
-            let measures = self.measured(&inputs.z);
-            let [a, b, c, d] = measures.constrained();
-            [measures.volume, measures.actuator_volume, a, b, c, d]
-        });
-        let scale = self.scene.mma.volume_row_scale;
-        let mut rows = self.volume_rows(&[solid, actuator], now);
-        for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
-            gradient.iter_mut().for_each(|g| *g *= scale);
-            rows.values.push(scale * (value - threshold));
-            rows.jacobian.push(gradient);
-        }
-        (rows, Vec::new())
-    }
-
-    /// The volume bounds and their derivatives by the design, for the performance projection.
-    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
-        let scale = self.scene.mma.volume_row_scale;
-        let bounds = now.volume_bounds();
-        let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = Constraints::default();
-        for ((value, gradient), bound) in volumes.iter().zip([bounds.solid, bounds.actuator]) {
-            rows.values
-                .extend([scale * (value - bound.high), scale * (bound.low - value)]);
-            rows.jacobian
-                .extend([row(gradient, 1.0), row(gradient, -1.0)]);
-        }
-        rows
-    }
 }
 
-/// The displacement of a full rollout, if the iteration did one.
+/// Records the displacement of a full rollout, if the iteration did one.
 fn note_displacement(record: &mut Record, reached: Option<Reached>) {
     record.displacement = reached.map(|reached| reached.along());
     record.diverged = record.displacement.is_some_and(f64::is_nan);
@@ -291,7 +156,7 @@ mod tests {
     use crate::scene::{BinarisationMethod, GradientPrecision, Scene};
     use crate::simulator::Trajectory;
 
-    /// Large against f32's 3e38 and nothing to f64.
+    /// A loss whose gradient overflows in f32 but not in f64.
     struct Steep;
 
     impl Loss for Steep {
@@ -305,9 +170,8 @@ mod tests {
         }
     }
 
-    /// A gradient that overflows in f32 is skipped, as one in f64 is, and the run goes on.
     #[test]
-    fn a_slope_beyond_f32_is_skipped() {
+    fn a_gradient_that_overflows_in_f32_is_skipped_and_the_run_goes_on() {
         let mut scene = tiny();
         scene.gradient.cotangent_bound = None;
         let skipped = |scene: &Scene| {
@@ -324,7 +188,7 @@ mod tests {
         assert!(beyond > skipped(&scene), "{beyond}");
     }
 
-    /// Minus the height, but NaN between two iterations. Its gradient is always finite.
+    /// Minus the height, but NaN in some calls. Its gradient is always finite.
     struct Failing(Range<usize>, AtomicUsize);
 
     impl Loss for Failing {
@@ -334,7 +198,7 @@ mod tests {
 
         fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
             let height = trajectory.states[0].x[0][1];
-            // Only the gradient's rollout: other rollouts use plain numbers.
+            // Only rollouts of gradients count; other rollouts use plain numbers.
             let is_of_gradient = size_of::<R>() > size_of::<f64>();
             let call = self
                 .1
@@ -344,7 +208,7 @@ mod tests {
         }
     }
 
-    /// A run of [`Failing`] in which an iteration takes one gradient.
+    /// A run of [`Failing`] with one gradient an iteration.
     fn failing(calls: Range<usize>) -> (CoDesign, Vec<Record>, crate::Result<()>) {
         let mut scene = tiny();
         (scene.schedule.stability_share, scene.schedule.polish_trials) = (0.0, 0);
@@ -356,10 +220,9 @@ mod tests {
         (codesign, records, ended.map(drop))
     }
 
-    /// The sum with NaN has the slope of the height. Earlier versions used this slope as the loss's
-    /// slope.
+    /// The gradient of a loss that is NaN may look finite. It must not be used.
     #[test]
-    fn a_loss_without_a_number_moves_nothing_and_is_counted() {
+    fn a_nan_loss_moves_nothing_and_is_counted() {
         let (_, records, ended) = failing(3..5);
         ended.unwrap();
         let skipped: Vec<_> = records.iter().map(|record| record.skipped).collect();
@@ -372,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_that_was_never_a_number_ends_the_run() {
+    fn a_loss_that_was_always_nan_ends_the_run() {
         let (_, records, ended) = failing(0..usize::MAX);
         let error = ended.unwrap_err();
         assert_eq!((records.len(), error.exit_code()), (10, 3));
@@ -386,10 +249,9 @@ mod tests {
         assert_eq!(records.len(), codesign.scene().schedule.iterations);
     }
 
-    /// With a bound that every robot exceeds, no displacement is recorded but all gradients are
-    /// used.
+    /// With a bound that every robot exceeds, no displacement is recorded, but all gradients are used.
     #[test]
-    fn a_robot_that_flies_apart_leaves_a_gap_and_its_gradients() {
+    fn a_robot_that_flies_apart_has_gradients_but_no_displacement() {
         let mut scene = tiny();
         scene.physics.speed_bound = Some(1e-3);
         let mut codesign = CoDesign::new(&scene).unwrap();
@@ -410,7 +272,7 @@ mod tests {
         assert!(bounded[9].diverged && bounded[9].displacement_horizon.is_some());
     }
 
-    /// A projection without a share has no gradient; that of the other does not change.
+    /// A projection without a share has no gradient. The gradient of the other projection does not change.
     #[test]
     fn a_projection_without_a_share_is_left_out() {
         let mut scene = tiny();
@@ -422,7 +284,7 @@ mod tests {
             assert!(designs.count() > 0);
             let nothing = |r: &Record| r.design_gradient[out].is_none() && r.mma[out].is_none();
             assert!(alone.iter().all(nothing));
-            // The first update is of the same start.
+            // The first update has the same start in both runs.
             let gradient = |records: &[Record]| records[0].design_gradient[left].unwrap();
             assert_eq!(gradient(&alone), gradient(&both));
             assert!(alone[0].displacement_horizon.is_some());
@@ -443,13 +305,13 @@ mod tests {
             let pass = moved.iter().position(|r| r.controller_gradient.is_some());
             records[pass.unwrap()].displacement_horizon
         };
-        // Until then nothing differs: what the gradient saw is seen without it.
+        // Up to the first update nothing differs: the loss without a gradient sees the same rollout.
         assert!(first(&still).is_some());
         assert_eq!(first(&still), first(&moved));
     }
 
     #[test]
-    fn measures_as_constraints_stand_beside_the_volumes() {
+    fn measures_can_be_constraints_beside_the_volumes() {
         let mut scene = tiny();
         let rows = |records: &[Record]| records[0].mma[0].as_ref().unwrap().elastic.len();
         assert_eq!(rows(&records(&scene)), 4);
@@ -459,7 +321,7 @@ mod tests {
         assert_eq!(rows(&strict), 8);
         let multipliers = |record: &Record| record.multipliers == [0.0; 4];
         assert!(strict.iter().all(multipliers));
-        // From undecided towards one material each.
+        // The edges move towards one material each.
         assert!(strict[9].measures[0] < strict[0].measures[0]);
     }
 }

@@ -1,80 +1,85 @@
 //! Polishing: local search over the materials of single edges after the snap.
 //!
-//! Gaits of soft robots are lost in the snap, and noise has decided some edges. For a one-hot robot
-//! a rollout shows the worth of another material. There are two other materials for every edge, too
-//! many for full rollouts: the gradient by the shares of the materials selects some, a short rollout
-//! selects a quarter of these, and full rollouts choose the best.
+//! The snap loses the gaits of soft robots, and noise has decided some edges. For a one-hot robot, a rollout shows
+//! whether another material is better. Every edge has two other materials, too many for full rollouts. So the
+//! gradient by the shares of the materials selects some changes, short rollouts select a quarter of these, and full
+//! rollouts choose the best one.
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Sought;
-use crate::design::{Design, Material, flipped};
+use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// One of so many layouts goes on from the short rollouts to the full ones.
+/// One of so many layouts passes from the short rollouts to the full ones.
 const HEAT: usize = 4;
 
-impl CoDesign {
-    /// Tries other materials for single edges with the present controller and keeps the layout with
-    /// the best full rollout. Returns the result of that rollout, if there was any.
-    pub(super) fn polish(&self, progress: &mut Progress, now: &Schedule) -> Option<Reached> {
-        let (true, Some(layout)) = (now.polishes(), progress.design.layout()) else {
-            return None;
-        };
-        let finalists = self.finalists(progress, now, layout);
-        let (best, reached) = self.farthest(layout.to_vec(), finalists, &progress.controller);
-        if best != layout {
-            progress.design = Design::Layout(best);
-            // The candidates are controllers of another robot.
-            progress.candidates.clear();
-        }
-        reached
+/// Tries other materials for single edges with the current controller and keeps the layout with the best full
+/// rollout. Returns the result of that rollout, if there was one.
+pub(super) fn polish(
+    evaluator: &Evaluator,
+    rules: &LayoutRules,
+    progress: &mut Progress,
+    now: &Schedule,
+) -> Option<Reached> {
+    let (true, Some(layout)) = (now.polishes(), progress.design.layout()) else {
+        return None;
+    };
+    let finalists = finalists(evaluator, rules, progress, now, layout);
+    let (best, reached) = evaluator.farthest(layout.to_vec(), finalists, &progress.controller);
+    if best != layout {
+        progress.design = Design::Layout(best);
+        // The candidates are controllers of the robot before the change.
+        progress.candidates.clear();
     }
+    reached
+}
 
-    /// The layouts with the largest predicted gain, and of these the best quarter by rollouts over
-    /// the shortest horizon.
-    fn finalists(
-        &self,
-        progress: &Progress,
-        now: &Schedule,
-        layout: &[Material],
-    ) -> Vec<Vec<Material>> {
-        let schedule = &self.scene.schedule;
-        let [Slope { gradient, .. }] = self.slopes([Sought::Shares], &self.point(progress, now));
-        if !gradient.iter().all(|slope| slope.is_finite()) {
-            // It predicts no gain.
-            return Vec::new();
-        }
-        let (slopes, _) = gradient.as_chunks();
-        let holds = Holds::new(&self.scene.projection, &self.task.lattice);
-        let cost = |edge: usize, from: Material, to: Material| {
-            let slope = |m: Material| m.of(&slopes[edge]);
-            (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
-        };
-        let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
-        let tried = flipped(layout, &bounds, &self.rules, trials, cost);
-        let mut short = self.task.clone();
-        short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
-        let reached = self.reached(&tried, &progress.controller, &short);
-        let merits = reached.iter().map(|r| r.merit);
-        let mut ranked: Vec<_> = merits.zip(tried).collect();
-        // A stable sort: the first of equals wins. A diverged rollout (NaN) comes last.
-        let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
-        ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
-        ranked.truncate(ranked.len().div_ceil(HEAT));
-        ranked.into_iter().map(|(_, layout)| layout).collect()
+/// The best quarter, by rollouts over the shortest horizon, of the layouts with the largest predicted gain.
+fn finalists(
+    evaluator: &Evaluator,
+    rules: &LayoutRules,
+    progress: &Progress,
+    now: &Schedule,
+    layout: &[Material],
+) -> Vec<Vec<Material>> {
+    let Evaluator { scene, task, .. } = evaluator;
+    let schedule = &scene.schedule;
+    let [Slope { gradient, .. }] =
+        evaluator.slopes([Sought::Shares], &evaluator.point(progress, now));
+    if !gradient.iter().all(|slope| slope.is_finite()) {
+        return Vec::new();
     }
+    let (slopes, _) = gradient.as_chunks();
+    let holds = Holds::new(&scene.projection, &task.lattice);
+    let cost = |edge: usize, from: Material, to: Material| {
+        let slope = |m: Material| m.of(&slopes[edge]);
+        (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
+    };
+    let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
+    let tried = flipped(layout, &bounds, rules, trials, cost);
+    let mut short = task.clone();
+    short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
+    let reached = evaluator.reached(&tried, &progress.controller, &short);
+    let merits = reached.iter().map(|r| r.merit);
+    let mut ranked: Vec<_> = merits.zip(tried).collect();
+    // The sort is stable, so the first of equals wins. A diverged rollout (NaN) comes last.
+    let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
+    ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
+    ranked.truncate(ranked.len().div_ceil(HEAT));
+    ranked.into_iter().map(|(_, layout)| layout).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::polish;
     use crate::codesign::Progress;
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::{LIVELY, after};
-    use crate::design::{Material, VolumeBounds, filled};
+    use crate::design::{Material, VolumeBounds, filled, volumes};
     use crate::scene::Scene;
 
     fn scene(more: &str) -> Scene {
@@ -85,27 +90,31 @@ mod tests {
             polish_every = 2
         ";
         let mut scene = Scene::parse("polished", &[LIVELY, polished, more].concat()).unwrap();
-        // The controller stands still.
+        // The controller does not change.
         scene.adam.fine_rate = 0.0;
         scene
     }
 
-    /// In how many edges two layouts differ.
+    /// The number of edges in which two layouts differ.
     fn changes(a: &Progress, b: &Progress) -> usize {
         let [a, b] = [a, b].map(|p| p.design.layout().unwrap());
         a.iter().zip(b).filter(|(a, b)| a != b).count()
     }
 
     #[test]
-    fn a_polish_changes_one_edge_for_a_better_robot_or_none() {
+    fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
         let scene = scene("");
         let mut found = 0;
         for seed in 0..4 {
             let (codesign, mut progress) = after(&scene, 9, seed);
             assert!(!progress.candidates.is_empty());
-            let (before, merit) = (progress.clone(), codesign.evaluate(&progress).merit);
-            codesign.polish(&mut progress, &Schedule::at(&scene, 10));
-            let reached = codesign.evaluate(&progress).merit;
+            let (before, merit) = (
+                progress.clone(),
+                codesign.evaluator.evaluate(&progress).merit,
+            );
+            let now = Schedule::at(&scene, 10);
+            polish(&codesign.evaluator, &codesign.rules, &mut progress, &now);
+            let reached = codesign.evaluator.evaluate(&progress).merit;
             if progress == before {
                 continue;
             }
@@ -114,22 +123,14 @@ mod tests {
             assert_eq!(changes(&before, &progress), 1);
             assert_eq!(progress.controller, before.controller);
             assert!(progress.candidates.is_empty());
-            let share = |of: fn(&Material) -> bool| {
-                let materials = progress.design.layout().unwrap();
-                materials.iter().filter(|m| of(m)).count() as f64 / materials.len() as f64
-            };
+            let [solid, actuators] = volumes(&codesign.evaluator.design(&progress).mixtures());
             let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
-            assert!(bounds.solid.contains(share(|m| m.is_solid())));
-            assert!(
-                bounds
-                    .actuator
-                    .contains(share(|m| *m == Material::Actuator))
-            );
+            assert!(bounds.solid.contains(solid) && bounds.actuator.contains(actuators));
         }
         assert!(found > 0, "no robot became better");
     }
 
-    /// The controller stands still: what is delivered differs by the polish alone.
+    /// The controller does not change, so the delivered robots differ only by the polish.
     #[test]
     fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {
         let far = |trials: &str, seed| {
@@ -137,15 +138,14 @@ mod tests {
             let (codesign, at_snap) = after(&scene, 7, seed);
             let (_, progress) = after(&scene, scene.schedule.iterations, seed);
             let flips = changes(&at_snap, &progress);
-            (flips, codesign.deliver(&progress).along)
+            (flips, codesign.evaluator.deliver(&progress).along)
         };
         let mut better = 0;
         for seed in 0..4 {
             let (none, plain) = far("polish_trials = 0", seed);
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
-            // Before the updates 8, 10, 12 and 14 an edge each may change, as the last two of nine
-            // settle.
+            // One edge may change before each of the updates 8, 10, 12 and 14. The last two of nine settle.
             assert!(flips <= 4, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_material_that_is_held_is_not_tried() {
+    fn a_held_material_is_not_tried() {
         let mut scene = scene("polish_trials = 100");
         let wrong = |scene: &Scene| {
             let (codesign, progress) = after(scene, scene.schedule.iterations, 1);

@@ -6,28 +6,29 @@ use super::quantiles::Quantiles;
 use super::schedule::Phase;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
+use crate::keys::{Cell, keys};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
 use crate::scene::Pass;
-use crate::simulator::StepCheck;
+use crate::simulator::{StepCheck, StepLimit};
 
-/// Iterations after which a run ends if its loss has never been a number.
+/// Iterations after which a run ends if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
 
 /// The whole state of an optimisation: saved and read back, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all random numbers: first weights, a tilted start, perturbed starts, domains.
+    /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
     pub seed: u64,
-    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a
-    /// one-hot robot. `None` for the scene's start.
+    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a layout. `None` for
+    /// the start of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
-    /// True if the caller supplied the loss. No file can hold such a loss.
+    /// True if the caller supplied the loss. Files cannot hold such a loss.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub own_loss: bool,
-    /// Number of the last iteration done.
+    /// The number of the last iteration done.
     pub iteration: usize,
     /// The design: vectors until the snap, a layout from then on.
     #[serde(flatten)]
@@ -40,21 +41,21 @@ pub struct Progress {
     pub adam: AdamState,
     /// Multipliers and penalties.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design: the thresholds come down from them.
+    /// The binarisation measures of the first design, from which the thresholds fall.
     pub first_measures: [f64; 4],
     /// The violations at the last update of the multipliers.
     pub violations: [f64; 4],
-    /// Edges whose material after the snap is not the dominant one before it.
+    /// The number of edges to which the snap gave another material than the dominant one.
     pub flips: usize,
-    /// Gradients skipped because they or their loss were not finite.
+    /// The number of gradients skipped because they or their loss were not finite.
     pub skipped: usize,
-    /// The fine-tuning's controllers with the longest single rollouts, best first.
+    /// The controllers of the fine-tuning with the best single rollouts, best first.
     pub candidates: Vec<Candidate>,
-    /// The running means of the design gradients of both projections; empty before the first
-    /// design pass, and without a memory.
+    /// The running means of the design gradients of both projections; empty before the first design pass, and if
+    /// `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller to return to, from the start of settling on.
+    /// The controller to return to; `None` before settling starts.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
@@ -65,9 +66,27 @@ impl Progress {
         self.entered.unwrap_or(0)
     }
 
-    /// Stops the run if the loss has never been a number: after ten or more iterations no gradient
-    /// could be used, and the loss of this iteration is not finite either. Later iterations would not
-    /// change that, because neither design nor controller has changed.
+    /// Inserts the controller into the candidates, sorted by merit, unless it is one of them already. Keeps at most
+    /// `most` candidates.
+    pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
+        let is_same = |c: &Candidate| c.controller == self.controller;
+        if !merit.is_finite() || self.candidates.iter().any(is_same) {
+            return;
+        }
+        let candidate = Candidate {
+            iteration: self.iteration,
+            merit,
+            controller: self.controller.clone(),
+            spread: None,
+        };
+        let place = self.candidates.partition_point(|c| c.merit >= merit);
+        self.candidates.insert(place, candidate);
+        self.candidates.truncate(most);
+    }
+
+    /// Stops the run if the loss was never finite: after ten or more iterations no gradient could be used, and the
+    /// loss of this iteration is not finite either. Later iterations would not change that, because neither design
+    /// nor controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -90,10 +109,10 @@ impl Progress {
         }
     }
 
-    /// Checks that all lists of a saved state have the lengths of another state of the same scene.
+    /// Checks that all lists of this saved state are as long as those of another state of the same scene.
     ///
     /// # Errors
-    /// [`Error::Misfit`](crate::error::Error::Misfit) with `file` and the first length that differs.
+    /// [`Error::Misfit`] with `file` and the first length that differs.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let fits = |what: &str, found: usize, expected: usize| {
             fits(file, &format!("entries in `{what}`"), found, expected)
@@ -137,14 +156,13 @@ impl Progress {
 pub struct Candidate {
     /// The iteration that produced it.
     pub iteration: usize,
-    /// Displacement along the ground in a full rollout, m; for a task other than distance, minus
-    /// the loss.
+    /// Displacement along the ground in a full rollout, m; for tasks other than distance, minus the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains that controllers are chosen by. `None` before these
-    /// rollouts, and if too many of them diverged.
+    /// Quantiles of the merit over the domains by which controllers are chosen. `None` before these rollouts, and
+    /// if too many of them diverged.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
@@ -152,71 +170,115 @@ pub struct Candidate {
 /// The controller that settling returns to after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
-    /// The last controller that lost nothing.
+    /// The last good controller.
     pub controller: Controller<f64>,
-    /// The merit that later controllers are compared with: at first the median of the best
-    /// candidate, or its own rollout if that is far below, then the best single rollout. Unit as in
-    /// [`Candidate::merit`].
+    /// The merit with which later controllers are compared, in the unit of [`Candidate::merit`]. At first it is the
+    /// median of the best candidate, or its own rollout if that is far below. Later it is the best single rollout.
     pub merit: f64,
-    /// Factor on the learning rate, halved by every update that is taken back.
+    /// Factor on the learning rate. Every update that is taken back halves it.
     pub trust: f64,
 }
 
-/// The record of one iteration. Lengths in metres.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// Counted from 1.
-    pub iteration: usize,
-    /// The phase of the iteration.
-    pub phase: Phase,
-    /// The parts of the design that the iteration updated; `None` for the snap.
-    pub pass: Option<Pass>,
-    /// Displacement along the ground of a full rollout at the start of the iteration. Before the
-    /// snap only some iterations have one.
-    pub displacement: Option<f64>,
-    /// True if that rollout diverged. The displacement is NaN then, which files cannot store.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub diverged: bool,
-    /// Displacement along the ground after the horizon, in the rollout of the gradient. NaN (`None`
-    /// in files) if the robot flies apart in it.
-    pub displacement_horizon: Option<f64>,
-    /// For a task other than distance: minus the loss over the horizon. With two goals: the merit
-    /// for the goal that the robot does worse at.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub merit_horizon: Option<f64>,
-    /// The loss over the horizon. With two gradients, the loss of the first one or the loss that is
-    /// not finite. `None` for the snap and in histories of older versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub loss_horizon: Option<f64>,
-    /// Steps that carried the gradient.
-    pub horizon: usize,
-    /// Share of solid edges.
-    #[serde(rename = "V")]
-    pub volume: f64,
-    /// Share of actuators.
-    #[serde(rename = "V_act")]
-    pub actuator_volume: f64,
-    /// `g_bin` and the three overlaps.
-    pub measures: [f64; 4],
-    /// By how much the measures exceed their thresholds.
-    pub violations: [f64; 4],
-    /// Multipliers after the iteration.
-    pub multipliers: [f64; 4],
-    /// Penalties after the iteration.
-    pub penalties: [f64; 4],
-    /// Norm of the gradient of the loss by the design before any bound, for the performance and the
-    /// stability projection; `None` if the projection has no share in the update.
-    pub design_gradient: [Option<f64>; 2],
-    /// Norm of the gradient of the loss by the controller before any bound; `None` if the learning
-    /// rate is zero, and if settling took an update back.
-    pub controller_gradient: Option<f64>,
-    /// The solutions of the subproblems of both design updates. Their constraints are scaled: the four
-    /// volume bounds come first, then the measures if they are constraints.
-    pub mma: [Option<MmaDiagnostics>; 2],
-    /// Gradients skipped in this iteration because they or their loss were not finite.
-    pub skipped: usize,
-    /// The time step compared with the vibrations of the design after the iteration; `None` in
-    /// histories of older versions.
-    #[serde(default)]
-    pub time_step: Option<StepCheck>,
+keys! {
+    /// The record of one iteration. Shares, measures and violations are those of the robot at its start.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    struct Record {
+        /// Counted from 1. With `--from` the first one follows the iteration after which the robot entered.
+        iteration: usize, "whole number", columns ["iteration"];
+        /// `co_design`, `attraction`, `snap` or `fine_tuning`.
+        phase: Phase, "text", columns ["phase"] of |r: &Record| r.phase.name();
+        /// What was updated, `design` or `controller`; nothing in the snap.
+        pass: Option<Pass>, "text or `null`", columns ["pass"] of |r: &Record| r.pass.map(|pass| match pass {
+            Pass::Design => "design",
+            Pass::Controller => "controller",
+        });
+        /// Displacement along the ground of a full rollout at the start of the iteration. Every tenth iteration
+        /// of the co-design and every iteration of the fine-tuning has a full rollout. `null` if it diverged.
+        displacement: Option<f64>, "number or `null`", unit "m", columns ["displacement"];
+        /// True if that rollout diverged, for example by `physics.speed_bound`; absent otherwise.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        diverged: bool, "true";
+        /// Displacement along the ground after the horizon, in the rollout of the gradient. `null` if the robot
+        /// flies apart in it; the gradient is used in either case.
+        displacement_horizon: Option<f64>, "number or `null`", unit "m", columns ["displacement_horizon"];
+        /// Only for tasks other than `far`: minus the loss over the horizon; with two goals, the merit for the
+        /// worse goal.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        merit_horizon: Option<f64>, "number", unit "the loss's";
+        /// The loss over the horizon. With two gradients, the loss of the first one or the loss that is not
+        /// finite. If it is not finite, the value is `null` and the gradient is skipped. Absent for the snap and
+        /// in histories of earlier versions.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        loss_horizon: Option<f64>, "number or `null`", unit "the loss's";
+        /// Steps that carried the gradient.
+        horizon: usize, "whole number", unit "steps", columns ["horizon"];
+        /// Share of solid material.
+        volume as "V": f64, "number", columns ["V"];
+        /// Share of actuators.
+        actuator_volume as "V_act": f64, "number", columns ["V_act"];
+        /// The binarisation measure, and the overlap of each pair of materials: 01 is void with skeleton, 02
+        /// void with actuator, 12 skeleton with actuator.
+        measures: [f64; 4], "four numbers", columns ["g_bin", "g_01", "g_02", "g_12"];
+        /// By how much the measures exceed their thresholds.
+        violations: [f64; 4], "four numbers",
+            columns ["violation_g_bin", "violation_g_01", "violation_g_02", "violation_g_12"];
+        /// Multipliers after the iteration.
+        multipliers: [f64; 4], "four numbers",
+            columns ["multiplier_g_bin", "multiplier_g_01", "multiplier_g_02", "multiplier_g_12"];
+        /// Penalties after the iteration.
+        penalties: [f64; 4], "four numbers",
+            columns ["penalty_g_bin", "penalty_g_01", "penalty_g_02", "penalty_g_12"];
+        /// Norm of the gradient of the loss by the design before any bound, for the performance and the
+        /// stability projection; `null` if the projection has no share in the update.
+        design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's",
+            columns ["design_gradient_performance", "design_gradient_stability"];
+        /// Norm of the gradient of the loss by the controller before any bound; `null` if the learning rate is
+        /// zero, and if settling took an update back.
+        controller_gradient: Option<f64>, "number or `null`", unit "the loss's",
+            columns ["controller_gradient"];
+        /// How the subproblems of both design updates were solved: the `newton_steps` of the dual, and the
+        /// `residual`, the largest violation of the optimality conditions. `elastic` has a number for each
+        /// constraint, scaled as the constraints are: how much of it the subproblem could not meet. The volume
+        /// bounds come first (V at most, V at least, V_act at most, V_act at least), then the measures if they
+        /// are constraints.
+        mma: [Option<MmaDiagnostics>; 2], "two objects or `null`s",
+            columns [
+                "mma_performance_newton_steps", "mma_performance_residual",
+                "mma_performance_elastic_V_most", "mma_performance_elastic_V_least",
+                "mma_performance_elastic_V_act_most", "mma_performance_elastic_V_act_least",
+                "mma_stability_newton_steps", "mma_stability_residual",
+                "mma_stability_elastic_V_most", "mma_stability_elastic_V_least",
+                "mma_stability_elastic_V_act_most", "mma_stability_elastic_V_act_least"
+            ] of |r: &Record| r.mma.iter().flat_map(|mma| solved(mma.as_ref())).collect::<Vec<_>>();
+        /// Gradients skipped in this iteration because they or their loss were not finite.
+        skipped: usize, "whole number", columns ["skipped"];
+        /// The time step compared with the vibrations of the design after the iteration. In the table: `dt` over
+        /// the `dt` of `bound` and of `exact`. 1 or more means that the time step is too long. `null` in
+        /// histories of earlier versions.
+        #[serde(default)]
+        time_step: Option<StepCheck>, "object or `null`", parts StepCheck,
+            columns ["dt_over_bound", "dt_over_limit"] of |r: &Record| {
+                let share = |check: StepCheck, limit: Option<StepLimit>| Some(limit?.share(check.dt));
+                [
+                    r.time_step.and_then(|check| share(check, Some(check.bound))),
+                    r.time_step.and_then(|check| share(check, check.exact)),
+                ]
+            };
+    }
+}
+
+/// The cells of a subproblem: its Newton steps, its residual and what is elastic in the four volume bounds.
+fn solved(mma: Option<&MmaDiagnostics>) -> [Cell; 6] {
+    let Some(mma) = mma else {
+        return [Cell::Missing; 6];
+    };
+    let elastic = |k: usize| Cell::Number(mma.elastic[k]);
+    [
+        Cell::Count(mma.newton_steps),
+        Cell::Number(mma.residual),
+        elastic(0),
+        elastic(1),
+        elastic(2),
+        elastic(3),
+    ]
 }

@@ -1,4 +1,4 @@
-//! Quantiles of what a robot reaches from several starts.
+//! Quantiles of the results of a robot from several starts.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,8 +14,8 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The quantiles of a sample, with linear interpolation. A diverged rollout (NaN) is below every
-    /// other, and a quantile next to it is minus infinity.
+    /// The quantiles of a sample, with linear interpolation. A diverged rollout (NaN) counts as minus infinity, and
+    /// so does a quantile that interpolates from it.
     ///
     /// # Panics
     /// If the sample is empty.
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn a_diverged_rollout_counts_lowest() {
         let spread = Quantiles::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
-        // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
+        // Sorted: two diverged rollouts, 2, 3. The median lies between the second and the third.
         assert_eq!(
             (spread.p10, spread.p50),
             (f64::NEG_INFINITY, f64::NEG_INFINITY)

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use autodiff::Real;
 use rayon::prelude::*;
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
@@ -23,12 +23,11 @@ use crate::task::{Task, together};
 pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
     pub moved: Vector<f64>,
-    /// The number that robots are ranked by: the displacement along the ground, m, or for a task
-    /// other than distance minus the loss. With two goals it is the merit for the goal that the
-    /// robot does worse at.
+    /// The number that robots are ranked by: the displacement along the ground, m, or minus the loss for tasks other
+    /// than distance. With two goals it is the merit for the worse goal.
     pub merit: f64,
-    /// With two goals: the displacement along the ground with the goal behind, m. A negative
-    /// displacement is towards that goal.
+    /// With two goals: the displacement along the ground with the goal behind the robot, m. A negative displacement
+    /// is towards that goal.
     pub behind: Option<f64>,
 }
 
@@ -37,10 +36,9 @@ impl Reached {
         self.moved.forward()
     }
 
-    /// This result for the goal ahead together with the result for the goal behind. The merit
-    /// behind counts with the opposite sign: there the payload must move backwards and a loss must
-    /// be large.
-    fn with_behind(self, behind: Self) -> Self {
+    /// Joins this result for the goal ahead with the result for the goal behind. The merit behind counts with the
+    /// opposite sign: there the payload must move backwards, and a loss must be large.
+    pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
             behind: Some(behind.along()),
@@ -50,40 +48,39 @@ impl Reached {
 }
 
 /// The lower of two merits; NaN if either is NaN.
-pub(super) fn worse(a: f64, b: f64) -> f64 {
+fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if robots of a scene with this loss are ranked by their displacement alone.
+/// True if robots of a scene with this loss are ranked only by their displacement.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
 
-impl CoDesign {
-    /// A full rollout of the present robot, in the precision of gradients.
+impl Evaluator {
+    /// A full rollout of the current robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
         self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
 
-    /// The present robot after such numbers of steps from the unperturbed start, in the precision of gradients;
-    /// `None` if it diverges.
+    /// The states of the current robot after these numbers of steps from the unperturbed start, in the precision of
+    /// gradients; `None` if the robot diverges.
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
-        let (task, precision) = (&self.task, self.scene.gradient.precision);
-        let (designs, starts) = ([self.design(progress)], [&self.start]);
+        let precision = self.scene.gradient.precision;
+        let robot = ([self.design(progress)], &progress.controller);
         watched(
-            &designs,
-            &progress.controller,
-            task,
-            &starts,
+            &robot.0,
+            robot.1,
+            &self.task,
+            &[&self.start],
             steps,
             precision,
         )
         .remove(0)
     }
 
-    /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
-    /// start that is moved by a nanometre is the unperturbed start: medians over perturbed starts
-    /// need [`reach_many`](Self::reach_many) in f64.
+    /// Full rollouts of robots from the unperturbed start in the precision of gradients. Medians over perturbed
+    /// starts need [`reach_many`](Self::reach_many) in f64, because f32 rounds a perturbation of a nanometre away.
     pub(super) fn try_many(
         &self,
         designs: &[Design<Mixture<f64>>],
@@ -95,8 +92,8 @@ impl CoDesign {
         self.reach_many(designs, controller, task, &starts, precision)
     }
 
-    /// The best of a layout and its alternatives by one full rollout each, with the result of that
-    /// rollout. The first of equals wins. A layout without alternatives needs no rollout.
+    /// The best of a layout and its alternatives by one full rollout each, and the result of its rollout. The first
+    /// of equals wins. A layout without alternatives needs no rollout.
     pub(super) fn farthest(
         &self,
         layout: Vec<Material>,
@@ -112,8 +109,7 @@ impl CoDesign {
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// Rollouts of several layouts with one controller, computed in parallel, in the order of the
-    /// layouts.
+    /// Rollouts of several layouts with one controller, in the order of the layouts. Computed in parallel.
     pub(super) fn reached(
         &self,
         layouts: &[Vec<Material>],
@@ -146,8 +142,8 @@ impl CoDesign {
         }
     }
 
-    /// Full rollouts from several starts, all of one design or each of its own; with two goals also
-    /// towards the goal behind.
+    /// Full rollouts from several starts, with one design for all or a design for each. With two goals, the rollouts
+    /// towards the goal behind are included.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
@@ -157,44 +153,64 @@ impl CoDesign {
         precision: GradientPrecision,
     ) -> Vec<Reached> {
         let steps = task.physics.steps;
-        let towards_goal = |task: &Task| {
-            let observed = if self.loss.is_far() {
-                vec![steps]
-            } else {
-                self.loss.observed(steps)
-            };
-            let seen = watched(designs, controller, task, starts, observed, precision);
-            let pairs = starts.iter().zip(seen);
-            let reached = pairs.map(|(start, seen)| self.reached_in(start, seen.as_ref()));
-            reached.collect::<Vec<_>>()
+        let observed = match self.loss.is_far() {
+            true => vec![steps],
+            false => self.loss.observed(steps),
         };
-        let ahead = towards_goal(task);
+        let towards_goal = |task: &Task| -> Vec<Reached> {
+            let seen = watched(
+                designs,
+                controller,
+                task,
+                starts,
+                observed.clone(),
+                precision,
+            );
+            let pairs = starts.iter().zip(seen);
+            (pairs.map(|(start, seen)| self.reached_in(start, seen.as_ref()))).collect()
+        };
+        self.towards_goals(task, towards_goal, Reached::with_behind)
+    }
+
+    /// Rolls robots out towards every goal of the scene, and joins the results of each robot.
+    pub(super) fn towards_goals<T>(
+        &self,
+        task: &Task,
+        roll: impl Fn(&Task) -> Vec<T>,
+        join: impl Fn(T, T) -> T,
+    ) -> Vec<T> {
+        // All rollouts ahead come first: the bits of a gradient depend on the order.
+        let ahead = roll(task);
         if !self.scene.controller.two_goals {
             return ahead;
         }
-        let pairs = ahead.into_iter().zip(towards_goal(&task.turned_back()));
-        pairs.map(|(a, b)| a.with_behind(b)).collect()
+        let pairs = ahead.into_iter().zip(roll(&task.turned_back()));
+        pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
     /// The result of a rollout towards one goal; that of a diverged rollout is NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
-        let moved = seen.map_or(Vector::NAN, |seen| {
-            self.between(start, seen.at(seen.last_step()))
-        });
-        let loss = |seen: &Trajectory<f64>| LossOf::<f64>::loss_of(&*self.loss, seen);
-        let merit = match seen {
-            Some(seen) if !self.loss.is_far() => -loss(seen),
-            _ => moved.forward(),
+        let Some(seen) = seen else {
+            return self.reached_by(Vector::NAN, || f64::NAN);
         };
+        let moved = self.between(start, seen.at(seen.last_step()));
+        self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
+    }
+
+    /// The result of a payload that moved so far towards one goal.
+    pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
             moved,
-            merit,
+            merit: if self.loss.is_far() {
+                moved.forward()
+            } else {
+                -loss()
+            },
             behind: None,
         }
     }
 
-    /// Displacement of the payload between two states in the ground's frame, m; NaN if the last
-    /// state is absurd.
+    /// Displacement of the payload between two states, in the ground's frame, m; NaN if the last state is absurd.
     pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
         if last.is_absurd() {
             return Vector::NAN;
@@ -204,8 +220,8 @@ impl CoDesign {
     }
 }
 
-/// Robots from several starts after such numbers of steps in a precision, all of one design or each of its
-/// own; `None` for a robot that diverges.
+/// The states of robots from several starts after these numbers of steps, computed in `precision`. There is one
+/// design for all starts or a design for each. `None` for a robot that diverges.
 fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
@@ -230,7 +246,7 @@ fn watched(
         if seen.states.last().is_none_or(is_cleared) {
             return Some(seen);
         }
-        // The watch in lanes stops earlier than the guard does. The guard decides.
+        // The watch in lanes is stricter than the guard. The guard decides.
         let design = borrowed[k % borrowed.len()];
         let guarded = task.guarded(design, controller, starts[k], &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
@@ -256,8 +272,8 @@ fn roll_in<R: Real + Into<f64>>(
     all.into_iter().map(rounded).collect()
 }
 
-/// The index of the largest merit, the first one if several are equal. Later numbers of a merit
-/// break ties. A NaN, from a diverged rollout, is below any number.
+/// The index of the largest merit, and of the first one if several are equal. The later numbers of a merit break
+/// ties. NaN, from a diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
@@ -271,13 +287,13 @@ mod tests {
     use super::{Reached, first_best, worse};
     use crate::codesign::CoDesign;
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::{LIVELY, Up, tiny};
+    use crate::codesign::tests::{LIVELY, Up, begun, tiny};
     use crate::lattice::State;
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
-    /// A robot falls along a steep slope for 40 s: far enough that the watch in lanes stops and the
-    /// guard decides, and not so far that a state is absurd.
+    /// A robot falls along a steep slope for 40 s: so far that the watch in lanes stops and the guard decides, but
+    /// not so far that a state is absurd.
     #[test]
     fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
@@ -289,44 +305,49 @@ mod tests {
         scene.physics.speed_bound = None;
         scene.lattice.spacing = 0.001;
         scene.materials.stiffness = [1e-7, 1.0, 1.0];
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let reached = codesign.evaluate(&progress);
+        let (evaluator, progress) = begun(&scene);
+        let reached = evaluator.evaluate(&progress);
         assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
-        let delivery = codesign.deliver(&progress);
+        let delivery = evaluator.deliver(&progress);
         assert_eq!(delivery.divergence, None);
         assert_eq!(delivery.along, reached.along());
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
     }
 
-    /// The largest speed of a node in any state of a rollout of one robot, and bounds around it.
+    /// Bounds just above and below the largest speed of a node in a rollout.
     #[test]
     fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
         let mut scene = Scene::parse("fast", &[LIVELY, "iterations = 8"].concat()).unwrap();
         scene.physics.speed_bound = None;
         let free = CoDesign::new(&scene).unwrap();
         let progress = free.begin(1).unwrap();
-        let all = free.watch(&progress, (0..=scene.physics.steps).collect());
+        let all = free
+            .evaluator
+            .watch(&progress, (0..=scene.physics.steps).collect());
         let states = all.unwrap().states;
         let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
         let fastest = states.iter().map(speed).fold(0.0, f64::max);
-        // The node is too fast between the observed states, not at the end.
+        // The node is fastest between the observed states, not at the end.
         assert!(speed(&states[scene.physics.steps]) < 0.9 * fastest);
         let first = |bound: f64| states.iter().position(|state| speed(state) > bound);
         let mut moves = |bound| {
             scene.physics.speed_bound = bound;
             let codesign = CoDesign::new(&scene).unwrap();
-            let at = codesign.point(&progress, &Schedule::at(&scene, 1));
-            let walk = codesign.watch(&progress, vec![0, scene.physics.steps]);
+            let at = codesign
+                .evaluator
+                .point(&progress, &Schedule::at(&scene, 1));
+            let walk = codesign
+                .evaluator
+                .watch(&progress, vec![0, scene.physics.steps]);
             assert_eq!(
                 walk.is_none(),
-                codesign.evaluate(&progress).along().is_nan()
+                codesign.evaluator.evaluate(&progress).along().is_nan()
             );
-            let slopes = codesign.design_slopes(&at);
+            let slopes = codesign.evaluator.design_slopes(&at);
             (
-                codesign.evaluate(&progress),
+                codesign.evaluator.evaluate(&progress),
                 slopes,
-                codesign.deliver(&progress),
+                codesign.evaluator.deliver(&progress),
             )
         };
         let (reached, slopes, delivery) = moves(None);
@@ -353,22 +374,25 @@ mod tests {
         }
     }
 
-    /// Rollouts of the optimisation have the scene's precision, quoted figures f64.
+    /// Rollouts of the optimisation have the precision of the scene; quoted figures have f64.
     #[test]
-    fn rollouts_on_the_way_have_the_precision_of_gradients() {
+    fn rollouts_of_the_optimisation_have_the_precision_of_gradients() {
         let check = |mut scene: Scene| {
             scene.start.tilt = 0.2;
             let double = CoDesign::new(&scene).unwrap();
             scene.gradient.precision = GradientPrecision::F32;
             let single = CoDesign::new(&scene).unwrap();
             let progress = double.begin(1).unwrap();
-            let [a, b] = [&double, &single].map(|codesign| codesign.evaluate(&progress));
-            // 24 steps of some hundred operations on lengths of 0.3 m, each rounded at 6e-8, that
-            // add up as they come: 0.3 * 24 * 100^(1/2) * 6e-8.
+            let [a, b] = [&double, &single].map(|codesign| codesign.evaluator.evaluate(&progress));
+            // 24 steps of about 100 operations on lengths of 0.3 m, each rounded at 6e-8, with random signs within
+            // a step: 0.3 * 24 * 100^(1/2) * 6e-8.
             for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
                 assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
             }
-            assert_eq!(double.deliver(&progress), single.deliver(&progress));
+            assert_eq!(
+                double.evaluator.deliver(&progress),
+                single.evaluator.deliver(&progress)
+            );
         };
         check(tiny());
         let mut scene = tiny();
@@ -377,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
+    fn the_first_of_equals_is_the_best_and_diverged_rollouts_are_last() {
         let least = f64::NEG_INFINITY;
         assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0].map(|m| [m])), 1);
         assert_eq!(first_best([[f64::NAN], [least], [-5.0]]), 2);
@@ -385,38 +409,38 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// A robot that does not observe its goal moves equally for both goals: what it gains ahead, it
-    /// loses behind.
+    /// A robot that does not observe its goal moves the same way for both goals. What it gains for one, it loses for
+    /// the other.
     #[test]
-    fn with_two_goals_the_worse_one_is_the_merit() {
+    fn with_two_goals_the_worse_one_gives_the_merit() {
         let mut scene = Scene::parse("lively", LIVELY).unwrap();
         (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
         let check = |codesign: CoDesign, ahead: fn(&Reached) -> f64| {
             let progress = codesign.begin(1).unwrap();
-            let reached = codesign.evaluate(&progress);
+            let reached = codesign.evaluator.evaluate(&progress);
             assert_eq!(reached.behind, Some(reached.along()));
             assert!(ahead(&reached) != 0.0);
             assert_eq!(reached.merit, -ahead(&reached).abs());
-            let delivery = codesign.deliver(&progress);
+            let delivery = codesign.evaluator.deliver(&progress);
             assert_eq!(delivery.behind, Some(delivery.spread));
             assert!(delivery.selection.p50 < 0.0);
         };
         check(CoDesign::new(&scene).unwrap(), Reached::along);
-        // A loss that must be small for one goal must be large for the other.
+        // A caller's loss has to be small for one goal and large for the other.
         check(CoDesign::with_loss(&scene, Up).unwrap(), |reached| {
             reached.merit
         });
         // If the robot observes the goal, the results differ.
         scene.controller.goal_scale = 3.0;
         let codesign = CoDesign::new(&scene).unwrap();
-        let reached = codesign.evaluate(&codesign.begin(1).unwrap());
+        let reached = codesign.evaluator.evaluate(&codesign.begin(1).unwrap());
         let behind = reached.behind.unwrap();
         assert_ne!(behind, reached.along());
         assert_eq!(reached.merit, reached.along().min(-behind));
     }
 
     #[test]
-    fn a_nan_merit_is_the_worse_one() {
+    fn a_nan_merit_is_the_worse_merit() {
         assert_eq!(worse(1.0, 2.0), 1.0);
         assert_eq!(worse(2.0, 1.0), 1.0);
         assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());

@@ -1,4 +1,4 @@
-//! Whether its median describes a robot, and the score that robots are chosen by.
+//! Whether the median over perturbed starts describes a robot, and the score by which robots are chosen.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,11 +6,10 @@ use super::quantiles::Quantiles;
 
 /// Whether the median over perturbed starts describes a robot.
 ///
-/// A robot is unreliable in three cases. Its 10 % quantile is below the median by more than half of
-/// the median's size. Its unperturbed rollout differs from the median by more than that. Or one of
-/// these numbers is NaN because rollouts diverged. Medians of distances count as at least 1 cm in this
-/// comparison, because differences between robots that barely move mean nothing. There is no minimum
-/// for losses.
+/// A robot is unreliable in three cases: its 10 % quantile is below the median by more than half of the median's
+/// absolute value; its unperturbed rollout differs from the median by more than that; or one of these rollouts
+/// diverged. Absolute values of distances below 1 cm count as 1 cm, so that a robot that does not move is not called
+/// unreliable. There is no minimum for losses.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -23,7 +22,7 @@ pub enum Reliability {
     },
 }
 
-/// The smallest size that a median distance counts as, m.
+/// The least absolute value of a median distance in the comparison, m.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
@@ -38,10 +37,9 @@ pub(super) enum Merit {
 }
 
 impl Merit {
-    /// The score that controllers and starts are chosen by: the median of a reliable robot, the 10 %
-    /// quantile of an unreliable one. Each robot has a single score, so no choice depends on the
-    /// order of the robots. A reliable robot is always preferred to an unreliable one with a lower
-    /// 10 % quantile.
+    /// The score by which controllers and starts are chosen: the median of a reliable robot, the 10 % quantile of an
+    /// unreliable one. A choice by one number does not depend on the order of the robots. A reliable robot is always
+    /// preferred to an unreliable one with a lower 10 % quantile.
     pub(super) fn score(self, spread: &Quantiles, unperturbed: f64) -> f64 {
         match self.reliability(spread, unperturbed) {
             Reliability::Reliable => spread.p50,
@@ -124,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_median_that_misleads_is_unreliable_with_its_reason() {
+    fn an_unreliable_robot_has_a_reason() {
         let far = |numbers| reason(Merit::Distance, numbers);
         assert_eq!(far([1.6, 3.0, 4.4]), "");
         assert_eq!(
@@ -141,14 +139,14 @@ mod tests {
 
     /// A robot that walks backwards is as reliable as one that walks forwards.
     #[test]
-    fn medians_below_zero_have_a_size_too() {
+    fn negative_medians_are_compared_by_their_absolute_value() {
         let far = |numbers| reason(Merit::Distance, numbers);
         assert_eq!(far([-2.9, -2.0, -1.1]), "");
         assert!(far([-3.1, -2.0, -2.0]).contains("-3.100 m"));
-        // Robots that barely move may differ by 5 mm at most.
+        // Robots that barely move may differ by at most 5 mm.
         assert_eq!(far([-0.004, 0.0, 0.004]), "");
         assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
-        // The merit is minus the loss of 0.4, so a worse loss is larger.
+        // The merit is minus the loss.
         let loss = |numbers| reason(Merit::MinusLoss, numbers);
         assert_eq!(loss([-0.5, -0.4, -0.3]), "");
         let worse = loss([-0.9, -0.4, -0.4]);
@@ -159,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unreliable_robot_counts_as_its_lower_quantile() {
+    fn the_score_of_an_unreliable_robot_is_its_lower_quantile() {
         let score =
             |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
@@ -167,12 +165,12 @@ mod tests {
         // Unreliable by its quantile, then by its unperturbed rollout.
         assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
         assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
-        // An unreliable robot may still be the better one.
+        // An unreliable robot may still have the higher score.
         assert!(score([2.4, 5.0, 5.0]) > reliable);
     }
 
     #[test]
-    fn files_hold_the_verdict_and_the_reason() {
+    fn files_have_the_verdict_and_the_reason() {
         let json = |found: &Reliability| serde_json::to_string(found).unwrap();
         assert_eq!(json(&Reliability::Reliable), r#"{"verdict":"reliable"}"#);
         let found = Merit::Distance.reliability(&spread(0.0, 3.0), 3.0);

@@ -11,15 +11,16 @@ use crate::scene::{Finding, Scene};
 pub struct Review {
     /// Why an optimisation would not begin.
     pub refusals: Vec<Finding>,
-    /// The warnings that an optimisation gives at its start, and settings that are hardly meant.
+    /// The warnings that an optimisation gives at its start, and settings that are probably a mistake.
     pub warnings: Vec<Finding>,
 }
 
 impl Review {
-    /// Looks at a scene as [`CoDesign::begin`] does for a seed, without drawing a controller.
+    /// Checks a scene like [`CoDesign::begin`] for a seed, but draws no controller.
     ///
     /// # Errors
-    /// The errors of [`CoDesign::new`], and where the scene's start is drawn for another lattice.
+    /// The errors of [`CoDesign::new`]; [`Error::Usage`](crate::Error::Usage) if the start of the scene is a layout
+    /// for another lattice.
     pub fn new(scene: &Scene, seed: u64) -> Result<Self> {
         const STEP: [&str; 2] = ["physics.dt", "physics.substeps"];
         let check = CoDesign::new(scene)?.step_check_at_start(seed)?;
@@ -45,7 +46,7 @@ mod tests {
     use crate::scene::{BUILTIN, Scene};
 
     #[test]
-    fn built_in_scenes_are_neither_refused_nor_doubted() {
+    fn built_in_scenes_have_neither_refusals_nor_warnings() {
         for builtin in BUILTIN {
             let scene = Scene::load(builtin.name).unwrap();
             assert_eq!(Review::new(&scene, 0).unwrap().refusals, []);
@@ -65,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_that_runs_is_warned_of_with_its_values() {
+    fn probable_mistakes_give_warnings_with_their_values() {
         for (setting, warning) in [
             (
                 "materials.stiffness=[1000, 400, 30]",

@@ -5,23 +5,23 @@ use serde::{Deserialize, Serialize};
 use crate::design::VolumeBounds;
 use crate::scene::{Pass, Scene, StartKind};
 
-/// A span of iterations.
+/// A phase of an optimisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// Structure, material and controller move together.
+    /// Structure, material and controller change together.
     #[default]
     CoDesign,
-    /// As `CoDesign`, and edges with a clear material are drawn towards it.
+    /// As `CoDesign`, and edges with a clear material are moved towards that material.
     Attraction,
-    /// The one iteration that gives every edge a single material.
+    /// The single iteration that gives every edge one material.
     Snap,
-    /// The controller alone moves.
+    /// Only the controller changes, apart from the polish.
     FineTuning,
 }
 
 impl Phase {
-    /// Its name in files.
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::CoDesign => "co_design",
@@ -32,10 +32,10 @@ impl Phase {
     }
 }
 
-/// The value at an iteration of a ramp from `ends[0]` at `over[0]` to `ends[1]` at `over[1]`.
+/// The value of a ramp from `ends[0]` at iteration `over[0]` to `ends[1]` at iteration `over[1]`.
 fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
-    // A ramp of no length is a step.
+    // A ramp without length is a step.
     let share = ((iteration as f64 - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
     (1.0 - share) * ends[0] + share * ends[1]
 }
@@ -64,13 +64,13 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// The parts of the design that an iteration updates.
+    /// What the iteration updates.
     pub(super) fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]
     }
 
-    /// Steps that carry the gradient.
+    /// The number of steps that carry the gradient.
     pub(super) fn horizon(&self) -> usize {
         let schedule = &self.scene.schedule;
         let ends = schedule.horizon.map(|steps| steps as f64);
@@ -84,14 +84,14 @@ impl<'a> Schedule<'a> {
         VolumeBounds::widened(volume, slack)
     }
 
-    /// Thresholds of the binarisation measures, which come down from the first measures.
+    /// The thresholds of the binarisation measures, which fall from the measures of the first design.
     pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
         let ends = |g: f64| [g, settings.threshold.min(g)];
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 
-    /// The confidence above which an edge is drawn to its material, and the nudge.
+    /// The confidence above which an edge moves towards its material, and by how much it moves.
     pub(super) fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
@@ -99,27 +99,27 @@ impl<'a> Schedule<'a> {
         (at(settings.confidence), at(settings.nudge))
     }
 
-    /// Number of iterations that settle, at the end of the fine-tuning.
+    /// The number of iterations that settle, at the end of the fine-tuning.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
-        // Products such as 0.29 times 100 fall short of the whole number by a rounding.
+        // Rounding makes products such as 0.29 times 100 slightly too small.
         (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
-    /// True if this iteration settles.
+    /// True if the iteration settles.
     pub(super) fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }
 
-    /// True if this iteration tries other materials before its update.
+    /// True if the iteration tries other materials before its update.
     pub(super) fn polishes(&self) -> bool {
         let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
         let is_due = || {
             let tuned = self.iteration - schedule.snap_at - 1;
             tuned.is_multiple_of(schedule.polish_every)
         };
-        // A given layout is not changed.
+        // The layout of a start stays as it is.
         let designs = start != StartKind::Layout && self.phase() == Phase::FineTuning;
         schedule.polish_trials > 0 && designs && !self.settles() && is_due()
     }
@@ -132,7 +132,7 @@ impl<'a> Schedule<'a> {
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
         let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
-        // No rollout shows what the last update does: where controllers settle, its rate is zero.
+        // No rollout measures the last update, so its rate is zero where controllers settle.
         let left = if self.settles() {
             (schedule.iterations - self.iteration) as f64 / self.settling() as f64
         } else {
@@ -151,50 +151,52 @@ mod tests {
     fn the_paper_s_phases_and_ramps() {
         let scene = Scene::paper();
         let at = |iteration| Schedule::at(&scene, iteration);
-        let phases = [1, 169, 170, 239, 240, 241, 300].map(|i| at(i).phase());
         use Phase::{Attraction, CoDesign, FineTuning, Snap};
-        let expected = [
-            CoDesign, CoDesign, Attraction, Attraction, Snap, FineTuning, FineTuning,
+        let ends = [
+            (1, CoDesign),
+            (169, CoDesign),
+            (170, Attraction),
+            (239, Attraction),
+            (240, Snap),
         ];
-        assert_eq!(phases, expected);
-        assert_eq!(
-            [1, 80, 115, 150, 300].map(|i| at(i).horizon()),
-            [2048, 2048, 3072, 4096, 4096]
-        );
+        for (iteration, phase) in ends
+            .into_iter()
+            .chain([(241, FineTuning), (300, FineTuning)])
+        {
+            assert_eq!(at(iteration).phase(), phase);
+        }
+        let horizons = [1, 80, 115, 150, 300].map(|i| at(i).horizon());
+        assert_eq!(horizons, [2048, 2048, 3072, 4096, 4096]);
         let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator.high);
         // Sums of decimal fractions, rounded at 1e-17.
+        let is = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(
             widened
                 .iter()
                 .zip([0.22, 0.235, 0.25])
-                .all(|(a, b)| (a - b).abs() < 1e-15)
+                .all(|(a, b)| is(*a, b))
         );
-        assert_eq!(
-            at(20).thresholds(&[0.4, 0.2, 0.01, 0.3]),
-            [0.4, 0.2, 0.01, 0.3]
-        );
-        assert_eq!(
-            at(180).thresholds(&[0.4, 0.2, 0.01, 0.3]),
-            [0.03, 0.03, 0.01, 0.03]
-        );
+        let first = [0.4, 0.2, 0.01, 0.3];
+        assert_eq!(at(20).thresholds(&first), first);
+        assert_eq!(at(180).thresholds(&first), [0.03, 0.03, 0.01, 0.03]);
         assert_eq!(at(170).attraction(), (0.9, 0.002));
         let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
-        // The ramp to a tenth, of which 44 of 59 steps are gone; and nothing in the end.
+        // After 44 of 59 steps of the ramp to a tenth, and zero at the end.
         let ramped = (15.0 / 59.0) * 0.003 + (44.0 / 59.0) * 0.0003;
         assert_eq!([rates[0], rates[1], rates[3]], [0.003, 0.003, 0.0]);
-        // Three roundings of numbers of that size.
+        // Three roundings of numbers of this size.
         assert!((rates[2] - ramped).abs() < 1e-18);
         let polishes: Vec<_> = (1..=300).filter(|i| at(*i).polishes()).collect();
         assert!(polishes.into_iter().eq((241..286).step_by(3)));
         let settles = [285, 286, 300].map(|i| at(i).settles());
         assert_eq!(settles, [false, true, true]);
-        // Design and controller take turns, three to two.
+        // Three of five passes are for the design.
         let designs = (1..=240).filter(|i| at(*i).pass() == Pass::Design);
         assert_eq!(designs.count(), 144);
     }
 
     #[test]
-    fn a_share_of_the_fine_tuning_is_a_whole_number_where_it_should_be() {
+    fn a_whole_percentage_of_100_iterations_settles() {
         let mut scene = Scene::paper();
         let schedule = &mut scene.schedule;
         (schedule.snap_at, schedule.iterations) = (200, 300);

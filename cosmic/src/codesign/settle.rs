@@ -1,85 +1,88 @@
-//! Settling, the end of the fine-tuning: it starts from the best controller and takes back every
-//! update that loses distance.
+//! Settling, the end of the fine-tuning: returns to the best controller and takes back every update that loses
+//! distance.
 //!
-//! Gaits are chaotic. The fine-tuning finds good controllers and loses them again; some updates
-//! halve the distance. That helps it to leave poor controllers, but its last iterate is then a
-//! matter of chance. So the last iterations return to the best controller and stay close to it.
+//! Gaits are chaotic. The fine-tuning finds good controllers and loses them again, because some updates halve the
+//! distance. Such updates help to leave poor controllers, but they make the last iterate a matter of chance. So the
+//! last iterations return to the best controller and stay close to it.
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
 use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
 
-/// Share of the merit that an update may lose.
+/// The share of the merit that an update may lose.
 const LOSS: f64 = 0.05;
 
-impl CoDesign {
-    /// Returns to the best candidate in the first iteration that settles, and later to the last good
-    /// controller if `merit`, that of the present controller, is too low. True if the controller
-    /// changed: the gradient of this iteration then belongs to another controller.
-    pub(super) fn settle(&self, progress: &mut Progress, now: &Schedule, merit: f64) -> bool {
-        if !now.settles() {
+/// Returns to the best candidate in the first iteration that settles. Later it returns to the last good
+/// controller if `merit`, the merit of the current controller, is too low. Returns true if the controller
+/// changed, because the gradient of this iteration then belongs to another controller.
+pub(super) fn settle(
+    evaluator: &Evaluator,
+    progress: &mut Progress,
+    now: &Schedule,
+    merit: f64,
+) -> bool {
+    if !now.settles() {
+        return false;
+    }
+    match &mut progress.settled {
+        None => {
+            if !begin_to_settle(evaluator, progress) {
+                return false;
+            }
+        }
+        // A merit may be negative, so the tolerance is a share of its absolute value.
+        Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
+            settled.controller.clone_from(&progress.controller);
+            settled.merit = settled.merit.max(merit);
             return false;
         }
-        match &mut progress.settled {
-            None => {
-                if !self.begin_to_settle(progress) {
-                    return false;
-                }
-            }
-            // A merit may be negative: the tolerance is a share of its size.
-            Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
-                settled.controller.clone_from(&progress.controller);
-                settled.merit = settled.merit.max(merit);
-                return false;
-            }
-            // The median of the best candidate may be far above its own unperturbed rollout. No
-            // update has lost that distance, so there is none to take back.
-            Some(settled) if progress.controller == settled.controller => {
-                settled.merit = merit;
-                return false;
-            }
-            Some(settled) => {
-                settled.trust *= 0.5;
-                progress.controller.clone_from(&settled.controller);
-            }
+        // The median of the best candidate may be far above its own unperturbed rollout. That is no reason to
+        // take an update back.
+        Some(settled) if progress.controller == settled.controller => {
+            settled.merit = merit;
+            return false;
         }
-        // Adam's momentum points to the controller that was left.
-        progress.adam.mean.fill(0.0);
-        true
+        Some(settled) => {
+            settled.trust *= 0.5;
+            progress.controller.clone_from(&settled.controller);
+        }
     }
+    // Adam's momentum belongs to the controller before the change.
+    progress.adam.mean.fill(0.0);
+    true
+}
 
-    /// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed
-    /// starts. False if every candidate has a diverged rollout.
-    fn begin_to_settle(&self, progress: &mut Progress) -> bool {
-        self.judge_candidates(progress);
-        let judged = progress.candidates.iter();
-        let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
-        // Candidates are sorted by their single rollouts, which break ties between equal scores.
-        let best = first_best(judged.iter().map(|(spread, c)| self.rank(spread, c)));
-        let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
-            return false;
-        };
-        progress.controller.clone_from(&candidate.controller);
-        progress.settled = Some(Settled {
-            controller: candidate.controller.clone(),
-            merit,
-            trust: 1.0,
-        });
-        true
-    }
+/// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed starts.
+/// Returns false if every candidate has a diverged rollout.
+fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
+    evaluator.judge_candidates(progress);
+    let judged = progress.candidates.iter();
+    let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
+    // Candidates are sorted by their single rollouts, which thus break ties between equal scores.
+    let best = first_best(judged.iter().map(|(spread, c)| evaluator.rank(spread, c)));
+    let Some(&(Quantiles { p50: merit, .. }, candidate)) = judged.get(best) else {
+        return false;
+    };
+    progress.controller.clone_from(&candidate.controller);
+    progress.settled = Some(Settled {
+        controller: candidate.controller.clone(),
+        merit,
+        trust: 1.0,
+    });
+    true
 }
 
 #[cfg(test)]
 mod tests {
-    use super::LOSS;
+    use super::{LOSS, settle};
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::after;
     use crate::codesign::{CoDesign, Delivery, Progress, Settled};
     use crate::scene::Scene;
 
-    /// A robot whose controller is trained by updates that are far too large.
+    /// A robot whose controller is trained with far too large updates.
     fn wild(settle: f64) -> Scene {
         let text = "
             base = 'stability'
@@ -107,12 +110,12 @@ mod tests {
 
     fn optimised(scene: &Scene, seed: u64) -> (CoDesign, Progress, Delivery) {
         let (codesign, progress) = after(scene, scene.schedule.iterations, seed);
-        let delivery = codesign.deliver(&progress);
+        let delivery = codesign.evaluator.deliver(&progress);
         (codesign, progress, delivery)
     }
 
     #[test]
-    fn what_settles_ends_with_its_best() {
+    fn a_run_that_settles_ends_with_its_best_controller() {
         let (mut fell, mut taken_back) = (0, 0);
         for seed in 0..4 {
             let (.., plain) = optimised(&wild(0.0), seed);
@@ -120,48 +123,53 @@ mod tests {
             let (codesign, progress, settled) = optimised(&wild(0.5), seed);
             let best = progress.settled.as_ref().unwrap();
             taken_back += usize::from(best.trust < 1.0);
-            // The last update is one of rate 0: what stands there has been looked at.
-            let reached = codesign.evaluate(&progress).merit;
+            // The last update has rate 0, so the last controller has been measured.
+            let reached = codesign.evaluator.evaluate(&progress).merit;
             let least = best.merit - LOSS * best.merit.abs();
             let same = progress.controller == best.controller;
             assert!(same || reached >= least, "{reached} < {least}");
             let (last, delivered) = (settled.last.p50, settled.spread.p50);
-            // Perturbations move it by nanometres: it has to get farther for anything to be lost.
+            // The robot must move, or there is no distance to lose.
             assert!(delivered > 0.01, "{delivered}");
             assert!(
                 last >= (1.0 - 2.0 * LOSS) * delivered,
                 "{last}, {delivered}"
             );
         }
-        assert!(fell > 0, "the plain fine-tuning lost nothing");
+        assert!(fell > 0, "fine-tuning without settling lost no distance");
         assert!(taken_back > 0, "no update was taken back");
     }
 
-    /// A candidate whose own rollout is far behind its median used to be gone back to for ever.
+    /// Regression test: a candidate whose own rollout was far below its median was restored in every iteration.
     #[test]
     fn only_updates_are_taken_back() {
         let scene = wild(0.5);
         let (codesign, mut progress, _) = optimised(&scene, 0);
         let now = Schedule::at(&scene, scene.schedule.iterations);
-        let merit = codesign.evaluate(&progress).merit;
+        let merit = codesign.evaluator.evaluate(&progress).merit;
         let settled = Settled {
             controller: progress.controller.clone(),
             merit: merit + 1.0,
             trust: 1.0,
         };
         progress.settled = Some(settled.clone());
-        assert!(!codesign.settle(&mut progress, &now, merit));
+        assert!(!settle(&codesign.evaluator, &mut progress, &now, merit));
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
-        // An update that loses as much is one to take back.
+        // An update that loses as much is taken back.
         progress.controller.numbers_mut()[0] += 1.0;
-        assert!(codesign.settle(&mut progress, &now, merit - 1.0));
+        assert!(settle(
+            &codesign.evaluator,
+            &mut progress,
+            &now,
+            merit - 1.0
+        ));
         assert_eq!(progress.controller, own.controller);
         assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));
     }
 
     #[test]
-    fn nothing_settles_before_its_time_or_without_a_share() {
+    fn settling_starts_at_its_share_of_the_fine_tuning() {
         let (_, progress, _) = optimised(&wild(0.0), 0);
         assert_eq!(progress.settled, None);
         let scene = wild(0.5);
@@ -174,23 +182,20 @@ mod tests {
         }
         // The last half of 40 iterations.
         assert_eq!(first, Some(25));
-        // Going back to a controller does not make another candidate of it.
+        // A controller that is restored becomes no second candidate.
         let candidates = &progress.candidates;
         for (k, c) in candidates.iter().enumerate() {
-            assert!(
-                candidates[..k]
-                    .iter()
-                    .all(|other| other.controller != c.controller)
-            );
+            let mut earlier = candidates[..k].iter();
+            assert!(earlier.all(|other| other.controller != c.controller));
         }
     }
 
-    /// Medians that are known are not computed again, and are the same.
+    /// The medians that settling measured are reused by the delivery.
     #[test]
-    fn a_known_median_delivers_what_a_new_one_does() {
+    fn reused_medians_are_equal_to_new_ones() {
         let (codesign, mut progress, delivery) = optimised(&wild(0.5), 1);
         assert!(progress.candidates.iter().any(|c| c.spread.is_some()));
         progress.candidates.iter_mut().for_each(|c| c.spread = None);
-        assert_eq!(codesign.deliver(&progress), delivery);
+        assert_eq!(codesign.evaluator.deliver(&progress), delivery);
     }
 }

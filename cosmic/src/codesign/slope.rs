@@ -1,5 +1,4 @@
-//! A gradient of the loss, the point where it is taken, and how several become one: averaged over passes and
-//! over domains.
+//! A gradient of the loss, the point at which it is taken, and its means over passes and over domains.
 
 use rayon::prelude::*;
 
@@ -8,12 +7,13 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::{Horizon, Task};
 
-/// A gradient of the loss, the loss, and the robot's result within the horizon. The gradient of a
-/// loss that is not finite is NaN throughout, so that no optimiser uses it.
-#[derive(Clone, Debug, PartialEq)]
+/// A gradient of the loss, the loss, and the robot's result within the horizon. If the loss is not finite, the
+/// whole gradient is NaN, so that no optimiser uses it.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
     pub(super) loss: f64,
+    /// Displacement along the ground, m.
     pub(super) displacement: f64,
     /// The number that robots are ranked by, as in [`Reached`](super::reach::Reached).
     pub(super) merit: f64,
@@ -25,9 +25,9 @@ impl Slope {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
     }
 
-    /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) *
-    /// gradient`. The first gradient is its own mean. With a memory of zero nothing changes, and a
-    /// gradient that is not finite changes neither itself nor the mean.
+    /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) * gradient`.
+    /// The mean starts at the first gradient. With a memory of zero, or for a gradient that is not finite,
+    /// gradient and mean stay as they are.
     pub(super) fn averaged(&mut self, mean: &mut Vec<f64>, memory: f64) {
         if memory == 0.0 || !self.gradient.iter().all(|g| g.is_finite()) {
             return;
@@ -44,12 +44,7 @@ impl Slope {
     /// The mean over domains.
     fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
-        let mut mean = Self {
-            gradient: Vec::new(),
-            loss: 0.0,
-            displacement: 0.0,
-            merit: 0.0,
-        };
+        let mut mean = Self::default();
         for slope in slopes {
             mean.gradient.resize(slope.gradient.len(), 0.0);
             for (mean, g) in mean.gradient.iter_mut().zip(&slope.gradient) {
@@ -65,14 +60,14 @@ impl Slope {
 
 /// The point at which gradients are taken.
 pub(super) struct At<'a> {
-    /// Gradients are means over these domains; without any, those of the nominal task.
+    /// The domains that gradients are averaged over; empty for the nominal task alone.
     pub(super) domains: Vec<Domain<'a>>,
     pub(super) inputs: Inputs<f64>,
     pub(super) horizon: Horizon,
 }
 
 impl At<'_> {
-    /// The means of gradients over the domains, or without any the gradients of the nominal task.
+    /// The means of gradients over the domains. Without domains, the gradients of the nominal task.
     pub(super) fn means<const N: usize>(
         &self,
         nominal: &Task,
@@ -82,11 +77,8 @@ impl At<'_> {
             return slopes(nominal, &self.inputs);
         }
         let in_domain = |domain: &Domain| {
-            let start = domain.start.clone();
-            let inputs = Inputs {
-                start,
-                ..self.inputs.clone()
-            };
+            let mut inputs = self.inputs.clone();
+            inputs.start.clone_from(&domain.start);
             slopes(&domain.task, &inputs)
         };
         // Collected in order: the sum does not depend on the number of threads.
@@ -100,14 +92,12 @@ mod tests {
     use super::Slope;
 
     #[test]
-    fn a_mean_remembers_by_its_share() {
+    fn a_gradient_becomes_its_running_mean() {
         let mut mean = Vec::new();
         let mut averaged = |gradient: &[f64], memory| {
             let mut slope = Slope {
-                loss: 0.0,
                 gradient: gradient.to_vec(),
-                displacement: 0.0,
-                merit: 0.0,
+                ..Slope::default()
             };
             slope.averaged(&mut mean, memory);
             assert!(memory > 0.0 || mean.is_empty());
@@ -116,7 +106,7 @@ mod tests {
         assert_eq!(averaged(&[1.0, 2.0], 0.0), [1.0, 2.0]);
         assert_eq!(averaged(&[4.0, -8.0], 0.75), [4.0, -8.0]);
         assert_eq!(averaged(&[0.0, 8.0], 0.75), [3.0, -4.0]);
-        // One that is not finite is to be seen and skipped, and forgotten.
+        // A gradient that is not finite stays visible and does not enter the mean.
         assert_eq!(averaged(&[f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
         assert_eq!(averaged(&[3.0, -4.0], 0.75), [3.0, -4.0]);
     }

@@ -1,10 +1,10 @@
-//! Gradients of the loss.
+//! Gradients of the loss by the design and by the controller.
 
 use autodiff::{CotangentBound, Real, Var};
 
-use super::begin::CoDesign;
+use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::worse;
+use super::reach::{Reached, is_ranked_by_distance};
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::design::{Design, Mixture};
@@ -14,7 +14,7 @@ use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::random::{Purpose, stream_of};
-use crate::scene::GradientPrecision;
+use crate::scene::{GradientPrecision, HorizonMode};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
@@ -23,11 +23,11 @@ use crate::task::{Horizon, Task, together};
 pub(super) enum Sought<'a> {
     /// The design, in a projection.
     Design(Projection),
-    /// The shares of the materials in a layout. They are its design vectors (D7).
+    /// The shares of the materials in a layout, which are its design vectors (D7).
     Shares,
     /// The controller of a robot of this design.
     Controller(&'a Design<Mixture<f64>>),
-    /// No variable: the loss of a robot of this design, without a gradient.
+    /// No variable: only the loss of a robot of this design.
     Nothing(&'a Design<Mixture<f64>>),
 }
 
@@ -40,7 +40,8 @@ impl Sought<'_> {
         }
     }
 
-    /// The robot's design. Shares that are variables are not decided: their void edges keep their stiffness.
+    /// The robot's design. Shares that are variables are an undecided design, whose void edges keep their
+    /// stiffness.
     pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -50,30 +51,11 @@ impl Sought<'_> {
     }
 }
 
-/// The loss that a gradient differentiates, with its rollouts.
-struct Sloped<R> {
-    loss: R,
-    ahead: Seen<R>,
-    /// The rollout towards the second of two goals.
-    behind: Option<Seen<R>>,
-}
+/// The share of the bound on speeds that few robots reach by walking: 1 m/s if the bound is 100 m/s.
+const WALKS: f64 = 0.01;
 
-/// A rollout towards one goal, with its loss.
-struct Seen<R> {
-    loss: R,
-    trajectory: Trajectory<R>,
-}
-
-/// What a robot reached within a horizon.
-#[derive(Clone, Copy, Default)]
-struct Within {
-    /// Displacement along the ground, m.
-    displacement: f64,
-    merit: f64,
-}
-
-impl CoDesign {
-    /// The point of an iteration's gradients.
+impl Evaluator {
+    /// The point at which an iteration takes its gradients.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
@@ -82,7 +64,7 @@ impl CoDesign {
         }
     }
 
-    /// The inputs of the present robot's rollout from the unperturbed start.
+    /// The inputs of the current robot's rollout from the unperturbed start.
     pub fn inputs(&self, progress: &Progress) -> Inputs<f64> {
         Inputs {
             z: progress.design.vectors().into_owned(),
@@ -91,8 +73,8 @@ impl CoDesign {
         }
     }
 
-    /// The domains of an iteration's gradients; none if the scene asks for the nominal robot. Every
-    /// iteration has its own, by its number, so that a resumed run draws the same domains.
+    /// The domains of an iteration's gradients; empty if the scene asks for the nominal robot alone. They depend only
+    /// on the seed and the iteration, so that a resumed run draws the same domains.
     fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
@@ -101,7 +83,7 @@ impl CoDesign {
         (0..settings.samples).map(domain).collect()
     }
 
-    /// The steps that carry the gradient in an iteration, and how its cotangents are bounded.
+    /// The steps that carry the gradient in an iteration, and the bound on its cotangents.
     fn horizon(&self, now: &Schedule) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
@@ -113,9 +95,8 @@ impl CoDesign {
         }
     }
 
-    /// The gradients by the design in the performance and the stability projection; `None` for a
-    /// projection without a share in the update. On one thread the two rollouts run side by side in
-    /// lanes, on more threads in parallel.
+    /// The gradients by the design in the performance and the stability projection; `None` for a projection without
+    /// a share in the update. The two rollouts run in lanes on one thread, otherwise in parallel.
     pub(super) fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
@@ -130,10 +111,10 @@ impl CoDesign {
         }
     }
 
-    /// Gradients of the loss in the scene's precision, as means over the domains or of the nominal
-    /// task. A gradient may overflow, in f32 sooner than in f64: the caller skips that update.
+    /// Gradients of the loss in the precision of the scene: means over the domains, or of the nominal task. A
+    /// gradient may overflow, in f32 sooner than in f64; then the caller skips the update.
     ///
-    /// Several gradients in one call are all by the design: their rollouts share the controller.
+    /// Several gradients in one call must all be by the design, because their rollouts share the controller.
     pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
@@ -148,6 +129,37 @@ impl CoDesign {
         })
     }
 
+    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. The rollout of a
+    /// gradient has no guard. If the mean speed of the payload is high, the rollout is repeated with the guard.
+    /// Few robots that walk are so fast, but all robots that fly apart are. Displacements over drawn domains are
+    /// means and are not checked.
+    pub(super) fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
+        let physics = &self.scene.physics;
+        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
+            return displacement;
+        };
+        let steps = match at.horizon.mode {
+            HorizonMode::Head => at.horizon.steps.min(physics.steps),
+            HorizonMode::Tail => physics.steps,
+        };
+        if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
+            return displacement;
+        }
+        let mut task = self.task.clone();
+        task.physics.steps = steps;
+        let design = sought.design(&self.task, &at.inputs.z);
+        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
+        match again.along().is_nan() {
+            true => f64::NAN,
+            false => displacement,
+        }
+    }
+
+    /// The merit within the horizon; `None` if robots are ranked by their displacement.
+    pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
+        (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
+    }
+
     /// The gradients of one task in the number type `R`.
     fn differentiated<R: Real + Into<f64>, const N: usize>(
         &self,
@@ -159,87 +171,56 @@ impl CoDesign {
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
-        let mut within = [Within::default(); N];
+        let mut reached = [None; N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let designs: [_; N] = std::array::from_fn(|k| sought[k].design(task, &copies[k].z));
-            let losses = self.losses_of(task, &designs, &copies[0], horizon);
+            let losses = self.losses_of(task, &designs, &copies[0], &inputs.start, horizon);
             std::array::from_fn(|k| {
-                within[k] = self.reached_within(&losses[k], &inputs.start);
-                losses[k].loss
+                reached[k] = Some(losses[k].1);
+                losses[k].0
             })
         });
         std::array::from_fn(|k| {
             let loss: f64 = found[k].0.into();
             let usable = |g: f64| if loss.is_finite() { g } else { f64::NAN };
+            let Reached { moved, merit, .. } = reached[k].expect("the losses were computed");
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
                 loss,
-                displacement: within[k].displacement,
-                merit: within[k].merit,
+                displacement: moved.forward(),
+                merit,
             }
         })
     }
 
-    /// The displacement ahead after a horizon, and the merit: the worse one of two goals.
-    fn reached_within<R: Real + Into<f64>>(
-        &self,
-        sloped: &Sloped<Var<R>>,
-        start: &State<f64>,
-    ) -> Within {
-        let reached = |seen: &Seen<Var<R>>| {
-            let last = seen.trajectory.at(seen.trajectory.last_step());
-            let moved = self.between(start, &last.map(|x| x.value().into()));
-            let (along, loss) = (moved.forward(), seen.loss.value().into());
-            Within {
-                displacement: along,
-                merit: if self.loss.is_far() { along } else { -loss },
-            }
-        };
-        let mut within = reached(&sloped.ahead);
-        if let Some(behind) = &sloped.behind {
-            within.merit = worse(within.merit, -reached(behind).merit);
-        }
-        within
-    }
-
-    /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal
-    /// ahead and of minus the loss for the goal behind: the payload is to get as far back.
+    /// The losses of robots within a horizon, and what the robots reach there from `start`. With two goals a
+    /// loss is the mean of the loss for the goal ahead and of minus the loss for the goal behind: the payload
+    /// has to move back there.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
         designs: &[Design<Mixture<R>>; N],
         inputs: &Inputs<R>,
+        start: &State<f64>,
         horizon: &Horizon,
-    ) -> Vec<Sloped<R>>
+    ) -> Vec<(R, Reached)>
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let losses = |task: &Task| {
+        let towards_goal = |task: &Task| -> Vec<(R, Reached)> {
             let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
-            seen.into_iter().map(|trajectory| Seen {
-                loss: self.loss.loss_of(&trajectory),
-                trajectory,
-            })
-        };
-        let ahead = losses(task);
-        if !self.scene.controller.two_goals {
-            let alone = |ahead: Seen<R>| Sloped {
-                loss: ahead.loss,
-                ahead,
-                behind: None,
+            let lost = |seen: &Trajectory<R>| {
+                let loss = self.loss.loss_of(seen);
+                let last = seen.at(seen.last_step()).map(R::primal);
+                let moved = self.between(start, &last);
+                (loss, self.reached_by(moved, || loss.primal()))
             };
-            return ahead.map(alone).collect();
-        }
-        let both = |(ahead, behind): (Seen<R>, Seen<R>)| Sloped {
-            loss: R::lit(0.5) * (ahead.loss - behind.loss),
-            ahead,
-            behind: Some(behind),
+            seen.iter().map(lost).collect()
         };
-        // All rollouts ahead come first: the bits of the gradient depend on the order.
-        let ahead: Vec<Seen<R>> = ahead.collect();
-        let behind = losses(&task.turned_back());
-        ahead.into_iter().zip(behind).map(both).collect()
+        self.towards_goals(task, towards_goal, |(loss, ahead), (back, behind)| {
+            (R::lit(0.5) * (loss - back), ahead.with_behind(behind))
+        })
     }
 }
 
@@ -247,7 +228,7 @@ impl CoDesign {
 mod tests {
     use super::{At, Slope, Sought};
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{begun, tiny};
     use crate::codesign::{CoDesign, Progress};
     use crate::inputs::{CONTROLLER, DESIGN, Inputs};
     use crate::projection::Projection;
@@ -255,26 +236,26 @@ mod tests {
     use crate::simulator::stability::Vibration;
     use crate::task::{Horizon, Task};
 
-    /// The loss of two goals, its gradient by design and controller against differences. The robot
-    /// falls freely: nothing has a kink.
+    /// The gradient of the loss of two goals by design and controller, compared with differences. The robot falls
+    /// freely, so that nothing has a kink.
     #[test]
-    fn the_loss_of_two_goals_has_the_gradient_of_differences() {
+    fn the_gradient_for_two_goals_agrees_with_differences() {
         let mut scene = tiny();
         (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
         scene.controller.goal_scale = 1.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let inputs = codesign.inputs(&progress);
+        let (evaluator, progress) = begun(&scene);
+        let inputs = evaluator.inputs(&progress);
         let horizon = Horizon::head(24);
+        let start = &evaluator.start;
+        let sought = Sought::Design(Projection::Performance);
         let value = |inputs: &Inputs<f64>| {
-            let design = Sought::Design(Projection::Performance).design(&codesign.task, &inputs.z);
-            codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
+            let design = sought.design(&evaluator.task, &inputs.z);
+            evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let sought = Sought::Design(Projection::Performance);
-                let design = sought.design(&codesign.task, &inputs.z);
-                codesign.losses_of(&codesign.task, &[design], inputs, &horizon)[0].loss
+                let design = sought.design(&evaluator.task, &inputs.z);
+                evaluator.losses_of(&evaluator.task, &[design], inputs, start, &horizon)[0].0
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -287,60 +268,57 @@ mod tests {
             let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
             let h = 1e-5;
             let difference = (at(h) - at(-h)) / (2.0 * h);
-            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12; truncation h^2 beta^2,
-            // 4e-8, of the slope.
+            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12. Truncation: h^2 beta^2 = 4e-8 of the
+            // slope.
             assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
             assert!(slope != 0.0);
         }
     }
 
-    /// The slope by the design over so many steps in the domains of the first iteration.
+    /// The gradient by the design over `steps` steps in the domains of the first iteration.
     fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
-        let codesign = CoDesign::new(scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let mut at = codesign.point(&progress, &Schedule::at(scene, 1));
+        let (evaluator, progress) = begun(scene);
+        let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
         at.horizon = Horizon::head(steps);
-        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], &at);
+        let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
         slope
     }
 
-    /// Where the network does not see the goal, what it does ahead it does behind: in every domain.
+    /// A network that does not observe the goal does the same for both goals, in every domain.
     #[test]
-    fn both_goals_are_pursued_by_the_same_robot() {
+    fn both_goals_have_the_same_robot() {
         let mut scene = tiny();
         (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
         scene.robust.samples = 3;
         let slope = slope_in_domains(&scene, 20);
         assert_eq!(slope.loss, 0.0);
-        // Two sweeps that cancel, each of numbers below 1 rounded at 1e-16.
+        // Two gradients that cancel, of numbers below 1 rounded at 1e-16.
         assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
     }
 
-    /// A robot moves from where it stands, not from where the nominal one does.
     #[test]
-    fn displacements_are_from_each_start() {
+    fn displacements_are_measured_from_the_start_of_the_domain() {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_domains(&scene, 1);
-        // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at
-        // once.
+        // In a step of 2 ms, springs that are off by half a metre reach 50 m/s: less than 0.1 m.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
 
     #[test]
-    fn slopes_in_f32_are_those_in_f64_to_their_digits() {
+    fn gradients_in_f32_agree_with_gradients_in_f64() {
         let mut scene = tiny();
-        // From among all materials: a start with a slope by everything.
+        // At a start among all materials, the gradient has no zeros.
         scene.start.tilt = 0.2;
         let double = CoDesign::new(&scene).unwrap();
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let design = double.design(&progress);
+        let design = double.evaluator.design(&progress);
         let at = At {
             domains: Vec::new(),
-            inputs: double.inputs(&progress),
+            inputs: double.evaluator.inputs(&progress),
             horizon: Horizon::head(24),
         };
         for sought in [
@@ -348,40 +326,40 @@ mod tests {
             Sought::Design(Projection::Stability),
             Sought::Controller(&design),
         ] {
-            let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], &at));
+            let [[a], [b]] =
+                [&double, &single].map(|codesign| codesign.evaluator.slopes([sought], &at));
             let off: f64 = (a.gradient.iter().zip(&b.gradient))
                 .map(|(a, b)| (a - b).powi(2))
                 .sum();
             let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
-            // 24 steps of some hundred operations, each rounded at 6e-8, that add up as they
-            // come: 24 * 100^(1/2) * 6e-8. Where both were of one type, they would be equal.
+            // 24 steps of about 100 operations, each rounded at 6e-8, with random signs within a step:
+            // 24 * 100^(1/2) * 6e-8. If both had the same type, they would be equal.
             let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
             assert!(share > 0.0 && share < tolerance, "{share}");
             assert!(norm > 0.0);
-            // Of 0.3 m, at the same digits.
+            // Displacements are about 0.3 m, with the same relative error.
             assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
         }
     }
 
-    /// Side by side or one by one: the same bits, over domains and with two goals too.
+    /// In lanes or one by one: the same bits, also over domains and with two goals.
     #[test]
-    fn slopes_taken_together_are_those_taken_alone() {
+    fn gradients_computed_together_are_bit_identical_to_single_ones() {
         let check = |scene: &Scene, mode: HorizonMode| {
-            let codesign = CoDesign::new(scene).unwrap();
-            let progress = codesign.begin(1).unwrap();
+            let (evaluator, progress) = begun(scene);
             let at = At {
                 horizon: Horizon {
                     mode,
                     ..Horizon::head(20)
                 },
-                ..codesign.point(&progress, &Schedule::at(scene, 1))
+                ..evaluator.point(&progress, &Schedule::at(scene, 1))
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
-            let together = codesign.slopes(both, &at);
-            let alone = both.map(|sought| codesign.slopes([sought], &at).into_iter().next());
+            let together = evaluator.slopes(both, &at);
+            let alone = both.map(|sought| evaluator.slopes([sought], &at).into_iter().next());
             assert_eq!(together.clone().map(Some), alone);
             assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(codesign.design_slopes(&at), together.map(Some));
+            assert_eq!(evaluator.design_slopes(&at), together.map(Some));
         };
         let mut scene = tiny();
         scene.start.tilt = 0.2;
@@ -397,39 +375,41 @@ mod tests {
 
     /// The largest frequency of a task's robot, 1/s.
     fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
-        let body = task.body(&codesign.design(progress));
+        let body = task.body(&codesign.evaluator.design(progress));
         let rest = &task.lattice.positions;
         Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
     }
 
     #[test]
-    fn time_steps_are_held_against_the_robots_that_are_drawn() {
+    fn time_steps_are_checked_for_the_robots_that_are_drawn() {
         let mut scene = tiny();
         let alone = CoDesign::new(&scene).unwrap();
         let progress = alone.begin(0).unwrap();
         let nominal = (
             alone.step_check(&progress),
-            frequency(&alone, &progress, &alone.task),
+            frequency(&alone, &progress, &alone.evaluator.task),
         );
         (scene.robust.samples, scene.robust.stiffness) = (32, 0.4);
         let drawing = CoDesign::new(&scene).unwrap();
         let progress = drawing.begin(0).unwrap();
         let check = drawing.step_check(&progress);
-        let drawn = drawing.domains(&progress, &Schedule::at(&scene, 1));
+        let drawn = drawing
+            .evaluator
+            .domains(&progress, &Schedule::at(&scene, 1));
         let drawn = drawn
             .iter()
             .map(|w| frequency(&drawing, &progress, &w.task));
         let fastest = drawn.fold(0.0, f64::max);
         let faster = scene.robust.faster();
         assert!(nominal.1 < fastest && fastest < faster * nominal.1);
-        // Products and quotients of the same numbers, in another order.
+        // Products and quotients of the same numbers in another order.
         let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
         assert!(is(
             check.bound.frequency,
             faster * nominal.0.bound.frequency
         ));
         let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
-        // Symplectic Euler's damped limit is all but inverse to the frequency.
+        // The limit of damped symplectic Euler is nearly inverse to the frequency.
         assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
     }
 }

@@ -2,14 +2,14 @@
 
 use autodiff::{Memory, Real};
 
-use crate::codesign::{CoDesign, Progress, Record};
+use crate::codesign::{CoDesign, Evaluator, Progress, Record};
 use crate::design::{Design, flips};
 use crate::objective::Loss;
 use crate::scene::{LossKind, Scene};
 use crate::simulator::Trajectory;
 
-/// A small robot that moves from the first, with room for other layouts, and the beginning of
-/// its schedule.
+/// A small robot that moves from the start and has room for other layouts. Without `iterations`, so that tests add
+/// their own.
 pub(super) const LIVELY: &str = "
     base = 'stability'
     [lattice]
@@ -31,8 +31,7 @@ pub(super) const LIVELY: &str = "
     horizon = [64, 64]
 ";
 
-/// Minus the payload's height, as a user would write it. The state after half of the steps counts
-/// too.
+/// Minus the height of the payload after half of the steps and at the end, as a user would write it.
 pub(crate) struct Up;
 
 impl Loss for Up {
@@ -46,7 +45,7 @@ impl Loss for Up {
     }
 }
 
-/// A robot of two squares for a few steps.
+/// A robot of two squares that runs for a few steps.
 pub(crate) fn tiny() -> Scene {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
@@ -58,7 +57,14 @@ pub(crate) fn tiny() -> Scene {
     scene
 }
 
-/// A seed's robot after so many iterations.
+/// The evaluator of a scene, and the state before the first iteration.
+pub(super) fn begun(scene: &Scene) -> (Evaluator, Progress) {
+    let codesign = CoDesign::new(scene).unwrap();
+    let progress = codesign.begin(1).unwrap();
+    (codesign.evaluator, progress)
+}
+
+/// The robot of a seed after some iterations.
 pub(super) fn after(scene: &Scene, iterations: usize, seed: u64) -> (CoDesign, Progress) {
     let mut codesign = CoDesign::new(scene).unwrap();
     let mut progress = codesign.begin(seed).unwrap();
@@ -90,18 +96,21 @@ fn a_memory_budget_changes_no_bit() {
     assert!(all == within);
 }
 
-/// How far the snapped robot of a seed gets.
+/// The merit of a seed's robot after the snap.
 fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;
     let (mut codesign, mut progress) = after(&scene, scene.schedule.snap_at - 1, seed);
-    let soft = codesign.design(&progress);
+    let soft = codesign.evaluator.design(&progress);
     codesign.iterate(&mut progress);
     let layout = progress.design.layout().unwrap();
-    // The records of the layout that was chosen, not of the layout that it was compared with.
+    // The number of flips belongs to the chosen layout, not to one that it was compared with.
     assert_eq!(progress.flips, flips(&soft.mixtures(), layout));
-    assert_eq!(codesign.design(&progress), Design::Layout(layout.to_vec()));
-    codesign.evaluate(&progress).merit
+    assert_eq!(
+        codesign.evaluator.design(&progress),
+        Design::Layout(layout.to_vec())
+    );
+    codesign.evaluator.evaluate(&progress).merit
 }
 
 #[test]

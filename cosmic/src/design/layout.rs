@@ -1,4 +1,4 @@
-//! A robot's design, which is undecided until the snap and a layout from then on.
+//! The design of a robot: undecided before the snap, a layout after it.
 
 use std::borrow::Cow;
 
@@ -7,11 +7,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Material, Mixture};
 
-/// What the edges of a robot are made of: either undecided, with an `E` for every edge, or a layout.
+/// The materials of a robot's edges: either undecided, with an `E` for every edge, or a layout.
 ///
-/// The optimiser moves design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection)
-/// turns them into mixtures, `Design<Mixture<R>>`, of which a body is made. No projection changes a
-/// layout (D7).
+/// The optimiser moves design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection) turns them into
+/// mixtures, `Design<Mixture<R>>`, from which a body is made. Projections do not change a layout (D7).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Design<E> {
     /// A design vector or a mixture for every edge.
@@ -37,7 +36,7 @@ impl<E> Design<E> {
         }
     }
 
-    /// The design with every undecided element replaced by a function of it.
+    /// Applies a function to every element of an undecided design.
     pub fn map<F>(&self, f: impl Fn(&E) -> F) -> Design<F> {
         match self {
             Self::Undecided(elements) => Design::Undecided(elements.iter().map(f).collect()),
@@ -45,7 +44,7 @@ impl<E> Design<E> {
         }
     }
 
-    /// The elements of an undecided design, to be changed; `None` for a layout.
+    /// Mutable elements of an undecided design; `None` for a layout.
     pub fn undecided_mut(&mut self) -> Option<&mut [E]> {
         match self {
             Self::Undecided(elements) => Some(elements),
@@ -55,7 +54,7 @@ impl<E> Design<E> {
 }
 
 impl Design<[f64; 3]> {
-    /// The design of vectors that come from outside: a layout if every vector is one-hot.
+    /// The design of given vectors: a layout if every vector is one-hot.
     pub fn of_vectors(z: Vec<[f64; 3]>) -> Self {
         let layout: Vec<_> = z.iter().map(Material::dominant).collect();
         if one_hot(&layout) == z {
@@ -65,7 +64,7 @@ impl Design<[f64; 3]> {
         }
     }
 
-    /// The design vectors; those of a layout are one-hot.
+    /// The design vectors. The vectors of a layout are one-hot.
     pub fn vectors(&self) -> Cow<'_, [[f64; 3]]> {
         match self {
             Self::Undecided(z) => z.into(),
@@ -90,12 +89,12 @@ impl<R: Real> Design<Mixture<R>> {
         }
     }
 
-    /// An undecided design of given shares, such as the variables of a derivative.
+    /// An undecided design with given shares, such as the variables of a derivative.
     pub fn of_shares(shares: &[[R; 3]]) -> Self {
         Self::Undecided(shares.iter().map(|&shares| Mixture(shares)).collect())
     }
 
-    /// The mixture of every edge; a layout has one whole share per edge.
+    /// The mixture of every edge. In a layout one material has the whole share.
     pub fn mixtures(&self) -> Cow<'_, [Mixture<R>]> {
         match self {
             Self::Undecided(mixtures) => mixtures.into(),
@@ -122,12 +121,12 @@ impl Design<Mixture<f64>> {
     }
 }
 
-/// Design vectors of a layout.
+/// The design vectors of a layout.
 fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
     layout.iter().map(|material| material.one_hot()).collect()
 }
 
-/// A design in a file: its vectors, and a layout's materials beside them.
+/// A design in a file: its vectors, and the materials of a layout.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     z: Vec<[f64; 3]>,
@@ -157,7 +156,7 @@ mod tests {
     use crate::design::Material::{Actuator, Skeleton, Void};
 
     #[test]
-    fn only_one_hot_vectors_are_a_layout() {
+    fn a_design_is_a_layout_if_all_vectors_are_one_hot() {
         let mut z = vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
         let design = Design::of_vectors(z.clone());
         assert_eq!(design, Design::Layout(vec![Skeleton, Void, Actuator]));
@@ -167,12 +166,12 @@ mod tests {
     }
 
     #[test]
-    fn files_hold_the_vectors_and_the_layout() {
+    fn files_have_the_vectors_and_the_layout() {
         let layout = Design::<[f64; 3]>::Layout(vec![Skeleton]);
         let text = serde_json::to_string(&layout).unwrap();
         assert_eq!(text, r#"{"z":[[0.0,1.0,0.0]],"materials":[1]}"#);
         assert_eq!(serde_json::from_str::<Design<_>>(&text).unwrap(), layout);
-        // One-hot vectors before the snap are not a layout yet.
+        // Before the snap, one-hot vectors are not a layout yet.
         let open = Design::Undecided(vec![[0.0, 1.0, 0.0]]);
         let text = serde_json::to_string(&open).unwrap();
         assert_eq!(serde_json::from_str::<Design<_>>(&text).unwrap(), open);

@@ -6,29 +6,29 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Material {
-    /// Next to nothing: the edge is left out of the robot.
+    /// Nearly nothing: the robot has no bar there.
     Void = 0,
     /// Stiff and passive.
     Skeleton = 1,
-    /// Soft and heavy, changes its length on command.
+    /// Soft and heavy; it changes its length on command.
     Actuator = 2,
 }
 
 impl Material {
-    /// All of them, in the order of a design vector's entries.
+    /// All materials, in the order of the entries of a design vector.
     pub const ALL: [Self; 3] = [Self::Void, Self::Skeleton, Self::Actuator];
 
-    /// Whether the edge counts in the volume.
+    /// Whether an edge of this material counts in the volume.
     pub fn is_solid(self) -> bool {
         self != Self::Void
     }
 
-    /// The entry of this material in a list that has one entry per material.
+    /// The entry of this material in a list with one entry per material.
     pub fn of<T: Copy>(self, entries: &[T; 3]) -> T {
         entries[self as usize]
     }
 
-    /// The material with the largest entry; at a tie the first of them.
+    /// The material with the largest entry, and the first one if several are equal.
     pub fn dominant(entries: &[f64; 3]) -> Self {
         let larger = |best: Self, m: Self| {
             if m.of(entries) > best.of(entries) {
@@ -40,7 +40,7 @@ impl Material {
         Self::ALL.into_iter().fold(Self::Void, larger)
     }
 
-    /// The design vector of this material: 1 in its entry, 0 in the others.
+    /// The one-hot design vector of this material.
     pub fn one_hot(self) -> [f64; 3] {
         Self::ALL.map(|m| f64::from(u8::from(m == self)))
     }
@@ -57,7 +57,8 @@ impl TryFrom<u8> for Material {
 
     fn try_from(number: u8) -> Result<Self, String> {
         let material = Self::ALL.get(usize::from(number)).copied();
-        material
-            .ok_or_else(|| format!("{number} is no material: 0 is void, 1 skeleton, 2 actuator"))
+        material.ok_or_else(|| {
+            format!("{number} is not a material; use 0 for void, 1 for skeleton or 2 for actuator")
+        })
     }
 }

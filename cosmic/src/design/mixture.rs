@@ -1,4 +1,4 @@
-//! Mixtures: what a projection makes of design vectors.
+//! Mixtures: the shares of the materials in an edge.
 
 use std::ops::Index;
 
@@ -6,7 +6,7 @@ use autodiff::Real;
 
 use super::Material;
 
-/// The mixture of an edge: the shares of void, skeleton and actuator, which sum to one.
+/// The shares of void, skeleton and actuator in an edge. They sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture<R>(pub [R; 3]);
 
@@ -24,7 +24,7 @@ impl<R: Real> Mixture<R> {
         self[Material::Skeleton] + self[Material::Actuator]
     }
 
-    /// The mean of a property of the materials, each weighted by its share.
+    /// The mean of a property of the materials, weighted by their shares.
     pub fn mean_of(&self, property: &[f64; 3]) -> R {
         R::dot(&self.0, &property.map(R::lit))
     }
@@ -37,7 +37,7 @@ impl Mixture<f64> {
     }
 }
 
-/// The mean shares of solid material and of actuators.
+/// The mean shares of solid material and of actuators over all edges.
 pub fn volumes(mixtures: &[Mixture<f64>]) -> [f64; 2] {
     let mean = |share: fn(&Mixture<f64>) -> f64| {
         mixtures.iter().map(share).sum::<f64>() / mixtures.len() as f64

@@ -1,10 +1,10 @@
 //! Designs of robots, from what the optimiser moves to what is built.
 //!
-//! - A design vector per edge, `[f64; 3]` from 0 to 1, is what the optimiser moves.
-//! - A [`Mixture`] per edge is what a [projection](crate::projection) makes of it: shares of the materials.
-//! - A layout is one [`Material`] per edge.
+//! - The optimiser moves a design vector per edge: three numbers from 0 to 1.
+//! - A [projection](crate::projection) turns each vector into a [`Mixture`]: shares of the materials.
+//! - A layout has one [`Material`] per edge.
 //!
-//! [`Design`] holds one of them for all edges.
+//! A [`Design`] is one of these for all edges.
 
 mod material;
 mod mixture;

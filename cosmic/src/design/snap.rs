@@ -1,4 +1,4 @@
-//! The hard snap: one material per edge, within the volume bounds.
+//! The snap: gives every edge one material, within the volume bounds.
 
 use super::{LayoutRules, Material, Mixture};
 use crate::geometry::Range;
@@ -24,13 +24,13 @@ impl VolumeBounds {
     }
 }
 
-/// Gives every edge the material of its largest entry; then, while the layout is at fault or its volumes
-/// are out of bounds, flips the edge that is least confident among those whose flip mends that: faults
-/// first, and never volumes at the price of a fault. Tied edges are flipped together, and no edge to
-/// what the rules do not allow: then faults may stay, and the volumes out of bounds.
+/// Gives every edge its dominant material. Then, while the layout has faults or its volumes are out of bounds, flips the
+/// least confident edge whose flip improves that. Faults come first; a flip that mends a volume must not add a fault. Tied
+/// edges are flipped together. An edge never gets a material that the rules forbid, so faults may remain and volumes may
+/// stay out of bounds.
 ///
-/// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
-/// bounds, the nearest one to their middle is taken.
+/// The volumes of a layout are whole numbers of edges. If no whole number is within the bounds, the nearest one to their
+/// middle is the target.
 pub fn snap(
     mixtures: &[Mixture<f64>],
     bounds: &VolumeBounds,
@@ -40,7 +40,7 @@ pub fn snap(
     let counts = Counts::new(bounds, mixtures.len());
     let groups = rules.edges().groups(mixtures.len());
     let cost = |edge: usize, from, to| Some(mixtures[edge][from] - mixtures[edge][to]);
-    // Each bridge connects something that was apart.
+    // Each bridge connects at least one more piece.
     for _ in 0..=mixtures.len() {
         materials = mended(materials, &counts, rules, &groups, &cost);
         let bridge = rules.bridge(&materials);
@@ -57,8 +57,7 @@ pub fn snap(
     materials
 }
 
-/// A layout after flips of the least cost that mend faults, or bring volumes nearer to their bounds, until
-/// none does.
+/// Applies the cheapest flip that mends a fault or brings the volumes nearer to their bounds, until there is none.
 fn mended(
     mut layout: Vec<Material>,
     counts: &Counts,
@@ -79,7 +78,7 @@ fn mended(
     }
 }
 
-/// A change of one edge, or of edges that are tied together.
+/// A change of the material of one edge, or of tied edges.
 struct Flip<'g> {
     group: &'g [usize],
     to: Material,
@@ -87,7 +86,7 @@ struct Flip<'g> {
 }
 
 impl Flip<'_> {
-    /// A layout after the change.
+    /// The layout after the change.
     fn on(&self, layout: &[Material]) -> Vec<Material> {
         let mut layout = layout.to_vec();
         self.group.iter().for_each(|&edge| layout[edge] = self.to);
@@ -95,8 +94,8 @@ impl Flip<'_> {
     }
 }
 
-/// Every change of a layout that the rules allow and that has a cost, those of the least cost first. The
-/// cost of a group is that of all of its edges, which are of one material.
+/// All changes of a layout that the rules allow and that have a cost, cheapest first. The cost of a group is the sum over
+/// its edges, which all have the same material.
 fn flips_of<'g>(
     groups: &'g [Vec<usize>],
     layout: &[Material],
@@ -117,18 +116,18 @@ fn flips_of<'g>(
     flips
 }
 
-/// The number of edges whose material is not that of their largest share.
+/// The number of edges whose material is not the dominant one.
 pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
     let flipped = |(m, own): &(&Material, &Mixture<f64>)| **m != own.dominant();
     materials.iter().zip(mixtures).filter(flipped).count()
 }
 
-/// Least share of an edge's mixture that makes a material an alternative there. One that is held
-/// down (`projection.hold_materials`) has some 1e-9.
+/// The least share with which a material is an alternative in an edge. A material that is held back
+/// (`projection.hold_materials`) has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
-/// that is worse in faults or volumes, and none of a material that has no share in its edge.
+/// Layouts that differ from a snapped layout in one edge, least confident edges first. They have no more faults and no
+/// worse volumes, and the new material has a share in its edge.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -143,10 +142,9 @@ pub fn alternatives(
     flipped(materials, bounds, rules, most, cost)
 }
 
-/// Layouts that differ from another in one edge, or in edges that are tied together, up to so many. None
-/// has more faults or is further out of bounds, and those of the least cost come first. `cost` is asked
-/// what it costs to change an edge from its material to another one; where it gives none, that change is
-/// ruled out.
+/// At most `most` layouts that differ from a layout in one edge or in tied edges, cheapest first. They have no more faults
+/// and are no further out of bounds. `cost` returns the cost of changing an edge from one material to another, or `None` to
+/// rule the change out.
 pub fn flipped(
     materials: &[Material],
     bounds: &VolumeBounds,
@@ -165,8 +163,8 @@ pub fn flipped(
         .collect()
 }
 
-/// How many edges of a layout are solid, and how many are actuators.
-fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
+/// The numbers of solid edges and of actuators in a layout.
+pub(super) fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
     let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
     [
         count(Material::is_solid),
@@ -183,9 +181,9 @@ struct Counts {
 impl Counts {
     fn new(bounds: &VolumeBounds, edges: usize) -> Self {
         let whole = |bounds: Range| {
-            // 0.03 * 100 is not 3: a bound that a whole number meets to rounding is met.
+            // Rounding makes 0.03 * 100 differ from 3.
             let slack = 1e-9;
-            let (least, most) = bounds.map(|share| share * edges as f64).into();
+            let [least, most] = bounds.map(|share| share * edges as f64).into();
             let inside =
                 [(least - slack).ceil(), (most + slack).floor()].map(|n| n.max(0.0) as usize);
             if inside[0] <= inside[1] {
@@ -200,17 +198,17 @@ impl Counts {
         }
     }
 
-    /// The faults of a layout, and the edges too many or too few, which weigh less.
+    /// The number of faults, then the number of excess or missing edges.
     fn badness(&self, layout: &[Material], rules: &LayoutRules) -> [usize; 2] {
         [rules.faults(layout), self.excess(layout)]
     }
 
-    /// True if a layout has no more faults and is no further out of bounds than one of that badness.
+    /// True if neither the faults nor the excess of a layout exceed the given badness.
     fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
         self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
     }
 
-    /// How many edges too many or too few there are, solid and actuators together.
+    /// The number of excess or missing edges, of solid edges and of actuators together.
     fn excess(&self, layout: &[Material]) -> usize {
         let [solid, actuators] = solid_and_actuators(layout);
         let outside =
@@ -221,7 +219,7 @@ impl Counts {
 
 #[cfg(test)]
 mod tests {
-    use super::{VolumeBounds, alternatives, flips, snap};
+    use super::{VolumeBounds, alternatives, flips, snap, solid_and_actuators as counts};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::design::{LayoutRules, Mixture};
     use crate::geometry::{Range, Vector};
@@ -229,7 +227,7 @@ mod tests {
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
 
-    /// A chain of so many edges by these rules, of which nothing else is asked.
+    /// A chain of edges with these rules, without other requirements.
     fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
         let nodes = (0..=edges).map(|k| Vector::new([k as f64, 0.0])).collect();
         let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
@@ -252,14 +250,19 @@ mod tests {
     fn free(edges: usize) -> LayoutRules {
         ruled(&EdgeRules::default(), edges)
     }
-    const HALF: VolumeBounds = VolumeBounds {
-        solid: Range::new(0.5, 0.5),
-        actuator: Range::new(0.25, 0.25),
-    };
 
-    /// Within the bounds the largest entry decides.
+    const HALF: VolumeBounds = bounds([0.5, 0.5], [0.25, 0.25]);
+
+    const fn bounds(solid: [f64; 2], actuator: [f64; 2]) -> VolumeBounds {
+        VolumeBounds {
+            solid: Range::new(solid[0], solid[1]),
+            actuator: Range::new(actuator[0], actuator[1]),
+        }
+    }
+
+    /// If the dominant materials are within the bounds, nothing is flipped.
     #[test]
-    fn the_least_confident_edge_is_flipped_if_the_bounds_ask_for_it() {
+    fn the_least_confident_edge_is_flipped_if_the_bounds_require_it() {
         for (second, flipped) in [([0.4, 0.3, 0.3], 0), ([0.3, 0.4, 0.3], 1)] {
             let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]].map(Mixture);
             let snapped = snap(&mixture, &HALF, &free(4));
@@ -276,8 +279,7 @@ mod tests {
             row[material as usize] = 0.6;
             let mixture = [Mixture(row); 110];
             let materials = snap(&mixture, &bounds, &free(110));
-            let solid = materials.iter().filter(|m| m.is_solid()).count();
-            let actuators = materials.iter().filter(|&&m| m == Actuator).count();
+            let [solid, actuators] = counts(&materials);
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
             assert!(flips(&mixture, &materials) > 0);
@@ -287,13 +289,9 @@ mod tests {
     #[test]
     fn bounds_between_two_whole_numbers_take_the_nearest() {
         for (solid, edges) in [([0.5, 0.5], 2), ([0.36, 0.36], 2), ([0.56, 0.58], 3)] {
-            let bounds = VolumeBounds {
-                solid: solid.into(),
-                actuator: Range::new(0.0, 1.0),
-            };
+            let bounds = bounds(solid, [0.0, 1.0]);
             let materials = snap(&[Mixture([0.0, 1.0, 0.0]); 5], &bounds, &free(5));
-            let solids = materials.iter().filter(|m| m.is_solid()).count();
-            assert_eq!(solids, edges, "{solid:?} of 5 edges");
+            assert_eq!(counts(&materials)[0], edges, "{solid:?} of 5 edges");
         }
     }
 
@@ -307,10 +305,7 @@ mod tests {
         ]
         .map(Mixture);
         let layout = [Skeleton, Void, Actuator, Void];
-        let wide = VolumeBounds {
-            solid: Range::new(0.25, 0.75),
-            actuator: Range::new(0.25, 0.25),
-        };
+        let wide = bounds([0.25, 0.75], [0.25, 0.25]);
         let all = |mixture: &[_; 4], bounds| alternatives(mixture, &layout, bounds, &free(4), 100);
         let layouts = all(&mixture, &wide);
         let differs = |other: &Vec<Material>| {
@@ -320,23 +315,23 @@ mod tests {
             (changed[0].0, *changed[0].1.0)
         };
         let found: Vec<_> = layouts.iter().map(differs).collect();
-        // No flip to or from an actuator: there has to be just one.
+        // The bounds require exactly one actuator, so no flip involves one.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
         assert_eq!(all(&mixture, &HALF).len(), 0);
         assert_eq!(
             alternatives(&mixture, &layout, &wide, &free(4), 2),
             layouts[..2]
         );
-        // Without a share in its edge, void is no alternative.
+        // Void without a share in its edge is not an alternative.
         let mut held = mixture;
         held[0] = Mixture([1e-9, 1.0 - 1e-9, 0.0]);
         let found: Vec<_> = all(&held, &wide).iter().map(differs).collect();
         assert_eq!(found, [(1, Skeleton), (3, Skeleton)]);
     }
 
-    /// Edges that are tied change together, and no edge to what it may not be, however little it costs.
+    /// Tied edges change together, and a forbidden flip does not happen even if it is the cheapest.
     #[test]
-    fn flips_keep_to_the_rules_of_edges() {
+    fn flips_obey_the_rules_of_edges() {
         let rules = EdgeRules {
             keep: vec![0],
             forbid: vec![1],
@@ -349,32 +344,28 @@ mod tests {
             [0.1, 0.9, 0.0],
         ]
         .map(Mixture);
-        let half = VolumeBounds {
-            solid: Range::new(0.25, 0.25),
-            actuator: Range::new(0.0, 0.0),
-        };
+        let (ruled, free) = (ruled(&rules, 4), free(4));
+        let quarter = bounds([0.25, 0.25], [0.0, 0.0]);
+        let layout = [Skeleton, Void, Void, Void];
         assert_eq!(
-            snap(&mixture, &half, &free(4)),
+            snap(&mixture, &quarter, &free),
             [Void, Void, Void, Skeleton]
         );
-        assert_eq!(
-            snap(&mixture, &half, &ruled(&rules, 4)),
-            [Skeleton, Void, Void, Void]
-        );
-        let any = VolumeBounds {
-            solid: Range::new(0.0, 1.0),
-            actuator: Range::new(0.0, 0.0),
+        assert_eq!(snap(&mixture, &quarter, &ruled), layout);
+        let found = |rules| {
+            alternatives(
+                &mixture,
+                &layout,
+                &bounds([0.0, 1.0], [0.0, 0.0]),
+                rules,
+                100,
+            )
         };
-        let layout = [Skeleton, Void, Void, Void];
-        let found = alternatives(&mixture, &layout, &any, &ruled(&rules, 4), 100);
-        assert_eq!(found, [[Skeleton, Void, Skeleton, Skeleton]]);
-        assert_eq!(
-            alternatives(&mixture, &layout, &any, &free(4), 100).len(),
-            4
-        );
+        assert_eq!(found(&ruled), [[Skeleton, Void, Skeleton, Skeleton]]);
+        assert_eq!(found(&free).len(), 4);
     }
 
-    /// Whatever the mixture: one piece, and within the bounds. Then no alternative breaks it.
+    /// The alternatives are in one piece too.
     #[test]
     fn any_mixture_snaps_to_one_piece_within_the_bounds() {
         let lattice = Lattice::sample(6, 6, 0.0);
@@ -394,12 +385,9 @@ mod tests {
                 let dominant: Vec<_> = mixture.iter().map(Mixture::dominant).collect();
                 torn += usize::from(rules.faults(&dominant) > 0);
                 let snapped = snap(&mixture, &bounds, &rules);
-                let share = |is: fn(&Material) -> bool| {
-                    snapped.iter().filter(|m| is(m)).count() as f64 / 110.0
-                };
+                let [solid, actuators] = counts(&snapped).map(|n| n as f64 / 110.0);
                 assert_eq!(rules.faults(&snapped), 0);
-                assert!((0.47..=0.53).contains(&share(|m| m.is_solid())));
-                assert!((0.17..=0.25).contains(&share(|m| *m == Actuator)));
+                assert!((0.47..=0.53).contains(&solid) && (0.17..=0.25).contains(&actuators));
                 let others = alternatives(&mixture, &snapped, &bounds, &rules, 50);
                 assert!(!others.is_empty() && others.iter().all(|other| rules.faults(other) == 0));
             }
@@ -407,8 +395,7 @@ mod tests {
         assert!(torn > 30, "{torn} of 60 mixtures need it");
     }
 
-    /// Edges that have to be bars, far from the payload: a bridge of the fewest edges, though void is
-    /// what they are nearly wholly.
+    /// A kept edge far from the payload is connected by the fewest edges, although they are nearly void.
     #[test]
     fn kept_bars_are_bridged() {
         let mut lattice = Lattice::sample(6, 2, 0.0);
@@ -416,15 +403,12 @@ mod tests {
         assert!(!lattice.edges[kept].contains(&lattice.payload[0].node));
         lattice.rules.keep = vec![kept];
         let rules = LayoutRules::new(&lattice, &ONE_PIECE);
-        let any = VolumeBounds {
-            solid: Range::new(0.0, 1.0),
-            actuator: Range::new(0.0, 1.0),
-        };
+        let any = bounds([0.0, 1.0], [0.0, 1.0]);
         let mut mixture = vec![Mixture([0.98, 0.01, 0.01]); kept];
         mixture.push(Mixture([0.0, 0.4, 0.6]));
         let snapped = snap(&mixture, &any, &rules);
         assert_eq!(rules.faults(&snapped), 0);
         assert_eq!(snapped[kept], Actuator);
-        assert!(snapped.iter().filter(|m| m.is_solid()).count() <= 6);
+        assert!(counts(&snapped)[0] <= 6);
     }
 }

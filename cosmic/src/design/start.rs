@@ -1,4 +1,4 @@
-//! Where an optimisation starts.
+//! The design that an optimisation starts from.
 
 use super::tilt::tilted;
 use super::vectors::vectors_of_mixture;
@@ -9,11 +9,10 @@ use crate::geometry::{Vector, mean};
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
-/// The design to start from, for a performance projection of sharpness `beta`. Only a tilted start depends
-/// on the seed.
+/// The design to start from, for a performance projection of sharpness `beta`. Only a tilted start depends on the seed.
 ///
 /// # Errors
-/// [`Error::Usage`] where a layout is asked for that is drawn for another lattice.
+/// [`Error::Usage`] for a layout that was drawn for another lattice.
 pub fn start(
     settings: &StartSettings,
     lattice: &Lattice,
@@ -52,18 +51,18 @@ pub fn start(
     Ok(Design::Undecided(z))
 }
 
-/// The material that a layout gives every edge of the lattice.
+/// The materials that a layout gives to the edges of the lattice.
 ///
 /// # Errors
-/// [`Error::Usage`] where the layout is drawn for another lattice.
+/// [`Error::Usage`] if the layout was drawn for another lattice.
 pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Material>> {
     let Some(numbers) = layout.materials() else {
         return Ok(filled(lattice));
     };
     if lattice.edges != edges(LAYOUT_SIDE, LAYOUT_SIDE) {
         return Err(Error::Usage(format!(
-            "the three-legged layouts are drawn for a rectangular lattice of {LAYOUT_SIDE}x{LAYOUT_SIDE} \
-             nodes, and this one has {} nodes and {} edges",
+            "the three-legged layouts need a rectangular lattice of {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes; this \
+             one has {} nodes and {} edges",
             lattice.nodes(),
             lattice.edges.len()
         )));
@@ -73,11 +72,11 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     Ok(allowed(materials, &lattice.rules))
 }
 
-/// Share of a filled lattice's edges that are actuators: the most of the paper's table 2.
+/// The share of actuators in the filled layout: the largest one in the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
-/// A layout with each group of tied edges made of the material of its first, edges that are kept of
-/// skeleton where they were void, and those that are forbidden void.
+/// Makes a layout obey the rules of the lattice. Tied edges get the material of the first one. Kept edges that are void
+/// become skeleton. Forbidden edges become void.
 fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     for tie in &rules.tie {
         tie.iter()
@@ -94,13 +93,13 @@ fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     materials
 }
 
-/// Skeleton everywhere but on edges that stand more than they lie, the vertical ones of a rectangular
-/// lattice: of those, as many as the volume budget allows are actuators, spread evenly over rows and
-/// columns (the paper's "uniform distribution of vertical actuators", of which it lists no edges).
+/// The filled layout. Edges that are steeper than 45 degrees (the vertical edges of a rectangular lattice) are actuators, as
+/// many as the volume budget allows, spread evenly over rows and columns. All other edges are skeleton. This is the paper's
+/// "uniform distribution of vertical actuators", for which it lists no edges.
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
     let vertical = |edge: &[usize; 2]| {
         let [along, above] = lattice.direction(*edge).array();
-        // At 45 degrees an edge does not stand, however its places are rounded.
+        // Rounding must not make an edge at 45 degrees steep.
         along.abs() < (1.0 - 1e-9) * above.abs()
     };
     let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
@@ -111,8 +110,7 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
         if !vertical(edge) {
             return Material::Skeleton;
         }
-        // An even slope rounded up grows where the next one is due: the payload's edge has the
-        // first, without which it could not be lifted.
+        // Rounding up gives the first actuator to the edge of the payload, which could not be lifted without it.
         let due = |n: usize| (n * actuators).div_ceil(verticals);
         seen += 1;
         if due(seen) > due(seen - 1) {
@@ -137,6 +135,7 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{filled, layout_materials, start};
+    use crate::design::snap::solid_and_actuators;
     use crate::design::{Design, Material};
     use crate::error::Result;
     use crate::lattice::Lattice;
@@ -181,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filled_lattice_does_not_hang_on_the_direction_of_its_edges() {
+    fn the_filled_layout_does_not_depend_on_the_direction_of_edges() {
         let mut lattice = Lattice::sample(6, 6, 0.0);
         let materials = filled(&lattice);
         for edge in &mut lattice.edges {
@@ -196,12 +195,7 @@ mod tests {
         let lattice = Lattice::sample(6, 6, 0.0);
         for layout in [Layout::Tall, Layout::Short] {
             let materials = layout_materials(layout, &lattice).unwrap();
-            let solid = materials.iter().filter(|m| m.is_solid()).count();
-            let actuators = materials
-                .iter()
-                .filter(|&&m| m == Material::Actuator)
-                .count();
-            assert_eq!((solid, actuators), (55, 22));
+            assert_eq!(solid_and_actuators(&materials), [55, 22]);
             let settings = StartSettings {
                 layout,
                 kind: StartKind::Layout,

@@ -1,6 +1,5 @@
-//! A layout as a structure: which bars hold together, and what scenes ask of that.
-//!
-//! A bar is an edge of solid material.
+//! A layout as a structure: which bars are connected, and what scenes require of that. A bar is an edge of solid
+//! material.
 
 use std::collections::VecDeque;
 
@@ -9,34 +8,37 @@ use serde::{Deserialize, Serialize};
 
 use super::Material;
 use crate::geometry::crossings;
+use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
-/// How far apart two heights of lowest nodes may be, in units of the spacing.
+/// The largest height of a node in the lowest row, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values below this share of the largest are zero: lengths are of order one, and a mechanism
-/// that moves none has rounding alone.
+/// Singular values below this share of the largest count as zero. Lengths are of order one, so a mechanism has a singular
+/// value of rounding size.
 const RANK: f64 = 1e-9;
-/// The largest number of bars for which floppy modes are counted. The time for the rank grows with the cube of
-/// the number; this many bars take a few seconds.
+/// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
+/// bars take a few seconds.
 pub const MOST_RANKED: usize = 2000;
 
-/// What there is to say of the bars of a layout.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Structure {
-    /// Connected pieces of bars.
-    pub pieces: usize,
-    /// Nodes with a bar.
-    pub nodes: usize,
-    /// Ends of bars where no other bar is, nor payload.
-    pub free_ends: usize,
-    /// Pairs of bars that cross between their ends.
-    pub crossings: usize,
-    /// Nodes with a bar in the lowest row.
-    pub feet: usize,
-    /// Ways to move the nodes that change no bar's length at first order, beside those of a rigid body,
-    /// if bars turn freely about their ends. `None` if there are more than [`MOST_RANKED`] bars.
-    pub floppy_modes: Option<usize>,
+keys! {
+    /// How the bars of a layout are connected.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    struct Structure {
+        /// Connected pieces of bars.
+        pieces: usize, "whole number", columns ["pieces"];
+        /// Nodes with a bar.
+        nodes: usize, "whole number", columns ["nodes"];
+        /// Ends of bars without another bar or a payload.
+        free_ends: usize, "whole number", columns ["free_ends"];
+        /// Pairs of bars that cross between their ends.
+        crossings: usize, "whole number", columns ["crossings"];
+        /// Nodes of the lowest row with a bar.
+        feet: usize, "whole number", columns ["feet"];
+        /// Independent motions of the nodes that stretch no bar to first order, without rigid motions, if bars
+        /// turn freely about their ends. `null` for more than 2000 bars, because counting would take too long.
+        floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
+    }
 }
 
 impl Structure {
@@ -61,7 +63,7 @@ impl Structure {
     }
 }
 
-/// Whether bars join each node to the first payload.
+/// For each node, whether bars connect it to the first payload.
 pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     Bars { lattice, layout }.held()
 }
@@ -80,7 +82,7 @@ impl Bars<'_> {
         bars.map(|(edge, (ends, _))| (edge, *ends))
     }
 
-    /// How many bars end at every node.
+    /// The number of bars at every node.
     fn degrees(&self) -> Vec<usize> {
         let mut degrees = vec![0; self.lattice.nodes()];
         let ends = self.iter().flat_map(|(_, ends)| ends);
@@ -88,7 +90,7 @@ impl Bars<'_> {
         degrees
     }
 
-    /// A number for every node, one for all nodes that bars connect.
+    /// A number for every node. Nodes that bars connect have the same number.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
@@ -110,7 +112,7 @@ impl Bars<'_> {
         self.lattice.payload.iter().map(|payload| payload.node)
     }
 
-    /// Whether each node hangs together with the first payload.
+    /// For each node, whether bars connect it to the first payload.
     fn held(&self) -> Vec<bool> {
         let pieces = self.pieces();
         let first = self.payload().next().map(|node| pieces[node]);
@@ -125,7 +127,7 @@ impl Bars<'_> {
             .count()
     }
 
-    /// How many nodes of the lowest row have a bar.
+    /// The number of nodes in the lowest row with a bar.
     fn feet(&self) -> usize {
         let nodes = self.lattice.places.iter().zip(self.degrees());
         nodes
@@ -167,8 +169,8 @@ impl LayoutRules {
         Bars { lattice, layout }
     }
 
-    /// How many faults a layout has: bars and payloads apart from the first payload, and what else is
-    /// not to be.
+    /// The number of faults of a layout: bars and payloads that are not connected to the first payload, and violations of
+    /// the other requirements.
     pub(super) fn faults(&self, layout: &[Material]) -> usize {
         let (asked, bars) = (&self.asked, self.bars(layout));
         let mut faults = 0;
@@ -187,7 +189,7 @@ impl LayoutRules {
         faults + self.crossing.iter().filter(are_bars).count()
     }
 
-    /// A layout without its loose bars, if there are to be none.
+    /// The layout without its loose bars, if the scene asks for one piece.
     pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
         let (mut rest, bars) = (layout.to_vec(), self.bars(layout));
         if self.asked.one_piece {
@@ -199,8 +201,8 @@ impl LayoutRules {
         rest
     }
 
-    /// The fewest void edges that would connect the first payload with a bar or a payload apart from it;
-    /// none if there is no way, nothing to connect, or no need to.
+    /// The fewest void edges that would connect the first payload with a loose bar or another payload. Empty if there is
+    /// no way, if nothing is loose, or if the scene does not ask for one piece.
     pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
         if !self.asked.one_piece {
             return Vec::new();
@@ -211,7 +213,7 @@ impl LayoutRules {
         for node in ends.chain(bars.payload()) {
             is_goal[node] = !held[node];
         }
-        // From all held nodes at once, an edge at a time.
+        // A breadth-first search from all connected nodes.
         let mut way: Vec<Option<[usize; 2]>> = vec![None; held.len()];
         let mut seen = held.clone();
         let mut front: VecDeque<usize> = (0..held.len()).filter(|&n| held[n]).collect();
@@ -236,8 +238,8 @@ impl LayoutRules {
     }
 }
 
-/// Degrees of freedom of hinged bars beyond those of a rigid body: twice the nodes, less three, less the
-/// rank of the matrix of the bars' directions.
+/// The degrees of freedom of hinged bars, without rigid motions: twice the number of nodes, minus three, minus the rank of
+/// the matrix of the bars' directions.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
@@ -263,13 +265,13 @@ mod tests {
     use crate::lattice::Lattice;
     use crate::scene::DesignSettings;
 
-    /// Two squares side by side, nodes row by row from below; only these edges are bars.
+    /// The layout in which only these edges are bars.
     fn layout(lattice: &Lattice, bars: &[[usize; 2]]) -> Vec<Material> {
         let is_bar = |ends: &[usize; 2]| bars.contains(ends) || bars.contains(&[ends[1], ends[0]]);
         let material = |ends: &[usize; 2]| if is_bar(ends) { Skeleton } else { Void };
         let layout: Vec<_> = lattice.edges.iter().map(material).collect();
         let solid = layout.iter().filter(|m| m.is_solid()).count();
-        assert_eq!(solid, bars.len(), "an edge that there is not");
+        assert_eq!(solid, bars.len(), "the lattice has no such edge");
         layout
     }
 
@@ -304,7 +306,7 @@ mod tests {
                 free_ends: 2,
                 crossings: 1,
                 feet: 3,
-                // The loose bar turns and moves.
+                // The loose bar turns and translates.
                 floppy_modes: Some(3),
             }
         );
@@ -316,8 +318,8 @@ mod tests {
     }
 
     #[test]
-    fn a_large_structure_has_all_but_its_floppy_modes() {
-        // All edges of a square lattice: as a sheet it is rigid, and the braces of each cell cross.
+    fn floppy_modes_are_not_counted_for_many_bars() {
+        // All edges of a square lattice: it is rigid, and the braces of each cell cross.
         let of = |nodes: usize| {
             let lattice = Lattice::sample(nodes, nodes, 0.0);
             let structure = Structure::new(&lattice, &vec![Skeleton; lattice.edges.len()]);
@@ -333,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn loose_bars_are_faults_and_can_be_cut_or_bridged() {
+    fn loose_bars_are_faults_that_can_be_cut_or_bridged() {
         let lattice = Lattice::sample(3, 3, 0.0);
         let asked = DesignSettings {
             one_piece: true,
@@ -356,7 +358,7 @@ mod tests {
         assert_eq!(rules.faults(&layout), 1);
         let bridge = rules.bridge(&layout);
         assert!(!bridge.is_empty());
-        // Other faults are none of a bridge's business.
+        // A bridge only mends loose bars.
         let in_pieces = DesignSettings {
             one_piece: false,
             free_ends: false,
@@ -369,7 +371,7 @@ mod tests {
         assert_eq!(rules.faults(&joined), 0);
         let cut = rules.without_loose_bars(&layout);
         assert_eq!((cut[own], cut[loose]), (Skeleton, Void));
-        // Each option is a fault of its own.
+        // Each requirement counts its own faults.
         let free = |asked: DesignSettings| LayoutRules::new(&lattice, &asked).faults(&cut);
         assert_eq!(free(asked.clone()), 0);
         let no_ends = DesignSettings {

@@ -1,4 +1,4 @@
-//! Starts that thin out towards a side, drawn from a seed.
+//! Starts with more void towards one side, which depends on the seed.
 
 use std::f64::consts::TAU;
 
@@ -6,15 +6,15 @@ use crate::geometry::{Range, Segment, Vector};
 use crate::lattice::Lattice;
 use crate::random::{Purpose, stream, symmetric};
 
-/// The least and the most share of void that a tilt leaves an edge.
+/// The range of the share of void in an edge after a tilt.
 const VOID: Range = Range::new(0.001, 0.999);
 
-/// Shares of void with a surplus that grows along a direction drawn from the seed, every direction
-/// as likely as any other: `tilt (1 + cos(a) x + sin(a) y)` for coordinates from -1 to 1 across the
-/// lattice. Along an axis that is from nothing at one side to `2 tilt` at the opposite, along a
-/// diagonal from `-0.4 tilt` in one corner to `2.4 tilt` in the other.
+/// Adds to the shares of void a surplus that grows along a direction: `tilt (1 + cos(a) x + sin(a) y)` for coordinates
+/// from -1 to 1 across the lattice. Along an axis it grows from 0 at one side to `2 tilt` at the other, along a diagonal
+/// from `-0.4 tilt` in one corner to `2.4 tilt` in the other.
 ///
-/// No direction is preferred: a search over seeds finds the side that should be thin.
+/// The seed draws the direction, with all directions equally likely. So a search over seeds finds the side that should
+/// have less material.
 pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();
@@ -26,7 +26,7 @@ pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> V
     edges.map(edge).collect()
 }
 
-/// Midpoints of the edges, each coordinate from -1 to 1 across the lattice.
+/// The midpoints of the edges, with coordinates from -1 to 1 across the lattice.
 fn midpoints(lattice: &Lattice) -> Vec<Vector<f64>> {
     let extent = lattice.extent();
     let at = |node: usize| {
@@ -50,18 +50,18 @@ mod tests {
     }
 
     #[test]
-    fn the_void_grows_along_a_line_and_its_mean_stands_in_the_middle() {
+    fn the_mean_surplus_of_void_is_the_tilt() {
         let tilted = tilted(&[0.3; 110], &lattice(), 0.1, 7);
-        // The lattice is symmetric; 110 roundings below 1e-16.
+        // The lattice is symmetric. 110 roundings below 1e-16.
         let mean = tilted.iter().sum::<f64>() / 110.0;
         assert!((mean - 0.4).abs() < 1e-14, "{mean}");
         let most = tilted.iter().copied().fold(0.0, f64::max);
-        // A direction along a side reaches it; one between two reaches beyond, towards the corner.
+        // The largest surplus is 2 tilt for a direction along an axis, and more for directions towards a corner.
         assert!((0.48..0.55).contains(&most), "{most}");
     }
 
     #[test]
-    fn directions_are_the_seed_s_and_differ() {
+    fn the_direction_depends_on_the_seed() {
         let of = |seed| tilted(&[1.0 / 3.0; 110], &lattice(), 0.1, seed);
         assert_eq!(of(3), of(3));
         assert_ne!(of(3), of(4));
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn midpoints_reach_from_side_to_side() {
+    fn midpoints_reach_the_sides_of_the_lattice() {
         let bounds = Bounds::of(midpoints(&lattice()));
         assert_eq!(bounds.high, [1.0, 1.0]);
     }

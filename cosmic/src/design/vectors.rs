@@ -1,9 +1,9 @@
-//! Design vectors: what the optimiser moves.
+//! Design vectors, which the optimiser moves.
 
 use super::{Material, Mixture};
 
-/// Design vectors whose performance projection is the given mixture, for shares above zero:
-/// `z_k = 1/3 + (ln m_k - mean ln m) / beta`, clamped to `[0, 1]`.
+/// The design vectors whose performance projections are the given mixtures: `z_k = 1/3 + (ln m_k - mean ln m) / beta`,
+/// clamped to `[0, 1]`. Shares must be above 0.
 pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f64; 3]> {
     let vector = |m: &Mixture<f64>| {
         let log = m.0.map(f64::ln);
@@ -15,15 +15,15 @@ pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f
     z
 }
 
-/// Brings every entry back into `[0, 1]`.
+/// Clamps every entry to `[0, 1]`.
 pub fn clamp(z: &mut [[f64; 3]]) {
     for entry in z.as_flattened_mut() {
         *entry = entry.clamp(0.0, 1.0);
     }
 }
 
-/// One step of attraction: where the largest share of an edge's mixture exceeds `confidence`,
-/// its design entry grows by `nudge` and the others fall by half of it, within `[0, 1]`.
+/// One step of attraction: if the largest share of an edge exceeds `confidence`, the design entry of that material grows
+/// by `nudge` and the others fall by half of that, within `[0, 1]`.
 pub fn attract(z: &mut [[f64; 3]], mixtures: &[Mixture<f64>], confidence: f64, nudge: f64) {
     for (vector, mixture) in z.iter_mut().zip(mixtures) {
         let chosen = mixture.dominant();
@@ -48,16 +48,16 @@ mod tests {
     #[test]
     fn vectors_keep_the_ratios_of_the_mixture() {
         let [z] = vectors_of_mixture(&[Mixture([0.6, 0.3, 0.1])], 20.0)[..] else {
-            panic!("one edge in, one edge out")
+            panic!("expected one edge")
         };
-        // exp(20 x) multiplies the rounding of z, 1e-16, by 20.
+        // exp(20 x) multiplies the rounding error of z, 1e-16, by 20.
         let ratio = |k: usize, l: usize| (20.0 * (z[k] - z[l])).exp();
         assert!((ratio(0, 1) - 2.0).abs() < 1e-13 && (ratio(0, 2) - 6.0).abs() < 1e-13);
         assert!((z.iter().sum::<f64>() - 1.0).abs() < 1e-15);
     }
 
     #[test]
-    fn attraction_moves_only_decided_edges_and_stays_in_range() {
+    fn attraction_moves_edges_with_a_clear_material_within_the_range() {
         let mut z = [[0.5, 0.3, 0.2], [0.4, 0.4, 0.2], [0.0, 0.999, 0.001]];
         let mixtures = [[0.95, 0.04, 0.01], [0.5, 0.49, 0.01], [0.0, 1.0, 0.0]].map(Mixture);
         attract(&mut z, &mixtures, 0.9, 0.004);

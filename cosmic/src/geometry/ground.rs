@@ -5,10 +5,10 @@ use autodiff::Real;
 use super::rotation::Rotation;
 use super::vector::Vector;
 
-/// The ground: a line through the point at `height` above the world's origin, inclined to the horizontal.
+/// The ground: an inclined line through the point at `height` above the origin of the world.
 ///
-/// Its frame has that point as origin, the [tangent](Ground::tangent) as first axis and the
-/// [normal](Ground::normal) as last: the last coordinate is the height above the ground.
+/// The origin of its frame is this point. The first axis is the [tangent](Ground::tangent), the last axis the
+/// [normal](Ground::normal). So the last coordinate is the height above the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height of the ground at `x = 0`, in metres.
@@ -18,7 +18,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Whether the ground is horizontal: then its frame is the world's, moved and not turned.
+    /// Whether the ground is horizontal. Then its frame is the world's frame, moved but not rotated.
     pub fn is_flat(&self) -> bool {
         self.incline_deg == 0.0
     }
@@ -38,12 +38,12 @@ impl Ground {
         self.axes().normal()
     }
 
-    /// The world's vertical in the ground's frame: the unit vector against gravity.
+    /// The unit vector against gravity, in the ground's frame.
     pub fn vertical<const D: usize>(&self) -> Vector<f64, D> {
         self.vector_to_ground(Vector::upright(0.0, 1.0))
     }
 
-    /// A vector (a velocity, a force) of the world in the ground's frame.
+    /// Converts a vector (a velocity, a force) from the world's frame to the ground's.
     pub fn vector_to_ground<R: Real, const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         if self.is_flat() {
             return vector;
@@ -51,7 +51,7 @@ impl Ground {
         self.axes().lit().into_rotated(vector)
     }
 
-    /// A vector of the ground's frame in the world's.
+    /// Converts a vector from the ground's frame to the world's.
     pub fn vector_to_world<R: Real, const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         if self.is_flat() {
             return vector;
@@ -59,18 +59,18 @@ impl Ground {
         self.axes().lit().out_of_rotated(vector)
     }
 
-    /// A point of the world in the ground's frame: how far along, and how high above the ground.
+    /// Converts a point from the world's frame to the ground's: its place along the ground and its height above it.
     pub fn point_to_ground<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
         self.vector_to_ground(point.with_up(point.up() - R::lit(self.height)))
     }
 
-    /// A point of the ground's frame in the world's.
+    /// Converts a point from the ground's frame to the world's.
     pub fn point_to_world<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
         let vector = self.vector_to_world(point);
         vector.with_up(vector.up() + R::lit(self.height))
     }
 
-    /// How far a point of the world is along the ground from the world's origin, m.
+    /// The distance along the ground from the origin of the world to a point of the world, m.
     pub fn along<R: Real, const D: usize>(&self, point: Vector<R, D>) -> R {
         self.vector_to_ground(point).forward()
     }
@@ -82,7 +82,7 @@ mod tests {
     use crate::geometry::Vector;
 
     #[test]
-    fn there_and_back() {
+    fn conversion_to_the_ground_s_frame_and_back() {
         for incline_deg in [-37.0, 0.0, 15.0, 90.0] {
             let ground = Ground {
                 height: 0.1,
@@ -90,7 +90,7 @@ mod tests {
             };
             let point = Vector::new([0.7, -0.3]);
             let back = ground.point_to_world(ground.point_to_ground(point));
-            // Two rotations of numbers below 1: a few roundings of 1e-16.
+            // Two rotations of numbers below 1 have a few roundings of 1e-16.
             assert!(back.distance(point) < 1e-15);
         }
     }

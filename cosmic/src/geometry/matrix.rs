@@ -1,4 +1,4 @@
-//! Small symmetric matrices: the stiffness of a node in every direction.
+//! Small symmetric matrices, such as the stiffness of a node in every direction.
 
 use std::ops::{Add, AddAssign, Mul};
 
@@ -39,7 +39,7 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// `v v^T`: along a unit vector, the projection on it.
+    /// `v v^T`. For a unit vector, this is the projection onto it.
     pub fn square(v: Vector<f64, D>) -> Self {
         Self {
             rows: v.0.map(|factor| v * factor),

@@ -1,26 +1,22 @@
-//! Vectors, and the shapes that they span. Only this module touches components; all other code uses the
-//! operators and methods of [`Vector`].
+//! Vectors and shapes. Only this module accesses components; all other code uses the operators and methods of [`Vector`].
 //!
-//! The last axis points up, or out of the ground. The first axis points along the ground in the direction
-//! of `+x`. Code that needs no other axes is written for any dimension `D`. Robots are planar today, so
-//! `D` is 2 wherever a type does not say otherwise.
+//! The last axis points up, or out of the ground. The first axis points along the ground in the direction of `+x`. Code
+//! that needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
 //!
 //! # Frames
 //!
-//! There are two frames: the world's, and the frame of the [`Ground`]. In the ground's frame contact is the
-//! sign of one coordinate.
+//! There are two frames: the world's frame and the frame of the [`Ground`]. In the ground's frame, the sign of one
+//! coordinate decides about contact.
 //!
-//! - The *world's* frame: states, trajectories and lattice positions, in memory and in files; what losses and
-//!   the controller see.
-//! - The *ground's* frame: scenes, truss files and places of a lattice; everything inside a rollout, which
-//!   includes what laws see.
+//! - In the *world's* frame: states, trajectories and lattice positions, in memory and in files; the input of losses and
+//!   controllers.
+//! - In the *ground's* frame: scenes, truss files and places of a lattice; everything inside a rollout, including laws.
 //!
-//! [`State::to_ground`](crate::lattice::State::to_ground) and
-//! [`State::to_world`](crate::lattice::State::to_world) are the only two crossings of states. The simulator
-//! crosses once at the start of a rollout and once for every observed state; a step changes no frame.
+//! Only [`State::to_ground`](crate::lattice::State::to_ground) and [`State::to_world`](crate::lattice::State::to_world)
+//! convert states. The simulator converts once at the start of a rollout and once for every observed state. A step
+//! converts nothing.
 
 mod vector;
-mod serial;
 mod operators;
 mod points;
 mod matrix;

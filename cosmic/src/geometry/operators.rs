@@ -1,36 +1,20 @@
 //! Arithmetic of vectors: sums, differences, and products with numbers.
 
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use autodiff::Real;
 
 use super::vector::Vector;
 
-impl<R: Real, const D: usize> AddAssign for Vector<R, D> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        for k in 0..D {
-            self.0[k] = self.0[k] + other.0[k];
-        }
-    }
-}
-
 impl<R: Real, const D: usize> Add for Vector<R, D> {
     type Output = Self;
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
-        self += other;
-        self
-    }
-}
-
-impl<R: Real, const D: usize> SubAssign for Vector<R, D> {
-    #[inline(always)]
-    fn sub_assign(&mut self, other: Self) {
         for k in 0..D {
-            self.0[k] = self.0[k] - other.0[k];
+            self.0[k] += other.0[k];
         }
+        self
     }
 }
 
@@ -38,17 +22,10 @@ impl<R: Real, const D: usize> Sub for Vector<R, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
-        self -= other;
-        self
-    }
-}
-
-impl<R: Real, const D: usize> MulAssign<R> for Vector<R, D> {
-    #[inline(always)]
-    fn mul_assign(&mut self, factor: R) {
         for k in 0..D {
-            self.0[k] = factor * self.0[k];
+            self.0[k] -= other.0[k];
         }
+        self
     }
 }
 
@@ -56,7 +33,9 @@ impl<R: Real, const D: usize> Mul<R> for Vector<R, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(mut self, factor: R) -> Self {
-        self *= factor;
+        for k in 0..D {
+            self.0[k] = factor * self.0[k];
+        }
         self
     }
 }
@@ -80,6 +59,20 @@ impl<R: Real, const D: usize> Neg for Vector<R, D> {
             self.0[k] = -self.0[k];
         }
         self
+    }
+}
+
+impl<R: Real, const D: usize> AddAssign for Vector<R, D> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real, const D: usize> SubAssign for Vector<R, D> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
     }
 }
 

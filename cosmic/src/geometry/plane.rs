@@ -8,7 +8,7 @@ use super::vector::Vector;
 /// A plane that rises along the first axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane<R> {
-    /// Turns the axes along the plane, and out of it.
+    /// The rotation from the axes of space to the axes of the plane.
     pub axes: Rotation<R>,
     /// The distance from the origin, along the normal, m.
     offset: R,
@@ -44,7 +44,7 @@ impl<R: Real> Plane<R> {
         self.axes.height(place, self.offset)
     }
 
-    /// One of two planes.
+    /// `if_true` where the mask holds, otherwise `if_false`.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl<R: Real> Plane<R> {
         }
     }
 
-    /// The plane without any derivative.
+    /// The plane without derivatives.
     #[inline(always)]
     #[must_use]
     pub fn detach(self) -> Self {

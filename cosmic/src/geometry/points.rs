@@ -1,4 +1,4 @@
-//! Many points: their mean, their bounds, and their components as flat numbers.
+//! Lists of points: means, bounds, and components as flat lists of numbers.
 
 use autodiff::Real;
 
@@ -11,7 +11,7 @@ pub fn mean<R: Real, const D: usize>(points: &[impl Copy + Into<Vector<R, D>>]) 
     Vector::from_fn(|k| R::sum_of(&column(&points, k)) * share)
 }
 
-/// The mean of points, each of which counts by its weight.
+/// The weighted mean of points.
 pub fn weighted_mean<R: Real, const D: usize>(
     points: &[Vector<R, D>],
     weights: &[R],
@@ -25,8 +25,7 @@ fn column<T: Copy, const D: usize>(points: &[Vector<T, D>], k: usize) -> Vec<T> 
     points.iter().map(|point| point.0[k]).collect()
 }
 
-/// The components of points as `D` columns, one after the other: the first component of all points, then the
-/// second of all.
+/// The components of points as `D` columns: the first components of all points, then the second components.
 pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     (0..D).flat_map(|k| column(points, k)).collect()
 }
@@ -48,7 +47,7 @@ pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
     numbers.as_chunks().0.iter().copied().map(Vector).collect()
 }
 
-/// Replaces the components of points by numbers, point by point.
+/// Sets the components of points, point by point.
 ///
 /// # Panics
 /// Unless there are as many numbers as components.
@@ -63,12 +62,12 @@ pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T])
     }
 }
 
-/// The smallest box along the axes that holds some points.
+/// The smallest box along the axes that contains some points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const D: usize = 2> {
-    /// The least of every component; infinite without points.
+    /// The least components; infinite without points.
     pub low: Vector<f64, D>,
-    /// The greatest of every component.
+    /// The greatest components; minus infinity without points.
     pub high: Vector<f64, D>,
 }
 
@@ -80,12 +79,12 @@ impl<const D: usize> Bounds<D> {
             high: Vector([f64::NEG_INFINITY; D]),
         };
         points.into_iter().fold(none, |bounds, point| Self {
-            low: bounds.low.min(point),
-            high: bounds.high.max(point),
+            low: bounds.low.zip_with(point, f64::min),
+            high: bounds.high.zip_with(point, f64::max),
         })
     }
 
-    /// The box with all sides moved outwards.
+    /// The box with all sides moved outwards by a distance.
     #[must_use]
     pub fn widened(&self, by: f64) -> Self {
         Self {

@@ -7,12 +7,12 @@ use super::range::Range;
 use super::segment::Segment;
 use super::vector::Vector;
 
-/// The most points of a profile: every node looks at every segment in every step.
+/// The most points of a profile. The time of a step grows with the number of points times the number of nodes.
 pub const MOST_POINTS: usize = 64;
 
-/// The height of the terrain above the ground line over the place along it, both in metres in the
-/// ground's frame: straight between points, level before the first and behind the last. Without points
-/// the ground is its line.
+/// The height of the terrain above the ground line as a function of the place along the line, both in metres in the
+/// ground's frame. It is straight between points, and level before the first and behind the last point. Without points
+/// the terrain is the ground line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Vector<f64>>", into = "Vec<Vector<f64>>")]
 pub struct Profile {
@@ -23,8 +23,8 @@ impl Profile {
     /// The profile through points `[along, height]`.
     ///
     /// # Errors
-    /// A sentence, if there are more than [`MOST_POINTS`], if one is not finite, or if one is not ahead of
-    /// the one before it.
+    /// A part of a sentence if there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is not
+    /// ahead of the one before it.
     pub fn new(points: Vec<Vector<f64>>) -> Result<Self, String> {
         if points.len() > MOST_POINTS {
             return Err(format!(
@@ -57,7 +57,7 @@ impl Profile {
         &self.points
     }
 
-    /// True if the ground is its line.
+    /// True if the terrain is the ground line.
     pub fn is_flat(&self) -> bool {
         self.points.is_empty()
     }
@@ -77,13 +77,13 @@ impl Profile {
         }
     }
 
-    /// How far a point of the ground's frame is above the terrain, m, measured along the normal of the ground
-    /// line; negative below it.
+    /// The height of a point of the ground's frame above the terrain, m, measured along the normal of the ground line.
+    /// Negative below the terrain.
     pub fn above(&self, point: Vector<f64>) -> f64 {
         point.up() - self.height(point.forward())
     }
 
-    /// The terrain from one place along the ground to another: both ends, and the corners in between.
+    /// The terrain from one place along the ground to another: both ends and the corners between them.
     pub fn between(&self, along: Range) -> Vec<Vector<f64>> {
         let Range { low, high } = along;
         let end = |along: f64| Vector::new([along, self.height(along)]);
@@ -95,13 +95,13 @@ impl Profile {
         line
     }
 
-    /// The height of the terrain in the world, m, where the line of its ground is at this x.
+    /// The height of the terrain in the world, m, where the ground line is at this x.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
         let [cos, sin] = ground.tangent().array();
         ground.height + x * sin / cos + self.height(x / cos) * cos
     }
 
-    /// The terrain in the world where the line of its ground goes from one x to another.
+    /// The terrain in the world over the part of the ground line from one x to another.
     pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
         if self.is_flat() {
             let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
@@ -112,8 +112,8 @@ impl Profile {
         line.map(|point| ground.point_to_world(point)).collect()
     }
 
-    /// How far a bar is below the terrain at its deepest, m, measured along the normal of the ground line;
-    /// 0 if it is nowhere.
+    /// The largest depth of a bar below the terrain, m, measured along the normal of the ground line; 0 if the bar is
+    /// above the terrain.
     pub fn depth(&self, bar: Segment) -> f64 {
         let [from, to] = if bar.from.forward() <= bar.to.forward() {
             [bar.from, bar.to]
@@ -121,7 +121,7 @@ impl Profile {
             [bar.to, bar.from]
         };
         let bar = Segment::new(from, to);
-        // Between two corners the distance from bar to terrain changes at a constant rate.
+        // Between two corners the distance from bar to terrain is linear.
         let ends = [from, to].map(|end| -self.above(end));
         let corners = self.points.iter();
         let corners = corners
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_straight_between_points_and_level_beyond() {
+    fn terrain_is_straight_between_points_and_level_beyond() {
         let kerb = kerb();
         for (along, height) in [
             (-9.0, 0.0),
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn bars_cut_corners() {
         let kerb = kerb();
-        // Across the top, whichever way round; above it; with an end inside; along a slope.
+        // Across the top, in both directions; above it; with an end inside; along a slope.
         for (bar, depth) in [
             ([[1.0, 0.0], [2.0, 0.25]], 0.375),
             ([[2.0, 0.25], [1.0, 0.0]], 0.375),
@@ -188,7 +188,7 @@ mod tests {
             ([[1.0, 0.0], [1.5, 0.5]], 0.0),
             ([[1.5, 0.5], [1.5, 0.4]], 0.1),
         ] {
-            // One division and a difference of numbers below 1.
+            // The rounding of one division and a difference of numbers below 1.
             let [from, to] = bar.map(Vector::new);
             assert!(
                 (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn points_go_ahead() {
+    fn points_must_be_finite_ascending_and_few() {
         for (points, says) in [
             (vec![[0.0, 0.0], [1.0, 0.1], [1.0, 0.2]], "not ahead"),
             (vec![[0.0, 0.0], [-1.0, 0.1]], "not ahead"),

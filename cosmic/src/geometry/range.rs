@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The numbers from `low` to `high`; in files `[low, high]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "(f64, f64)", into = "(f64, f64)")]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Range {
     /// The least number.
     pub low: f64,
@@ -18,13 +18,13 @@ impl Range {
         Self { low, high }
     }
 
-    /// The range of some numbers, from infinity to minus infinity without any.
+    /// The range of some numbers; from infinity to minus infinity without numbers.
     pub fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
         let none = Self::new(f64::INFINITY, f64::NEG_INFINITY);
         numbers.into_iter().fold(none, Self::with)
     }
 
-    /// The smallest range that holds this one and a number.
+    /// The smallest range that contains this range and a number.
     #[must_use]
     pub fn with(self, number: f64) -> Self {
         Self::new(self.low.min(number), self.high.max(number))
@@ -35,7 +35,7 @@ impl Range {
         (self.low..=self.high).contains(&number)
     }
 
-    /// The range with both ends moved outwards.
+    /// The range with both ends moved outwards by a distance.
     #[must_use]
     pub fn widened(self, by: f64) -> Self {
         Self::new(self.low - by, self.high + by)
@@ -46,7 +46,7 @@ impl Range {
         self.high - self.low
     }
 
-    /// Both ends, each replaced by a function of it.
+    /// Applies a function to both ends.
     #[must_use]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         Self::new(of(self.low), of(self.high))
@@ -59,14 +59,8 @@ impl From<[f64; 2]> for Range {
     }
 }
 
-impl From<(f64, f64)> for Range {
-    fn from((low, high): (f64, f64)) -> Self {
-        Self { low, high }
-    }
-}
-
-impl From<Range> for (f64, f64) {
+impl From<Range> for [f64; 2] {
     fn from(range: Range) -> Self {
-        (range.low, range.high)
+        [range.low, range.high]
     }
 }

@@ -1,10 +1,10 @@
-//! Rotations in the vertical plane: of the first axis towards the last.
+//! Rotations in the vertical plane, of the first axis towards the last.
 
 use autodiff::Real;
 
 use super::vector::Vector;
 
-/// A rotation of the first axis towards the last. The other axes stay.
+/// A rotation of the first axis towards the last. Other axes do not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation<R> {
     cos: R,
@@ -48,7 +48,7 @@ impl Rotation<f64> {
 }
 
 impl<R: Real> Rotation<R> {
-    /// A vector by its components along the rotated axes.
+    /// The components of a vector along the rotated axes.
     #[inline(always)]
     pub fn into_rotated<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         let mut rotated = vector;
@@ -57,7 +57,7 @@ impl<R: Real> Rotation<R> {
         rotated
     }
 
-    /// A vector from its components along the rotated axes.
+    /// The vector with the given components along the rotated axes.
     #[inline(always)]
     pub fn out_of_rotated<const D: usize>(&self, rotated: Vector<R, D>) -> Vector<R, D> {
         let mut vector = rotated;
@@ -72,14 +72,14 @@ impl<R: Real> Rotation<R> {
         self.cos.fma(vector.up(), -(self.sin * vector.forward()))
     }
 
-    /// The height of a point above the plane at a distance from the origin along the rotated last axis.
+    /// The height of a point above the plane that is `offset` away from the origin along the rotated last axis.
     #[inline(always)]
     pub(super) fn height<const D: usize>(&self, place: Vector<R, D>, offset: R) -> R {
         self.cos
             .fma(place.up(), (-self.sin).fma(place.forward(), -offset))
     }
 
-    /// One of two rotations.
+    /// `if_true` where the mask holds, otherwise `if_false`.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         Self {
@@ -88,7 +88,7 @@ impl<R: Real> Rotation<R> {
         }
     }
 
-    /// The rotation without any derivative.
+    /// The rotation without derivatives.
     #[inline(always)]
     #[must_use]
     pub fn detach(self) -> Self {

@@ -1,18 +1,18 @@
-//! Straight segments, and which of them cross.
+//! Straight segments and their crossings.
 
 use super::points::Bounds;
+use super::range::Range;
 use super::vector::Vector;
 
-/// The smallest area of a triangle that does not count as degenerate, relative to the squares of
-/// its sides.
+/// The smallest area of a triangle that is not degenerate, relative to the squares of its sides.
 const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment<const D: usize = 2> {
-    /// Where it begins.
+    /// The first end.
     pub from: Vector<f64, D>,
-    /// Where it ends.
+    /// The second end.
     pub to: Vector<f64, D>,
 }
 
@@ -49,10 +49,10 @@ impl<const D: usize> Segment<D> {
         from.up() + (to.up() - from.up()) * share
     }
 
-    /// The part of the segment inside a box; `None` if there is none, or if an end of it is not finite.
+    /// The part of the segment inside a box; `None` if it is outside, or if an end of the part is not finite.
     pub fn within(&self, bounds: &Bounds<D>) -> Option<Self> {
         let Self { from, to } = self;
-        // Shares of the way, by Liang and Barsky.
+        // Both ends as shares of the segment, by the method of Liang and Barsky.
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for k in 0..D {
             let way = to.0[k] - from.0[k];
@@ -66,7 +66,7 @@ impl<const D: usize> Segment<D> {
                 last = last.min(one.max(other));
             }
         }
-        // Held to the bounds: from far away their share is rounded.
+        // Clamped to the bounds, because the shares of very long segments are rounded.
         let at = |share: f64| {
             let end = from.towards(*to, share);
             Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
@@ -119,30 +119,28 @@ impl Segment<2> {
 /// The pairs of edges that [cross](Segment::crosses), for nodes at these places. The pairs are in ascending
 /// order, and each has the smaller index first.
 ///
-/// Sweeps along one axis and compares only edges that overlap along it, which are few pairs if the edges
-/// are short. An edge with a NaN crosses nothing.
+/// Sweeps along one axis and compares only edges that overlap along it. If the edges are short, these are few pairs. An edge
+/// with a NaN crosses nothing.
 ///
 /// # Panics
 /// If an edge has a node that does not exist.
 pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let segment = |&[i, j]: &[usize; 2]| Segment::new(nodes[i], nodes[j]);
     let segments: Vec<Segment> = edges.iter().map(segment).collect();
-    let extent = |segment: &Segment| Bounds {
-        low: segment.from.min(segment.to),
-        high: segment.from.max(segment.to),
+    // The span of every edge along both axes.
+    let span = |segment: &Segment| {
+        [0, 1].map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])))
     };
-    let extents: Vec<Bounds> = segments.iter().map(extent).collect();
-    let axis = usize::from(crowding(&extents, 1) < crowding(&extents, 0));
+    let spans: Vec<[Range; 2]> = segments.iter().map(span).collect();
+    let axis = usize::from(crowding(&spans, 1) < crowding(&spans, 0));
     let mut order: Vec<usize> = (0..edges.len()).collect();
-    order.sort_by(|&i, &j| extents[i].low.0[axis].total_cmp(&extents[j].low.0[axis]));
+    order.sort_by(|&i, &j| spans[i][axis].low.total_cmp(&spans[j][axis].low));
     let mut pairs = Vec::new();
     for (k, &i) in order.iter().enumerate() {
-        let (Bounds { low, high }, beside) = (extents[i], 1 - axis);
         let later = order[k + 1..].iter();
-        for &j in later.take_while(|j| extents[**j].low.0[axis] <= high.0[axis]) {
-            let other = &extents[j];
-            let overlap =
-                other.low.0[beside] <= high.0[beside] && low.0[beside] <= other.high.0[beside];
+        for &j in later.take_while(|j| spans[**j][axis].low <= spans[i][axis].high) {
+            let [one, other] = [i, j].map(|edge| spans[edge][1 - axis]);
+            let overlap = other.low <= one.high && one.low <= other.high;
             if overlap && segments[i].crosses(&segments[j]) {
                 pairs.push([i.min(j), i.max(j)]);
             }
@@ -152,16 +150,11 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
     pairs
 }
 
-/// How many edges overlap along an axis, on average.
-fn crowding(extents: &[Bounds], axis: usize) -> f64 {
-    let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for Bounds { low, high } in extents {
-        let (low, high) = (low.0[axis], high.0[axis]);
-        sum += high - low;
-        least = least.min(low);
-        most = most.max(high);
-    }
-    sum / (most - least)
+/// The mean number of edges that overlap at a place along an axis.
+fn crowding(spans: &[[Range; 2]], axis: usize) -> f64 {
+    let along = || spans.iter().map(|span| span[axis]);
+    let all = Range::of(along().flat_map(|span| [span.low, span.high]));
+    along().map(|span| span.size()).sum::<f64>() / all.size()
 }
 
 #[cfg(test)]
@@ -170,7 +163,7 @@ mod tests {
     use crate::geometry::{Bounds, Vector};
     use crate::random::{Purpose, stream, symmetric};
 
-    /// Gives each segment its own two nodes.
+    /// The crossings of segments, each with its own two nodes.
     fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
         let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
         let ends = segments
@@ -220,13 +213,13 @@ mod tests {
     }
 
     #[test]
-    fn segments_end_where_their_bounds_do() {
+    fn segments_end_at_the_bounds() {
         let bounds = Bounds::of([[-64.0, -64.0], [544.0, 304.0]].map(Vector::new));
         let within = |ends| of(ends).within(&bounds);
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // Shares of 1e9, rounded at 1e-16.
+        // Shares of 1e9 m, rounded at 1e-16.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),

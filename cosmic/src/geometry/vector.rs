@@ -5,12 +5,20 @@ use std::fmt;
 use std::ops::{Index, IndexMut};
 
 use autodiff::Real;
+use serde::{Deserialize, Serialize};
 
-/// A vector, or a point, of `D` numbers (or arrays of numbers).
+/// A vector, or a point, of `D` numbers (or arrays of numbers). In files it is an array.
 ///
-/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels may call them:
-/// [`Kernel`](autodiff::Kernel) says why.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels can call them; see
+/// [`Kernel`](autodiff::Kernel).
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(
+    transparent,
+    bound(
+        serialize = "[T; D]: Serialize",
+        deserialize = "[T; D]: Deserialize<'de>"
+    )
+)]
 pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
@@ -25,7 +33,7 @@ impl<T, const D: usize> Vector<T, D> {
         Self(std::array::from_fn(of))
     }
 
-    /// The components, for a file, a table or a picture.
+    /// The components as an array, for a file, a table or a picture.
     #[inline(always)]
     pub fn array(self) -> [T; D] {
         self.0
@@ -41,12 +49,12 @@ impl<T, const D: usize> Vector<T, D> {
         self.0.iter()
     }
 
-    /// The components in order, to change them.
+    /// The components in order, mutable.
     pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.0.iter_mut()
     }
 
-    /// The vector with every component replaced by a function of it. Kernels use loops or operators instead.
+    /// Applies a function to every component. Kernels use loops or operators instead.
     pub fn map<S>(self, of: impl FnMut(T) -> S) -> Vector<S, D> {
         Vector(self.0.map(of))
     }
@@ -73,7 +81,7 @@ impl<T: Copy, const D: usize> Vector<T, D> {
         self
     }
 
-    /// The vector whose component `k` is a function of the components `k` of two vectors.
+    /// Applies a function to the components of two vectors in pairs.
     pub fn zip_with<S: Copy, U>(
         self,
         other: Vector<S, D>,
@@ -109,7 +117,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         vector
     }
 
-    /// The part along the ground: the last component is zero.
+    /// The part along the ground, whose last component is zero.
     #[inline(always)]
     #[must_use]
     pub fn along(self) -> Self {
@@ -146,12 +154,11 @@ impl<R: Real, const D: usize> Vector<R, D> {
         square.sqrt()
     }
 
-    /// The vector of the same direction whose length is smaller by `by` (at least 0), or zero if it is not
-    /// that long.
+    /// The vector shortened by the length `by` (at least 0), or the zero vector if it is shorter than `by`.
     #[inline(always)]
     #[must_use]
     pub fn shortened(self, by: R) -> Self {
-        // In a plane, a vector along the ground has one component.
+        // In the plane, a vector along the ground has one component.
         if D == 2 {
             let left = self.0[0].abs() - by;
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
@@ -162,11 +169,11 @@ impl<R: Real, const D: usize> Vector<R, D> {
         self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
     }
 
-    /// The part of another vector that is across this unit vector.
+    /// The part of another vector that is perpendicular to this unit vector.
     #[inline(always)]
     #[must_use]
     pub fn across(self, other: Self) -> Self {
-        // In a plane it is exactly zero for parallel vectors.
+        // In the plane, this is exactly zero for parallel vectors.
         if D == 2 {
             let sin = self.0[0] * other.0[1] - self.0[1] * other.0[0];
             return Self::upright(-(sin * self.0[1]), sin * self.0[0]);
@@ -185,7 +192,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         sum
     }
 
-    /// `if_true` where the mask holds, else `if_false`. The vector that is not chosen passes no derivative.
+    /// `if_true` where the mask holds, otherwise `if_false`. Derivatives flow only through the chosen vector.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         let mut chosen = if_false;
@@ -195,7 +202,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         chosen
     }
 
-    /// The point moved by the part of a vector that is along the ground.
+    /// The point moved by the part of a vector along the ground.
     #[inline(always)]
     #[must_use]
     pub fn moved_along(mut self, by: Self) -> Self {
@@ -236,20 +243,7 @@ impl<const D: usize> Vector<f64, D> {
         self + (other - self) * share
     }
 
-    /// The smaller component of two vectors, one by one.
-    #[must_use]
-    pub fn min(self, other: Self) -> Self {
-        self.zip_with(other, f64::min)
-    }
-
-    /// The larger component of two vectors, one by one.
-    #[must_use]
-    pub fn max(self, other: Self) -> Self {
-        self.zip_with(other, f64::max)
-    }
-
-    /// The order of two points along the axis in which `size` is largest, and where they are level along the
-    /// next one.
+    /// The order of two points along the axis with the largest `size`. If they are equal there, the next axis decides.
     pub fn total_cmp_along(self, other: Self, size: Self) -> Ordering {
         let mut axes: [usize; D] = std::array::from_fn(|k| k);
         axes.sort_by(|&a, &b| size.0[b].total_cmp(&size.0[a]));
@@ -292,7 +286,7 @@ impl Vector<f64, 2> {
     }
 }
 
-/// Written like an array.
+/// Formats the vector like an array.
 impl<T: fmt::Debug, const D: usize> fmt::Debug for Vector<T, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
@@ -358,9 +352,9 @@ impl<'a, T, const D: usize> IntoIterator for &'a Vector<T, D> {
 mod tests {
     use super::Vector;
 
-    /// A law for a plane acts in a vertical plane of space too.
+    /// A planar law gives the same results in a vertical plane of space.
     #[test]
-    fn a_plane_is_a_part_of_space() {
+    fn planar_vectors_agree_with_spatial_vectors() {
         let planar = Vector::new([0.3, -0.4]);
         let space = Vector::new([0.3, 0.0, -0.4]);
         assert_eq!(planar.norm(), space.norm());
@@ -379,7 +373,7 @@ mod tests {
                 planar.along().shortened(by).forward(),
                 space.along().shortened(by).forward(),
             ];
-            // A division and a product of numbers below 1.
+            // The rounding of a division and a product of numbers below 1.
             assert!((planar - space).abs() < 1e-16);
         }
         assert_eq!(Vector::<f64, 3>::zero().shortened(0.1), Vector::zero());

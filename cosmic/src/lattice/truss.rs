@@ -97,7 +97,7 @@ impl<const D: usize> Lattice<D> {
     pub fn extent(&self) -> Vector<f64, D> {
         Bounds::of(self.places.iter().copied())
             .high
-            .max(Vector::zero())
+            .map(|most| most.max(0.0))
     }
 
     /// The width with half a spacing around, in metres.

@@ -1,4 +1,4 @@
-//! Adam: steps of an adapted length along a decaying mean of the gradient.
+//! Adam: steps of adapted length along a decaying mean of the gradient.
 //!
 //! D. P. Kingma and J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1.
 
@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{OptimiserError, check, check_length};
 use crate::scene::AdamSettings;
 
-/// The method with its settings, of which it reads `betas` and `epsilon`: the learning rate is given
-/// to each update.
+/// The method. It reads `betas` and `epsilon` from its settings; each update gets its learning rate.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Adam(pub AdamSettings);
 
@@ -18,9 +17,9 @@ pub struct Adam(pub AdamSettings);
 pub struct AdamState {
     /// Updates made so far.
     pub updates: u64,
-    /// Decaying mean of the gradient, not corrected for its start at 0.
+    /// Decaying mean of the gradient, without bias correction.
     pub mean: Vec<f64>,
-    /// Decaying mean of the squared gradient, not corrected either.
+    /// Decaying mean of the squared gradient, without bias correction.
     pub mean_square: Vec<f64>,
 }
 
@@ -35,11 +34,11 @@ impl Adam {
         }
     }
 
-    /// Moves `variables` against the gradient; no variable moves by much more than `rate`.
+    /// Moves `variables` against the gradient. No variable moves by much more than `rate`.
     ///
     /// # Errors
-    /// Slices of the wrong length, or a gradient that is not finite or whose squares are not: state
-    /// and variables are then unchanged.
+    /// Slices of the wrong length, and a gradient that is not finite or whose squares are not finite. State and variables
+    /// do not change then.
     pub fn update(
         &self,
         state: &mut AdamState,
@@ -69,24 +68,24 @@ impl Adam {
     }
 }
 
-/// The share of a decaying mean that its entries make up, the rest being its start at 0.
+/// The sum of the weights of a decaying mean that started at 0.
 fn bias_correction(decay: f64, updates: u64) -> f64 {
-    // An integer power is a product, the same bits on every machine.
+    // An integer power is a product, which has the same bits on every machine.
     1.0 - decay.powi(i32::try_from(updates).unwrap_or(i32::MAX))
 }
 
-/// Scales a vector down to the Euclidean norm `bound` if it is longer; returns the norm before.
+/// Scales a vector down to the Euclidean norm `bound` if it is longer. Returns the norm before.
 ///
-/// A vector with an entry that is not finite stays unchanged, and the returned norm is not finite. It
-/// is infinite too where it is larger than any number.
+/// A vector with an entry that is not finite does not change, and the returned norm is not finite. The returned norm is
+/// infinite if it exceeds the largest number.
 pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
-    // Scaled by the largest entry: squares of exploding gradients would overflow.
+    // Scaled by the largest entry, because squares of exploding gradients would overflow.
     let largest = (vector.iter()).fold(0.0_f64, |most, value| most.max(value.abs()));
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let sum: f64 = vector.iter().map(|value| (value / scale).powi(2)).sum();
     let norm = scale * sum.sqrt();
     if norm > bound && scale.is_finite() {
-        // The norm of finite entries may overflow: then the scaled entries are divided by theirs.
+        // If the norm of finite entries overflows, the norm of the scaled entries is used.
         let [scale, norm] = if norm.is_finite() {
             [1.0, norm]
         } else {
@@ -103,8 +102,7 @@ pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
 mod tests {
     use super::{Adam, bound_norm};
 
-    /// The paper's means written out (its section 3): `m_t = (1 - beta) sum_i beta^(t - i) g_i`,
-    /// divided by `1 - beta^t`.
+    /// The paper's mean as a sum (section 3): `m_t = (1 - beta) sum_i beta^(t - i) g_i`, divided by `1 - beta^t`.
     fn corrected_mean(decay: f64, values: &[f64]) -> f64 {
         let last = values.len() as i32;
         let weighted: f64 = (values.iter().zip(1..))
@@ -127,7 +125,7 @@ mod tests {
             let mean = corrected_mean(adam.0.betas[0], &slopes);
             let square = corrected_mean(adam.0.betas[1], &squares);
             let expected = before - rate * mean / (square.sqrt() + adam.0.epsilon);
-            // Fifty terms, some of opposite sign, divided by 1 - beta2 = 1e-3: 1e-16 * 50 * 1e3.
+            // Fifty terms, some with opposite signs, divided by 1 - beta2 = 1e-3: 1e-16 * 50 * 1e3.
             assert!((x[0] - expected).abs() < 1e-11, "{} {expected}", x[0]);
         }
     }
@@ -151,10 +149,10 @@ mod tests {
         let mut short = [0.3, 0.4];
         bound_norm(&mut short, 1.0);
         assert_eq!(short, [0.3, 0.4]);
-        // Its square would overflow; a power of two, so that nothing is rounded.
+        // The square would overflow. A power of two, so that nothing is rounded.
         let big = 2.0_f64.powi(700);
         assert_eq!(bound_norm(&mut [3.0 * big, 4.0 * big], 5.0), 5.0 * big);
-        // And so would the norm itself.
+        // Here the norm itself overflows.
         let mut largest = [f64::MAX; 4];
         assert_eq!(bound_norm(&mut largest, 5.0), f64::INFINITY);
         assert_eq!(largest, [2.5; 4]);

@@ -1,20 +1,19 @@
-//! Errors of optimisers, and the checks that all optimisers share.
+//! Errors of optimisers, and the checks that they share.
 
-/// Why an update was refused. The state is then as it was before.
+/// Why an update was refused. The state has not changed then.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimiserError {
-    /// A slice of another length than the optimiser was made for, an entry that is infinite, NaN or
-    /// outside its bounds, bounds that cross, or a setting outside the range in which the method
-    /// works; in a sentence, with the numbers.
+    /// Invalid input, described in a sentence: a slice of the wrong length, an entry that is infinite, NaN or out of
+    /// bounds, bounds that cross, or a setting outside the range of the method.
     #[error("{0}")]
     Input(String),
-    /// Every number that came in is finite, but not what is computed from them.
+    /// The input is finite, but a computed number is not.
     #[error("values or derivatives are so large that the update overflows")]
     Overflow,
 }
 
-/// Refuses input unless it `holds`.
+/// Returns an error unless the condition `holds`.
 pub(super) fn require(holds: bool, message: impl FnOnce() -> String) -> Result<(), OptimiserError> {
     if holds {
         Ok(())
@@ -31,7 +30,7 @@ pub(super) fn check_length<T>(
 ) -> Result<(), OptimiserError> {
     let found = list.len();
     require(found == expected, || {
-        format!("{what}: {found} entries where {expected} are expected")
+        format!("{what}: expected {expected} entries, found {found}")
     })
 }
 
@@ -39,7 +38,7 @@ pub(super) fn check_length<T>(
 pub(super) fn check_finite(what: &str, slice: &[f64]) -> Result<(), OptimiserError> {
     for (index, value) in slice.iter().enumerate() {
         require(value.is_finite(), || {
-            format!("{what}: entry {index} is {value}, not a finite number")
+            format!("{what}: entry {index} is {value}; it must be finite")
         })?;
     }
     Ok(())

@@ -1,7 +1,7 @@
-//! Optimisers: slices of `f64` in, slices of `f64` out. They know no robot.
+//! Optimisers. They take and return slices of `f64` and know no robot.
 //!
-//! Each has settings, an `init` that gives its state, and an `update` that moves the state on. A
-//! state is plain data: written with enough digits and read back, it goes on bit for bit.
+//! Each optimiser has settings, an `init` that returns its state, and an `update` that advances the state. States are
+//! plain data: a state that is saved with enough digits and read back continues bit for bit.
 //!
 //! | optimiser | for |
 //! | --- | --- |

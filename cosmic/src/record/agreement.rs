@@ -1,7 +1,7 @@
-//! Whether a design, a summary and a trajectory are of one run.
+//! Whether a design, a summary and a trajectory belong to one run.
 //!
-//! No file names its run; what a run is told by is in their numbers. A summary has the volumes of
-//! its design and the displacement of its trajectory, and a trajectory begins as its design moves.
+//! The files do not name their run, but their numbers must agree. A summary has the volumes of its design and the
+//! displacement of its trajectory. The first steps of a trajectory follow from its design.
 
 use super::design_file::{DESIGN, DesignFile};
 use super::summary::{SUMMARY, Summary};
@@ -12,12 +12,12 @@ use crate::scene::Scene;
 use crate::simulator::Span;
 use std::path::Path;
 
-/// The largest difference of two numbers that were computed from the same ones in another order.
+/// The largest difference of two results that differ only by rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How far two rollouts of one robot may be apart at the second state that is kept, as a share of
-/// the lattice's spacing. Another platform or version rounds differently; in so few steps that
-/// does not grow to this size. Robots of two seeds are apart by more.
+/// The largest distance of two rollouts of one robot at the second state that is kept, as a share of the lattice's
+/// spacing. Another platform or version rounds differently, but in so few steps this does not grow to such a distance.
+/// Robots of two seeds are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.
@@ -35,7 +35,7 @@ pub fn check_one_run(
     check_motion(folder, scene, design, trajectory)
 }
 
-/// The error for a file whose numbers contradict the other files.
+/// The error for a file that contradicts the other files.
 fn differs(folder: &Path, name: &str, what: &str) -> Error {
     let file = folder.join(name).display().to_string();
     Error::Usage(format!(
@@ -43,7 +43,7 @@ fn differs(folder: &Path, name: &str, what: &str) -> Error {
     ))
 }
 
-/// Checks volumes and displacement as [`check_one_run`] does, but without a simulation.
+/// Checks volumes and displacement like [`check_one_run`], but without a simulation.
 ///
 /// # Errors
 /// As [`check_one_run`].
@@ -112,7 +112,7 @@ mod tests {
     use crate::record::{DesignFile, RunPlan, optimise};
 
     #[test]
-    fn files_of_two_seeds_are_told_apart() {
+    fn files_of_two_seeds_do_not_agree() {
         let scene = tiny();
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = [1, 2].map(|seed| {
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(check(&a.0, &a.1, &a.2), None);
         assert_eq!(check(&b.0, &b.1, &b.2), None);
         assert!(check(&a.0, &a.1, &b.2).is_some() && check(&b.0, &a.1, &a.2).is_some());
-        // The payload's displacement agrees, the motion does not.
+        // The displacement of the payload agrees, but the motion does not.
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
         let text = check(&a.0, &a.1, &trajectory).expect("another motion");

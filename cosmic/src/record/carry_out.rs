@@ -1,4 +1,4 @@
-//! Beginning runs in folders, and continuing them.
+//! Beginning and continuing runs in folders.
 
 use super::files::copy_files;
 use super::history::{DESIGNS, LINES, TABLE};
@@ -18,12 +18,14 @@ use std::path::Path;
 /// Carries out a plan in a new or empty folder.
 ///
 /// # Errors
-/// [`Error::Usage`] for a folder that is not empty or that another process works in, and for a plan
-/// that cannot be carried out; those of [`Scene::check`](crate::scene::Scene::check);
-/// [`Error::UnstableStep`] if the time step is unstable for the start, [`Error::UnstableRun`] if it
-/// becomes so later, unless the scene allows that; [`Error::Write`]; [`Error::Interrupted`] if the
-/// observer asked for it; [`Error::Diverged`] if the delivered design diverges, with its last
-/// states in the folder.
+/// - [`Error::Usage`] for a folder that is not empty, and for a plan that cannot be carried out;
+/// - [`Error::Taken`] for a folder that another process uses;
+/// - the errors of [`Scene::check`](crate::scene::Scene::check);
+/// - [`Error::UnstableStep`] if the time step is unstable for the start, and [`Error::UnstableRun`] if it becomes
+///   unstable later, unless the scene allows that;
+/// - [`Error::Write`];
+/// - [`Error::Interrupted`] if the observer interrupted the run;
+/// - [`Error::Diverged`] if the delivered design diverges. Its last states are in the folder.
 pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
@@ -32,13 +34,11 @@ pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> R
     multistart::search(lock, plan, observer)
 }
 
-/// Carries out a plan of one start with the caller's optimisation: for a [loss](CoDesign::with_loss)
-/// other than the scene's, or from a given [robot](CoDesign::begin_with), which is saved as
-/// `start.json`.
+/// Carries out a plan of one start with the caller's optimisation: for the caller's [loss](CoDesign::with_loss), or from
+/// a given [robot](CoDesign::begin_with), which is saved as `start.json`.
 ///
 /// # Errors
-/// As [`optimise`], and [`Error::Usage`] if the optimisation has another scene or seed than the
-/// plan.
+/// As [`optimise`]; [`Error::Usage`] if the optimisation has another scene or seed than the plan.
 pub fn optimise_with(
     folder: &Path,
     plan: &RunPlan,
@@ -47,88 +47,90 @@ pub fn optimise_with(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     if plan.starts.get() > 1 {
-        return Err(Error::Usage("several starts have a beginning each".into()));
+        return Err(Error::Usage(
+            "a given robot or loss needs a plan of one start, found several starts".into(),
+        ));
     }
     let first = codesign.first(plan.seed)?;
     let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
     if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation and its progress are not both of the plan's scene and seed, and of one \
-             loss"
-                .into(),
+            "the optimisation and its progress must have the scene and seed of the plan, and the same loss".into(),
         ));
     }
     progress.fits(&first, "the progress to begin with")?;
     if progress.iteration != progress.before_first() {
         return Err(Error::Usage(format!(
-            "the progress to begin with has iterations behind it: {}",
-            progress.iteration
+            "the progress to begin with must have no iterations done, found {}",
+            progress.iteration - progress.before_first()
         )));
     }
     Run::begin(folder, plan, codesign, progress)?.finish(observer)
 }
 
-/// As [`resume`], for a run with the caller's loss: `codesign` has to have that loss.
+/// Continues the run in a folder. A finished run is only read.
 ///
 /// # Errors
-/// As [`resume`], and [`Error::Usage`] if the optimisation has another scene than the run, or if the
-/// folder holds several starts.
+/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise as
+/// [`optimise`].
+pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
+    resume_if(folder, registry, |_| Ok(()), None, observer)
+}
+
+/// As [`resume`], for a run with the caller's loss: `codesign` must have that loss.
+///
+/// # Errors
+/// As [`resume`]; [`Error::Usage`] if the optimisation has another scene than the run, or if the folder holds several
+/// starts.
 pub fn resume_with(
     folder: &Path,
     codesign: CoDesign,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder, codesign.scene().registry())? else {
-        return Summary::read(folder);
-    };
-    if snapshot.progress.is_none() {
-        return Err(Error::Usage(format!(
-            "{}: several starts, which have an optimisation each",
-            folder.display()
-        )));
-    }
-    Run::open_with(lock, snapshot, codesign)?.finish(observer)
-}
-
-/// Continues the run in a folder. A finished run is only read.
-///
-/// # Errors
-/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged
-/// snapshot, otherwise as [`optimise`].
-pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder, registry)? else {
-        return Summary::read(folder);
-    };
-    go_on(lock, snapshot, observer)
-}
-
-fn go_on(lock: Lock, snapshot: Snapshot, observer: &mut dyn Observer) -> Result<Summary> {
-    if snapshot.progress.is_none() {
-        return multistart::search(lock, &snapshot.plan, observer);
-    }
-    Run::open(lock, snapshot)?.finish(observer)
+    let registry = codesign.scene().registry().clone();
+    resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
 }
 
 /// As [`resume`], for a folder whose run must have this plan.
 ///
 /// # Errors
-/// As [`resume`], and [`Error::Usage`] if the folder holds an unfinished run of another plan. That run
-/// is left unchanged.
+/// As [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan. That run does not change.
 pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder, plan.scene.registry())? else {
-        return Summary::read(folder);
-    };
-    snapshot.plan.check_same(plan, folder)?;
-    go_on(lock, snapshot, observer)
+    let accept = |found: &RunPlan| found.check_same(plan, folder);
+    resume_if(folder, plan.scene.registry(), accept, None, observer)
 }
 
-/// Delivers the current robot of an unfinished run into a new or empty folder; the run itself is left
-/// unchanged. An earlier delivery of this run in the folder is overwritten. For a run with the caller's
-/// loss, `codesign` must have that loss.
+/// Continues a run whose plan is accepted, with the caller's optimisation if there is one.
+fn resume_if(
+    folder: &Path,
+    registry: &Registry,
+    accept: impl FnOnce(&RunPlan) -> Result<()>,
+    own: Option<CoDesign>,
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder, registry)? else {
+        return Summary::read(folder);
+    };
+    accept(&snapshot.plan)?;
+    if snapshot.progress.is_some() {
+        return Run::open(lock, snapshot, own)?.finish(observer);
+    }
+    if own.is_some() {
+        return Err(Error::Usage(format!(
+            "{}: the folder holds several starts, each with its own optimisation; name the folder of one start",
+            folder.display()
+        )));
+    }
+    multistart::search(lock, &snapshot.plan, observer)
+}
+
+/// Delivers the current robot of an unfinished run into a new or empty folder. The run itself does not change. An
+/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have that
+/// loss.
 ///
 /// # Errors
-/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a
-/// folder that holds anything else; otherwise as [`resume`].
+/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a folder that holds
+/// something else; otherwise as [`resume`].
 pub fn deliver_so_far(
     folder: &Path,
     into: &Path,
@@ -140,14 +142,14 @@ pub fn deliver_so_far(
         return refused("the run is finished");
     };
     let Some(progress) = snapshot.progress.as_ref() else {
-        return refused("several starts: name the folder of one");
+        return refused("the folder holds several starts; name the folder of one start");
     };
     let done = progress.iteration - progress.before_first();
     let Some(done) = NonZeroUsize::new(done) else {
-        return refused("no iteration is done yet");
+        return refused("the run has not done any iteration yet");
     };
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
-    // All checks come before anything is written.
+    // All checks come before the first write.
     snapshot.clone().unpack(&folder.join(SNAPSHOT), &codesign)?;
     let lock = begin_or_replace(into, folder)?;
     let mut plan = snapshot.plan.clone();
@@ -155,11 +157,11 @@ pub fn deliver_so_far(
     copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
     let copy = Snapshot::read(into, registry)?;
-    Run::open_with(lock, copy, codesign)?.finish(&mut ())
+    Run::open(lock, copy, Some(codesign))?.finish(&mut ())
 }
 
-/// Locks a new or empty folder, or one with an earlier delivery of a run. Removes its summary: until
-/// the new summary is written, the folder counts as an unfinished run.
+/// Locks a new or empty folder, or a folder with an earlier delivery of the run. Removes its summary, so that the folder
+/// counts as an unfinished run until the new summary is written.
 fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     if !is_earlier_delivery(into, run) {
         return begin(into);
@@ -172,8 +174,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in another folder is the beginning of a run's history. Rows contain wall times,
-/// so no other run has equal rows.
+/// True if the history in `into` is the beginning of the run's history. Lines contain wall times, so no other run has
+/// equal lines.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {
@@ -186,12 +188,11 @@ fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     !earlier.is_empty() && whole.starts_with(&earlier)
 }
 
-/// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does
-/// not change.
+/// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does not change.
 ///
 /// # Errors
-/// The errors of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene that
-/// the run began with; [`Error::Taken`] if another process works on the run.
+/// The errors of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene with which the run
+/// began; [`Error::Taken`] if another process uses the folder.
 pub fn allow_unstable(folder: &Path, registry: &Registry) -> Result<()> {
     let Some((_lock, mut snapshot)) = take_up(folder, registry)? else {
         return Ok(());
@@ -205,8 +206,8 @@ pub fn allow_unstable(folder: &Path, registry: &Registry) -> Result<()> {
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);
         keep_scene(folder, &snapshot.plan.scene)?;
-        // In this order a crash never leaves a scene that differs from the snapshot: the scene is
-        // gone until the new snapshot is written, and is written from a snapshot.
+        // In this order a crash cannot leave a scene that differs from the snapshot: while the snapshot changes there is
+        // no scene, and a missing scene is written again from the snapshot.
         fs::remove_file(&scene).map_err(Error::writing(scene))?;
         snapshot.plan.scene.physics.unstable_step = UnstableStep::Warn;
         snapshot.write(folder)?;
@@ -245,7 +246,7 @@ mod tests {
         }
     }
 
-    /// The payload's height plus NaN. Its gradient is finite.
+    /// A loss that is always NaN, with a finite gradient.
     struct Lost;
 
     impl Loss for Lost {
@@ -268,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_a_finite_loss_warns_and_ends_and_so_does_its_resumption() {
+    fn a_run_without_a_finite_loss_warns_and_ends_also_after_resuming() {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path().join("run");
         let plan = RunPlan::new("tiny", tiny(), 1);
@@ -310,7 +311,7 @@ mod tests {
         optimise(&other, &plan(2), &mut StopAfter(6)).unwrap_err();
         fs::create_dir(&foreign).unwrap();
         fs::write(foreign.join("history.csv"), "my own").unwrap();
-        // The run's own folder is refused too: a delivery would end the run.
+        // The folder of the run itself is refused too, because a delivery would end the run.
         for into in [&other, &foreign, &run] {
             let before = files(into);
             let error = deliver_so_far(&run, into, None, &Registry::default()).unwrap_err();
@@ -324,7 +325,7 @@ mod tests {
                 .iterations,
             4
         );
-        // The run continues and is delivered into that folder again.
+        // The run continues and is delivered into the same folder again.
         resume_of(&run, &plan(1), &mut StopAfter(6)).unwrap_err();
         assert_eq!(
             deliver_so_far(&run, &into, None, &Registry::default())

@@ -1,6 +1,5 @@
-//! `design.json`: a robot, and a start for other runs.
-//!
-//! It holds no time and no name of a machine, so that equal robots have equal bytes.
+//! `design.json`: a robot, and a start for other runs. It contains no time and no machine's name, so that equal
+//! robots have equal bytes.
 
 #[cfg(feature = "files")]
 use super::files::write_json;
@@ -19,14 +18,14 @@ use std::path::Path;
 /// The format of a design file.
 pub const FORMAT: Format = Format::new("cosmic-design", 1);
 
-/// The design's place in a run's folder.
+/// The name of the design in the folder of a run.
 pub const DESIGN: &str = "design.json";
 
 /// The contents of a design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignFile {
-    /// The nodes `[i, j]` of each edge. They tell a design from one for another lattice.
+    /// The nodes `[i, j]` of each edge, by which a design for another lattice is recognised.
     pub edges: Vec<[usize; 2]>,
     /// Design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
@@ -34,7 +33,7 @@ pub struct DesignFile {
     pub materials: Vec<Material>,
     /// The controller's weights.
     pub controller: Weights,
-    /// Checked before the rest is read.
+    /// Already checked by [`parse_json`].
     #[serde(rename = "format", skip_serializing)]
     _format: IgnoredAny,
     #[serde(rename = "version", skip_serializing)]
@@ -42,7 +41,7 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// A robot as a file. An undecided design is drawn with `materials`.
+    /// The file of a robot. An undecided design is drawn with `materials`.
     pub fn new(
         lattice: &Lattice,
         design: &Design<[f64; 3]>,
@@ -59,15 +58,15 @@ impl DesignFile {
         }
     }
 
-    /// Reads a design. [`robot`](Self::robot) checks that it fits a lattice.
+    /// Reads a design. [`robot`](Self::robot) checks whether it fits a lattice.
     ///
     /// # Errors
-    /// [`Error::Read`] for a file that is missing or unreadable; those of [`parse`](Self::parse).
+    /// [`Error::Read`] for a file that is missing or unreadable; the errors of [`parse`](Self::parse).
     pub fn read(path: &Path) -> Result<Self> {
         Self::parse(path, &read_whole(path)?)
     }
 
-    /// As [`read`](Self::read), from bytes; messages name `path`.
+    /// Parses the bytes of a design file; errors name `path`.
     ///
     /// # Errors
     /// [`Error::Malformed`].
@@ -75,12 +74,12 @@ impl DesignFile {
         parse_json(path, bytes, FORMAT)
     }
 
-    /// The text of a design file. Numbers read back to the same bits.
+    /// The text of the design file. Numbers read back to the same bits.
     pub fn to_json(&self) -> String {
         FORMAT.line(self)
     }
 
-    /// Replaces the file by this design.
+    /// Writes this design to a file, and replaces the file if it exists.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -94,11 +93,11 @@ impl DesignFile {
         Design::of_vectors(self.z.clone())
     }
 
-    /// Checks that the design fits the scene, and returns its controller. Messages name `file`.
+    /// Checks that the design fits the scene, and returns its controller. Errors name `file`.
     ///
     /// # Errors
-    /// [`Error::Misfit`] for another number of edges, nodes or hidden units, [`Error::Usage`] for
-    /// edges between other nodes and for materials that contradict a one-hot `z`.
+    /// [`Error::Misfit`] for another number of edges, nodes or hidden units; [`Error::Usage`] for edges between other
+    /// nodes, and for materials that contradict a one-hot `z`.
     pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let edges = lattice.edges.len();

@@ -1,5 +1,5 @@
-//! Atomic writes: a file is written beside its place and renamed into it, so that it is either whole
-//! or not there.
+//! Atomic writes: a file is written under another name in its folder and then renamed, so that readers never see a
+//! part of it.
 
 pub use super::format::{Format, parse_json};
 
@@ -14,8 +14,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
-/// Replaces a file by the output of `fill`. A reader, and a run resumed after a crash, sees either
-/// the old bytes or the new ones.
+/// Replaces a file by the output of `fill`. A reader, or a run resumed after a crash, finds either the old bytes or
+/// the new ones.
 ///
 /// # Errors
 /// [`Error::Write`], also for an error of `fill`.
@@ -27,7 +27,7 @@ pub fn write_atomic(
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // A link is followed, not replaced. A pipe or a device is written into, not replaced.
+    // Links are followed. Pipes and devices are written into.
     let path = &match fs::metadata(path) {
         Ok(found) if found.is_file() || found.is_dir() => path.canonicalize()?,
         Ok(_) => {
@@ -35,10 +35,10 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
             fill(&mut file)?;
             return file.flush();
         }
-        // A new file, or a link to a file that does not exist yet.
+        // A new file, or a link to a file that does not exist.
         Err(_) => fs::read_link(path).map_or(path.to_owned(), |target| path.with_file_name(target)),
     };
-    // `file.json` has the empty parent, which means the current folder.
+    // The parent of `file.json` is empty, which means the current folder.
     let parent = path
         .parent()
         .filter(|parent| !parent.as_os_str().is_empty());
@@ -51,10 +51,10 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     if let Ok(replaced) = fs::metadata(path) {
         file.as_file().set_permissions(replaced.permissions())?;
     }
-    // Data before name: otherwise a power cut could leave the new name with no bytes behind it.
+    // The data must reach the disk before the name, or a power cut could leave the new name without data.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // On Unix a rename is on the disk once its folder is.
+    // On Unix a rename reaches the disk with its folder.
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
     }
@@ -72,10 +72,10 @@ fn is_temporary(name: &OsStr) -> bool {
     name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
 }
 
-/// True if a folder holds anything but a lock and temporary files of a killed process.
+/// True if a folder holds more than a lock and temporary files of a killed process.
 ///
 /// # Errors
-/// The system's error, if the folder cannot be listed.
+/// The error of the operating system if the folder cannot be listed.
 pub fn is_used(folder: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(folder)? {
         let name = entry?.file_name();
@@ -86,7 +86,7 @@ pub fn is_used(folder: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Removes temporary files of killed processes from a folder. No other process may be writing there.
+/// Removes temporary files of killed processes from a folder. No other process may write there.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -103,7 +103,7 @@ pub fn sweep(folder: &Path) -> Result<()> {
     remove().map_err(Error::writing(folder))
 }
 
-/// Creates a folder if there is none, and checks that files can be created in it.
+/// Creates a folder if it does not exist, and checks that files can be created in it.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -112,8 +112,8 @@ pub fn make_folder(folder: &Path) -> Result<()> {
     made.map_err(Error::writing(folder))
 }
 
-/// The error for a folder without a file that every run has. It tells what the folder is instead and where
-/// it holds a run, if it does.
+/// The error for a folder that is not the folder of a run, because it has no file `lacks`. The error names a run in
+/// the folder, if there is one.
 pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     let refused = |says: String| Error::reading(folder)(io::Error::other(says));
     match fs::metadata(folder) {
@@ -138,20 +138,17 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     ))
 }
 
-/// A hidden file that vanishes unless it is persisted.
+/// A hidden file that is removed unless it is persisted.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);
-    // Temporary files are private by default. A result should be an ordinary file.
+    // Temporary files are private by default, but a result should be an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
 }
 
 /// Copies files of one folder to another.
-///
-/// # Errors
-/// [`Error::Read`]; [`Error::Write`].
 pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     names.iter().try_for_each(|name| {
         let path = from.join(name);
@@ -160,8 +157,8 @@ pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     })
 }
 
-/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
-/// bits; one that is not finite becomes `null`.
+/// Replaces a JSON file by `format`, `version` and the keys of the body. Numbers read back to the same bits; numbers
+/// that are not finite become `null`.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -172,11 +169,11 @@ pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result
     })
 }
 
-/// Reads a file of [`write_json`]. `T` gets the keys `format` and `version` too and must accept them.
+/// Reads a file that [`write_json`] wrote. `T` must accept the keys `format` and `version`.
 ///
 /// # Errors
-/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for a file that is
-/// not JSON, has another format or version, or lacks keys.
+/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for a file that is not JSON, has
+/// another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
     parse_json(path, &read_whole(path)?, format)
 }

@@ -12,11 +12,11 @@ pub struct Format {
     /// The kind of file, such as `cosmic-design`.
     #[serde(rename = "format")]
     pub name: &'static str,
-    /// Raised by each change that older readers would misread.
+    /// The version. Each change that older readers would misread raises it.
     pub version: u32,
 }
 
-/// A body with its format in front.
+/// A body after its format.
 #[derive(Serialize)]
 pub(super) struct Stamped<'b, T> {
     #[serde(flatten)]
@@ -45,16 +45,16 @@ struct Stamp {
     version: u32,
 }
 
-/// Reads the bytes of a JSON file that begins with `format` and `version`; messages name `path`. `T` gets
-/// these two keys too and must accept them.
+/// Parses a JSON file that begins with `format` and `version`; errors name `path`. `T` must accept these two keys.
 ///
 /// # Errors
-/// [`Error::Malformed`](crate::Error::Malformed) for bytes that are not JSON, have another format or version, or lack keys.
+/// [`Error::Malformed`](crate::Error::Malformed) for bytes that are not JSON, have another format or version, or lack
+/// keys.
 pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
     parse_stamped(path, 0, bytes, format)
 }
 
-/// As [`parse_json`], for bytes that follow after `lines` lines of the file.
+/// As [`parse_json`], for bytes that follow `lines` lines of the file.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,
@@ -64,14 +64,12 @@ pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     let file = &path.display().to_string();
     let stamp: Stamp = from_json(file, lines, bytes)?;
     if stamp.format != format.name || stamp.version != format.version {
-        let found = format!("{:?} version {}", stamp.format, stamp.version);
-        let needed = format!("{:?} version {}", format.name, format.version);
-        let message = format!("the format is {found}, not {needed}");
-        let place = Position {
-            line: lines + 1,
-            column: 1,
-        };
-        return Err(malformed(file, place, &message));
+        let message = format!(
+            "the format is {:?} version {}, not {:?} version {}",
+            stamp.format, stamp.version, format.name, format.version
+        );
+        let (line, column) = (lines + 1, 1);
+        return Err(malformed(file, Position { line, column }, &message));
     }
     from_json(file, lines, bytes)
 }

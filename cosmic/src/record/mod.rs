@@ -1,9 +1,9 @@
 //! Runs in folders: the files of a run, and optimising in a folder.
 //!
-//! [`DesignFile`] is a robot as a file, and needs no file system. All else is behind the feature `files`:
-//! `optimise` begins a run and `resume` continues one; `optimise_with` and `resume_with`
-//! take the caller's loss or robot. The folder holds at any moment all that resuming needs. A run
-//! that is killed at any point and resumed ends with the same bytes, except wall times.
+//! [`DesignFile`] is a robot as a file; it needs no file system. Everything else is behind the feature `files`.
+//! `optimise` begins a run and `resume` continues it; `optimise_with` and `resume_with` take the caller's loss or
+//! robot. The folder always holds what resuming needs. A run that is killed at any point and resumed ends with the
+//! same bytes, except for wall times.
 
 pub mod format;
 #[cfg(feature = "files")]

@@ -1,4 +1,4 @@
-//! `snapshot.json`: the plan and the state of a run, all that resuming needs.
+//! `snapshot.json`: the plan and the state of a run, which is all that resuming needs.
 
 use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
@@ -23,7 +23,7 @@ pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// The task of a run, or of several starts. Files have it with a [`SavedScene`].
+/// The plan of a run, or of several starts. In files the scene is a [`SavedScene`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunPlan<S = Scene> {
     /// The name of the scene.
@@ -32,11 +32,11 @@ pub struct RunPlan<S = Scene> {
     pub scene: S,
     /// The seed, or the first of several.
     pub seed: u64,
-    /// How many seeds are tried.
+    /// The number of seeds.
     pub starts: NonZeroUsize,
-    /// The run stops after so many iterations, if the scene has more.
+    /// The most iterations of the run, or `None` for all iterations of the scene.
     pub iterations: Option<NonZeroUsize>,
-    /// Whether all starts are carried out.
+    /// How several starts are searched.
     #[serde(default, skip_serializing_if = "Search::is_full")]
     pub search: Search,
 }
@@ -45,10 +45,10 @@ pub struct RunPlan<S = Scene> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Search {
-    /// All starts are carried out.
+    /// All starts are finished.
     #[default]
     Full,
-    /// Successive halving: weak starts are dropped early, by the scene's `[search]`.
+    /// Successive halving: weak starts are dropped early, by `[search]` of the scene.
     Halving,
 }
 
@@ -89,7 +89,7 @@ impl RunPlan {
         self.with_scene(SavedScene::from(&self.scene))
     }
 
-    /// A whole run of one start.
+    /// A run of one start with all iterations of the scene.
     pub fn new(name: &str, scene: Scene, seed: u64) -> Self {
         Self {
             name: name.to_owned(),
@@ -101,7 +101,7 @@ impl RunPlan {
         }
     }
 
-    /// Checks that the run in a folder has this plan. `physics.unstable_step` may differ, because
+    /// Checks that this plan, of the run in a folder, is the expected one. `physics.unstable_step` may differ, because
     /// [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
     ///
     /// # Errors
@@ -113,9 +113,8 @@ impl RunPlan {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "{}: the folder holds another run (scene `{}`, seed {}) than the one that belongs there \
-             (scene `{}`, seed {}, with other settings or another number of iterations); move it \
-             elsewhere",
+            "{}: the folder holds another run (scene `{}`, seed {}) than expected (scene `{}`, seed {}, \
+             perhaps with other settings or another number of iterations); move the folder elsewhere",
             folder.display(),
             self.name,
             self.seed,
@@ -137,10 +136,10 @@ impl RunPlan {
     }
 }
 
-/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file is needed.
+/// A scene in JSON: its text, and the truss of its lattice if there is one, so that no other file is needed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavedScene {
-    /// The text of the scene: TOML.
+    /// The text of the scene, which is TOML.
     pub text: String,
     truss: Option<Arc<Truss>>,
 }
@@ -163,7 +162,7 @@ impl From<&Scene> for SavedScene {
 }
 
 impl SavedScene {
-    /// Reads the scene; `place` names it in messages, as `plan.scene`.
+    /// Reads the scene. Errors name it by `place`, such as `plan.scene`.
     ///
     /// # Errors
     /// [`Error::Usage`] with the line and the column within the text.
@@ -172,7 +171,7 @@ impl SavedScene {
         let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, truss));
         let scene = Scene::parse_of_snapshot(&self.text, truss, registry);
         scene.map_err(|error| {
-            // The report of the error is a page; a part of a sentence is needed.
+            // An error in one line; the report of a malformed file is longer.
             let says = match error {
                 Error::Malformed {
                     line,
@@ -207,7 +206,7 @@ impl<'de> Deserialize<'de> for SavedScene {
     }
 }
 
-/// Reads a saved scene. With a visitor, an error has its place within the scene.
+/// Reads a saved scene. With a visitor, errors have their position within the scene.
 struct SavedVisitor;
 
 impl<'de> Visitor<'de> for SavedVisitor {
@@ -235,9 +234,9 @@ impl<'de> Visitor<'de> for SavedVisitor {
 #[derive(Clone, Debug)]
 pub(super) struct Snapshot {
     pub(super) plan: RunPlan,
-    /// Wall time so far, interruptions left out, s.
+    /// Wall time so far without interruptions, s.
     pub(super) seconds: f64,
-    /// `None` for several starts: each of them has its own snapshot.
+    /// `None` for several starts, because each start has its own snapshot.
     pub(super) progress: Option<Progress>,
 }
 
@@ -267,7 +266,7 @@ fn in_file<T>(path: &Path, bytes: &[u8], result: Result<T>) -> Result<T> {
 }
 
 impl Snapshot {
-    /// Replaces a folder's snapshot by a plan and a state after so many seconds.
+    /// Replaces the snapshot in a folder.
     pub(super) fn save(
         folder: &Path,
         plan: &RunPlan,
@@ -282,22 +281,21 @@ impl Snapshot {
         write_json(&folder.join(SNAPSHOT), FORMAT, &file)
     }
 
-    /// Replaces a folder's snapshot.
+    /// Replaces the snapshot in a folder by this one.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         Self::save(folder, &self.plan, self.seconds, self.progress.as_ref())
     }
 
-    /// The plan and the state, checked against an optimisation of the plan's scene. Messages name
-    /// `file`.
+    /// The plan and the state, after a check that they fit the optimisation. Errors name `file`.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the optimisation has another scene or another loss; those of
-    /// [`CoDesign::first`] and [`Progress::fits`].
+    /// [`Error::Usage`] if the optimisation has another scene or another loss; the errors of [`CoDesign::first`] and
+    /// [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
         let plan = self.plan;
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
-                "{}: the optimisation is not of the run's scene",
+                "{}: the optimisation and the run have different scenes",
                 file.display()
             )));
         }
@@ -312,7 +310,7 @@ impl Snapshot {
                 }
             } else {
                 Error::Usage(format!(
-                    "{file}: the run is for its scene's objective, and no other loss"
+                    "{file}: the run is for the objective of its scene; it cannot continue with another loss"
                 ))
             });
         }
@@ -330,7 +328,7 @@ impl Snapshot {
         Ok((plan, progress))
     }
 
-    /// The scene of a folder's snapshot; `None` if there is no snapshot.
+    /// Reads the scene from the snapshot of a folder; `None` if there is no snapshot.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -364,7 +362,7 @@ impl Snapshot {
         progress.is_some_and(|progress| progress.own_loss)
     }
 
-    /// A folder's snapshot.
+    /// Reads the snapshot of a folder.
     ///
     /// # Errors
     /// The errors of [`read_whole`] and [`parse_json`]; [`Error::Malformed`] for a malformed scene; [`Error::Read`] for
@@ -380,8 +378,8 @@ impl Snapshot {
     }
 }
 
-/// The plan in the bytes of a snapshot, after all checks of resuming. Messages name `path`. `accept`
-/// may refuse a plan before any memory of its size is allocated.
+/// Parses the plan of a snapshot and does all checks of resuming. Errors name `path`. `accept` may refuse a plan before
+/// memory is allocated for it.
 ///
 /// # Errors
 /// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.

@@ -1,4 +1,4 @@
-//! `summary.json`: the result of a run, written last.
+//! `summary.json`: the result of a run, which is written last.
 
 use super::RunPlan;
 use super::files::{no_run, read_json};
@@ -8,6 +8,7 @@ use crate::codesign::{Delivery, Progress, Reliability};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
+use crate::keys::{Cell, Keyed, keys};
 use crate::scene::Departure;
 use crate::simulator::Loads;
 use serde::{Deserialize, Serialize};
@@ -17,96 +18,99 @@ use std::path::{Path, PathBuf};
 /// The format of a summary.
 pub const FORMAT: Format = Format::new("cosmic-summary", 1);
 
-/// The name of the summary in the folder of a run. A folder with a summary is that of a finished run.
+/// The name of the summary in the folder of a run. A run with a summary is finished.
 pub const SUMMARY: &str = "summary.json";
 
-/// Where the last states of a diverged result are kept.
+/// The name of the file with the last states of a diverged result.
 pub const DIVERGED: &str = "diverged.json";
 
-/// The result of a run. Displacements are those of the payload, in metres; `None` if a rollout
-/// diverged.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
-    /// The name of the scene.
-    pub scene: String,
-    /// The seed.
-    pub seed: u64,
-    /// Displacement of the payload in one unperturbed rollout of the delivered design, m: x and y of the world.
-    pub displacement: Vector<f64>,
-    /// Displacement in that rollout along the ground, m.
-    pub displacement_along: f64,
-    /// 10 % quantile along the ground over perturbed starts.
-    pub displacement_p10: Option<f64>,
-    /// Median over these starts: the figure to quote. If it is `None`, `optimize` exits with 3.
-    pub displacement_p50: Option<f64>,
-    /// 90 % quantile over these starts.
-    pub displacement_p90: Option<f64>,
-    /// Median of the last iterate over these starts.
-    pub displacement_last_p50: Option<f64>,
-    /// Median over the starts of `displacement_p50` with the clock alone; `None` in files of earlier versions
-    /// too.
-    #[serde(default)]
-    pub displacement_clock_p50: Option<f64>,
-    /// With two goals: the median displacement with the goal behind, over the starts of
-    /// `displacement_p50`. A negative displacement is towards that goal.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub displacement_behind_p50: Option<f64>,
-    /// Median over the other starts that the delivered design was chosen by; for a task other than
-    /// distance, the median of minus the loss. With two goals, the median merit for the goal that
-    /// the robot does worse at.
-    pub displacement_selection_p50: Option<f64>,
-    /// The number that the best of several starts is chosen by: `displacement_selection_p50`, or the
-    /// 10 % quantile if the robot is unreliable in those starts. Also `None` in files of earlier
-    /// versions.
-    #[serde(default)]
-    pub displacement_selection_score: Option<f64>,
-    /// Whether `displacement_p50` describes the robot; for a task other than distance, whether
-    /// `loss_p50` does. `None` in files of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub reliability: Option<Reliability>,
-    /// For a task other than distance: the median loss of the delivered design over the starts of
-    /// `displacement_p50`.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub loss_p50: Option<f64>,
-    /// Share of solid edges.
-    #[serde(rename = "V")]
-    pub volume: f64,
-    /// Share of actuators.
-    #[serde(rename = "V_act")]
-    pub actuator_volume: f64,
-    /// True if the run ended before every edge had one material: there are no bars yet. `None` in
-    /// files of earlier versions.
-    #[serde(default)]
-    pub undecided: Option<bool>,
-    /// How the bars are connected; `None` for an undecided design and in files of earlier versions.
-    #[serde(default)]
-    pub structure: Option<Structure>,
-    /// The loads of actuators and bars; `None` for an undecided design and in files of earlier
-    /// versions.
-    #[serde(default)]
-    pub loads: Option<Loads>,
-    /// Edges whose material after the snap is not the dominant one before it.
-    pub flips: usize,
-    /// Gradients skipped because they were not finite.
-    pub skipped_gradients: usize,
-    /// The iteration after which a given robot entered; `None` for the scene's start.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub entered: Option<usize>,
-    /// Iterations done.
-    pub iterations: usize,
-    /// The iteration that produced the delivered controller.
-    pub delivered_iteration: usize,
-    /// Why the run ended.
-    pub stop_reason: StopReason,
-    /// Options in force that differ from the paper.
-    pub departures: Vec<Departure>,
-    /// Version of the program.
-    pub cosmic_version: String,
-    /// Wall time without interruptions, s; the sum over several starts.
-    pub seconds: f64,
-    /// The starts, if there are several; the summary is that of the best one.
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub starts: Vec<Start>,
+keys! {
+    /// The result of a run. Displacements are those of the payload over a whole rollout. A displacement is
+    /// `None` if so many rollouts diverged that the number depends on one of them.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Summary {
+        /// Name of the scene.
+        scene: String, "text";
+        /// The seed; of several starts, the seed of the best one.
+        seed: u64, "whole number";
+        /// Median of the displacements along the ground from perturbed starts: the figure to quote.
+        displacement_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_p50"];
+        /// 10 % quantile of these displacements.
+        displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
+        /// 90 % quantile of these displacements.
+        displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
+        /// Median displacement of the last iterate from the same starts.
+        displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
+        /// Median displacement from the same starts without feedback: the controller observes the clock, and the
+        /// robot as it is at the start. `null` in files of earlier versions.
+        #[serde(default)]
+        displacement_clock_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_clock_p50"];
+        /// Displacement along the ground in one unperturbed rollout of the delivered robot.
+        displacement_along: f64, "number", unit "m", columns ["displacement_along"];
+        /// Displacement in that rollout, x and y of the world.
+        displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
+        /// Only with `controller.two_goals`: median displacement from the same starts with the goal behind the
+        /// robot. Negative displacements are towards the goal.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        displacement_behind_p50: Option<f64>, "number or `null`", unit "m";
+        /// Median over the other set of starts, by which the controller was chosen. For tasks other than `far`
+        /// it is minus the median loss. With two goals it is the median for the worse goal.
+        displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
+        /// The score by which the best of several starts is chosen: `displacement_selection_p50`, or the 10 %
+        /// quantile over the same starts if the robot is unreliable there. `null` in files of earlier versions.
+        #[serde(default)]
+        displacement_selection_score: Option<f64>, "number or `null`", unit "m";
+        /// Whether `displacement_p50` describes the robot well; for tasks other than `far`, whether `loss_p50`
+        /// does. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`. Absent in files of
+        /// earlier versions.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        reliability: Option<Reliability>, "object";
+        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`. Absent if it
+        /// diverged.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        loss_p50: Option<f64>, "number", unit "the loss's";
+        /// Mean share of solid material (skeleton and actuator) over the edges.
+        volume as "V": f64, "number", columns ["V"];
+        /// Mean share of actuators.
+        actuator_volume as "V_act": f64, "number", columns ["V_act"];
+        /// True if the run ended before every edge had one material. There are no bars yet: `structure` and
+        /// `loads` are `null`. Absent in files of earlier versions.
+        #[serde(default)]
+        undecided: Option<bool>, "true or false";
+        /// How the bars (edges of solid material) are connected. `null` in files of earlier versions.
+        #[serde(default)]
+        structure: Option<Structure>, "object or `null`", parts Structure as columns;
+        /// The loads of actuators and bars over all steps of the unperturbed rollout. `null` in files of earlier
+        /// versions.
+        #[serde(default)]
+        loads: Option<Loads>, "object or `null`", parts Loads as columns;
+        /// Edges to which the snap gave another material than the dominant one.
+        flips: usize, "whole number",
+            columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);
+        /// Gradients that were skipped because they or their loss were not finite.
+        skipped_gradients: usize, "whole number", columns ["skipped_gradients"];
+        /// Only with `--from`: the iteration after which the robot entered, 0 or the iteration of the snap.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        entered: Option<usize>, "whole number";
+        /// Iterations done by this run.
+        iterations: usize, "whole number";
+        /// The iteration that produced the delivered controller.
+        delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
+        /// `finished`, or `iteration_limit` if `--iterations` ended the run before its scene did.
+        stop_reason: StopReason, "text";
+        /// Named options in effect that differ from the paper. If the list is empty, physics and algorithm are
+        /// those of the paper, except for plain numbers. `option` is the key as `section.key`, or `start` with
+        /// `--from`, or `loss` for the loss of a program; `says` is what it does.
+        departures: Vec<Departure>, "list of objects";
+        /// Version of the program.
+        cosmic_version: String, "text";
+        /// Wall time without interruptions; of several starts, the sum of their times.
+        seconds: f64, "number", unit "s", columns ["seconds"];
+        /// Only with several starts: the starts, in the order of their seeds. The summary is that of the best
+        /// one.
+        #[serde(skip_serializing_if = "Vec::is_empty", default)]
+        starts: Vec<Start>, "list of objects", parts Start;
+    }
 }
 
 /// Why a run ended.
@@ -119,88 +123,69 @@ pub enum StopReason {
     IterationLimit,
 }
 
-/// One of several starts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Start {
-    /// Its seed, and the name of its folder.
-    pub seed: u64,
-    /// The start's median over the perturbed starts that controllers are chosen by; `None` if it
-    /// diverged.
-    pub displacement_selection_p50: Option<f64>,
-    /// The number that the best start was chosen by, as in its summary.
-    #[serde(default)]
-    pub displacement_selection_score: Option<f64>,
-    /// The median over other perturbed starts.
-    pub displacement_p50: Option<f64>,
-    /// Whether this median describes the start's robot.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub reliability: Option<Reliability>,
-    /// The iteration after which the search dropped it, or `None`.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub dropped_at: Option<usize>,
+keys! {
+    /// One of several starts.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Start {
+        /// The seed, and the name of the folder.
+        seed: u64, "whole number";
+        /// As in the summary of the start; `null` if it diverged.
+        displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
+        /// As in the summary of the start. The best start has the highest score.
+        #[serde(default)]
+        displacement_selection_score: Option<f64>, "number or `null`", unit "m";
+        /// As in the summary of the start.
+        displacement_p50: Option<f64>, "number or `null`", unit "m";
+        /// As in the summary of the start.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        reliability: Option<Reliability>, "object";
+        /// Only with `--search halving`: the iteration after which the search dropped the start.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        dropped_at: Option<usize>, "whole number";
+    }
 }
 
-/// A number of a summary; `None` if a rollout diverged.
-pub type SummaryNumber = fn(&Summary) -> Option<f64>;
+impl Start {
+    /// A start with its summary; `None` if it was dropped or diverged.
+    pub(super) fn new(seed: u64, summary: Option<&Summary>, dropped_at: Option<usize>) -> Self {
+        Self {
+            seed,
+            displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),
+            displacement_selection_score: summary.and_then(Summary::score),
+            displacement_p50: summary.and_then(|s| s.displacement_p50),
+            reliability: summary.and_then(|s| s.reliability.clone()),
+            dropped_at,
+        }
+    }
+}
 
-/// The numbers of a summary in tables, each with the name of its column.
-pub const NUMBERS: [(&str, SummaryNumber); 27] = [
-    ("displacement_p50", |s| s.displacement_p50),
-    ("displacement_p10", |s| s.displacement_p10),
-    ("displacement_p90", |s| s.displacement_p90),
-    ("displacement_last_p50", |s| s.displacement_last_p50),
-    ("displacement_clock_p50", |s| s.displacement_clock_p50),
-    ("displacement_along", |s| Some(s.displacement_along)),
-    ("displacement_x", |s| Some(s.displacement.forward())),
-    ("displacement_y", |s| Some(s.displacement.up())),
-    ("V", |s| Some(s.volume)),
-    ("V_act", |s| Some(s.actuator_volume)),
-    ("pieces", |s| s.structure.map(|s| s.pieces as f64)),
-    ("nodes", |s| s.structure.map(|s| s.nodes as f64)),
-    ("free_ends", |s| s.structure.map(|s| s.free_ends as f64)),
-    ("crossings", |s| s.structure.map(|s| s.crossings as f64)),
-    ("feet", |s| s.structure.map(|s| s.feet as f64)),
-    ("floppy_modes", |s| {
-        s.structure
-            .and_then(|s| s.floppy_modes)
-            .map(|modes| modes as f64)
-    }),
-    ("strain_peak", |s| s.loads.as_ref().map(|l| l.strain.peak)),
-    ("strain_p99", |s| s.loads.as_ref().map(|l| l.strain.p99)),
-    ("force_peak", |s| s.loads.as_ref().map(|l| l.force.peak)),
-    ("speed_peak", |s| s.loads.as_ref().map(|l| l.speed.peak)),
-    ("power_peak", |s| s.loads.as_ref().map(|l| l.power.peak)),
-    ("compression", |s| s.loads.as_ref().map(|l| l.compression)),
-    ("tangled", |s| s.loads.as_ref().map(|l| l.tangled)),
-    ("flips", |s| (!s.is_undecided()).then_some(s.flips as f64)),
-    ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
-    ("delivered_iteration", |s| {
-        Some(s.delivered_iteration as f64)
-    }),
-    ("seconds", |s| Some(s.seconds)),
-];
-
-/// The ratio of two displacements. `None` if the ratio means nothing, because the divisor is below a
-/// centimetre (the robot stays in place) or because the robot walks backwards.
+/// The ratio of two displacements. `None` if the divisor is below 1 cm (the robot stays in place) or the dividend is
+/// negative (the robot walks backwards), because the ratio would be misleading.
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
 impl Summary {
-    /// The [`ratio`] of a robot's open-loop displacement, without feedback, to its displacement. Also
-    /// `None` for an unreliable robot.
+    /// The numbers in tables, one for each of the [`columns`](crate::keys::columns) of the summary's keys; `None`
+    /// if a rollout diverged.
+    pub fn numbers(&self) -> Vec<Option<f64>> {
+        self.cells().into_iter().map(Cell::number).collect()
+    }
+
+    /// The [`ratio`] of the robot's displacement without feedback to its displacement. Also `None` for an unreliable
+    /// robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
     }
 
-    /// True for a design that is known to be undecided.
+    /// True if the design is known to be undecided.
     pub fn is_undecided(&self) -> bool {
         self.undecided == Some(true)
     }
 
-    /// Why the robot is unreliable; `None` for a reliable one, and in files of earlier versions.
+    /// Why the robot is unreliable; `None` for a reliable robot, and in files of earlier versions.
     pub fn unreliable(&self) -> Option<&str> {
         self.reliability.as_ref()?.reason()
     }
@@ -210,13 +195,12 @@ impl Summary {
         self.reliability.as_ref().map(Reliability::word)
     }
 
-    /// True for a robot that is known to be unreliable.
+    /// True if the robot is known to be unreliable.
     pub fn is_unreliable(&self) -> bool {
         self.unreliable().is_some()
     }
 
-    /// The number that the best of several starts is chosen by; the median for files of earlier
-    /// versions.
+    /// The score by which the best of several starts is chosen; the median in files of earlier versions.
     pub(super) fn score(&self) -> Option<f64> {
         match self.reliability {
             Some(_) => self.displacement_selection_score,
@@ -269,7 +253,7 @@ impl Summary {
         }
     }
 
-    /// The summary of a finished run.
+    /// Reads the summary of a finished run.
     ///
     /// # Errors
     /// The errors of [`read_json`]; [`Error::Read`] for a run that is not finished.
@@ -293,7 +277,7 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
-/// Why a run has no result, and what to do.
+/// Says why a run has no result, and what to do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
@@ -304,13 +288,10 @@ fn unfinished(folder: &Path) -> String {
     format!("the run is not finished; {how}")
 }
 
-/// The options in force that differ from the paper: those of the scene that the run used, and those
-/// that no scene can express.
+/// The options in effect that differ from the paper: those of the scene that the run used, and those that are not
+/// part of a scene.
 fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
-    let schedule = &plan.scene.schedule;
-    let decided_before = progress
-        .entered
-        .is_some_and(|entered| entered == schedule.snap_at);
+    let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
     let idle = |option: &str| {
         let of_start = progress.entered.is_some() && option.starts_with("start.");
         let of_design = decided_before
@@ -324,20 +305,18 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
                 "binarisation.method",
             ]
             .contains(&option);
-        let of_loss = progress.own_loss
-            && ["loss.", "objective."]
-                .iter()
-                .any(|s| option.starts_with(s));
+        let of_loss =
+            progress.own_loss && (option.starts_with("loss.") || option.starts_with("objective."));
         of_start || of_design || of_loss
     };
     let mut departures = plan.scene.departures();
     departures.retain(|departure| !idle(&departure.option));
     let named = |option: &str, says: &str| Departure {
-        option: option.to_string(),
-        says: says.to_string(),
+        option: option.to_owned(),
+        says: says.to_owned(),
     };
     if progress.entered.is_some() {
-        let says = "the run began with a robot that was there already, kept in start.json";
+        let says = "the run began with an existing robot, which is in start.json";
         departures.push(named("start", says));
     }
     if progress.own_loss {
@@ -345,4 +324,45 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
         departures.push(named("loss", says));
     }
     departures
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Summary;
+    use crate::codesign::tests::tiny;
+    use crate::keys::{Keyed, columns};
+    use crate::record::{RunPlan, optimise};
+
+    #[test]
+    fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = RunPlan::new("tiny", tiny(), 1);
+        let summary = optimise(&folder.path().join("run"), &plan, &mut ()).unwrap();
+        let keys = Summary::keys();
+        let names: Vec<_> = keys.iter().map(|key| key.name).collect();
+        let written = serde_json::to_value(&summary).unwrap();
+        assert!(
+            written
+                .as_object()
+                .unwrap()
+                .keys()
+                .all(|key| names.contains(&&key[..]))
+        );
+        let number = |name: &str| {
+            let at = columns(&keys).iter().position(|column| *column == name);
+            summary.numbers()[at.unwrap()]
+        };
+        assert_eq!(summary.numbers().len(), columns(&keys).len());
+        assert_eq!(number("displacement_y"), Some(summary.displacement.up()));
+        assert_eq!(number("feet"), summary.structure.map(|s| s.feet as f64));
+        assert_eq!(number("seconds"), Some(summary.seconds));
+        let undecided = Summary {
+            structure: None,
+            loads: None,
+            undecided: Some(true),
+            ..summary.clone()
+        };
+        assert_eq!(undecided.numbers().len(), summary.numbers().len());
+        assert_eq!(undecided.numbers().last(), summary.numbers().last());
+    }
 }

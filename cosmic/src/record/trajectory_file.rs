@@ -1,4 +1,4 @@
-//! `trajectory.json`: how the delivered design moves.
+//! `trajectory.json`: the motion of the delivered robot.
 
 use super::format::Format;
 use crate::lattice::State;
@@ -14,14 +14,14 @@ pub const TRAJECTORY: &str = "trajectory.json";
 /// The contents of a trajectory file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryFile {
-    /// Time step, s: the time of the state after `n` steps is `n dt`.
+    /// Time step, s.
     pub dt: f64,
-    /// Numbers of steps done, ascending; 0 is the start.
+    /// Numbers of steps, ascending; 0 is the start.
     pub steps: Vec<usize>,
-    /// The state in the world's frame after so many steps, one for each of `steps`.
+    /// The states after these numbers of steps, in the world's frame.
     pub states: Vec<State<f64>>,
-    /// The loads of each edge over all steps, `None` for a void edge. Empty for an undecided design
-    /// and in files of earlier versions.
+    /// The loads of each edge over all steps; `None` for a void edge. Empty for an undecided design and in files of
+    /// earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Option<BarLoad>>,
 }

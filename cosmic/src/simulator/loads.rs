@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Simulator, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
+use crate::keys::keys;
 use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::policy::Controller;
@@ -102,26 +103,30 @@ pub struct BarLoad {
     pub compression: f64,
 }
 
-/// The loads of a robot over a rollout: the largest of its actuators, and the largest compression of any bar.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Loads {
-    /// The smallest and largest strain of an actuator.
-    pub strains: Range,
-    /// The largest strain of an actuator.
-    pub strain: Magnitude,
-    /// The largest force of an actuator, N.
-    pub force: Magnitude,
-    /// The largest rate of an actuator, m/s.
-    pub speed: Magnitude,
-    /// The largest power of an actuator, W.
-    pub power: Magnitude,
-    /// The largest force that pushes on a bar, N.
-    pub compression: f64,
-    /// The fraction of the states of a delivery's trajectory in which bars cross that do not cross at rest. The
-    /// simulation lets a robot pass through itself.
-    pub tangled: f64,
-    /// The mean number of such pairs of bars in a state.
-    pub tangles: f64,
+keys! {
+    /// The loads of a robot over a rollout: the loads of its actuators and the largest compression of a bar.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    struct Loads {
+        /// Least and greatest strain of an actuator.
+        strains: Range, "two numbers";
+        /// Strain (change of length over rest length): the largest `peak` and the largest 99 % quantile `p99` of
+        /// any actuator.
+        strain: Magnitude, "object",
+            columns ["strain_peak", "strain_p99"] of |loads: &Loads| [loads.strain.peak, loads.strain.p99];
+        /// Force along an actuator: `peak` and `p99` as of the strain.
+        force: Magnitude, "object", unit "N", columns ["force_peak"] of |loads: &Loads| loads.force.peak;
+        /// Rate of an actuator's length: `peak` and `p99` as of the strain.
+        speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
+        /// Product of force and rate: `peak` and `p99` as of the strain.
+        power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
+        /// The largest force that pushes on a bar.
+        compression: f64, "number", unit "N", columns ["compression"];
+        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest. The
+        /// simulation lets a robot pass through itself.
+        tangled: f64, "number", columns ["tangled"];
+        /// Mean number of such pairs of bars in a state.
+        tangles: f64, "number";
+    }
 }
 
 /// The loads and the motion of a robot's edges in a state.

@@ -8,20 +8,23 @@ use serde::{Deserialize, Serialize};
 
 use super::stability::{Vibration, stable_step};
 use crate::error::{Error, Result};
+use crate::keys::keys;
 use crate::scene::{PhysicsSettings, UnstableStep};
 
 /// The most substeps that a remedy suggests: the largest value that a scene allows.
 const SUBSTEPS: f64 = 64.0;
 
-/// The time step at which a vibration begins to grow.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StepLimit {
-    /// The vibration's angular frequency, 1/s.
-    pub frequency: f64,
-    /// The smallest time step with which it grows, s; `None` if nothing vibrates.
-    pub dt: Option<f64>,
-    /// The node that vibrates most.
-    pub node: usize,
+keys! {
+    /// The time step at which a vibration begins to grow.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    struct StepLimit {
+        /// The angular frequency of the vibration.
+        frequency: f64, "number", unit "1/s";
+        /// The smallest time step with which the vibration grows; `null` if nothing vibrates.
+        dt: Option<f64>, "number or `null`", unit "s";
+        /// The node at which it is largest.
+        node: usize, "whole number";
+    }
 }
 
 impl StepLimit {
@@ -52,21 +55,23 @@ pub enum Grade {
     Unstable,
 }
 
-/// The time step of a scene, compared with the vibrations of a body about a state at rest with idle actuators.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StepCheck {
-    /// The time step, s.
-    pub dt: f64,
-    /// The number of mechanical steps in it.
-    pub substeps: usize,
-    /// The limit from the bound on the frequencies. With domain randomization, the bound holds for drawn robots too.
-    pub bound: StepLimit,
-    /// The limit from the largest frequency; computed only if `dt` is beyond the bound.
-    pub exact: Option<StepLimit>,
-    /// The time step below which no vibration of any design of the lattice grows, s; with domain randomization, of drawn
-    /// robots too. `None` if nothing vibrates, and in files of older versions.
-    #[serde(default)]
-    pub any_design: Option<f64>,
+keys! {
+    /// A time step compared with the vibrations of a body about a state at rest, with idle actuators.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    struct StepCheck {
+        /// The time step.
+        dt: f64, "number", unit "s";
+        /// Mechanical steps in a time step.
+        substeps: usize, "whole number";
+        /// The limit by the bound on all frequencies, including those of the robots that `[robust]` draws.
+        bound: StepLimit, "object", parts StepLimit;
+        /// The limit by the largest frequency itself; `null` if `dt` is below the limit of the bound.
+        exact: Option<StepLimit>, "object or `null`", parts StepLimit;
+        /// The time step below which no vibration grows of any design of the lattice, nor of a robot that
+        /// `[robust]` draws around one; `null` if nothing vibrates, and in files of earlier versions.
+        #[serde(default)]
+        any_design: Option<f64>, "number or `null`", unit "s";
+    }
 }
 
 impl StepCheck {

@@ -74,7 +74,9 @@ impl Check {
         let judged = |scene: &Scene| -> Result<[Option<f64>; 3]> {
             let codesign = CoDesign::new(scene)?;
             let Quantiles { p10, p50, p90 } =
-                codesign.judge(&case.own_design(), &case.controller, summary.seed);
+                codesign
+                    .evaluator()
+                    .judge(&case.own_design(), &case.controller, summary.seed);
             Ok([p10, p50, p90].map(|x| x.is_finite().then_some(x)))
         };
         let (mut half, mut behind) = (scene.clone(), scene.clone());

@@ -3,8 +3,9 @@
 use super::check::Check;
 use super::walks::Walks;
 use cosmic::error::Result;
+use cosmic::keys::{Keyed, columns};
 use cosmic::record::Summary;
-use cosmic::record::summary::{NUMBERS, ratio};
+use cosmic::record::summary::ratio;
 use std::path::Path;
 
 /// The measurements of a finished run.
@@ -39,8 +40,8 @@ pub(crate) fn numbers(
         let number = run.as_ref().and_then(of).unwrap_or(f64::NAN);
         numbers.push((name, (!is_left_out).then_some(number)));
     };
-    for (name, of) in NUMBERS {
-        add(name.to_owned(), &|run| of(&run.summary));
+    for (k, name) in columns(&Summary::keys()).into_iter().enumerate() {
+        add(name.to_owned(), &|run| run.summary.numbers()[k]);
     }
     for (name, of) in Check::NUMBERS {
         add(name.to_owned(), &|run| of(&run.check));

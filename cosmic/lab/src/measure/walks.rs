@@ -105,7 +105,10 @@ impl Walks {
         let own = frictions.iter().map(|friction| {
             let mut scene = scene.clone();
             (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), *friction);
-            let judged = CoDesign::new(&scene)?.judge(&design, &case.controller, summary.seed);
+            let judged =
+                CoDesign::new(&scene)?
+                    .evaluator()
+                    .judge(&design, &case.controller, summary.seed);
             Ok(Some(judged.p50).filter(|x| x.is_finite()))
         });
         Ok(Some(Self {

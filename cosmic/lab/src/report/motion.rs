@@ -279,7 +279,7 @@ mod tests {
         ] {
             let mut stretched = rest.clone();
             for x in &mut stretched.x {
-                *x *= 1.0 + strain;
+                *x = *x * (1.0 + strain);
             }
             let bars = motion.bars(&stretched);
             let [passive, active] = [false, true].map(|active| {

@@ -90,7 +90,9 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
     let sizes = moments.map(|index| motion.bounds(&motion.states()[index]).size());
-    let largest = sizes.into_iter().fold(Vector::new([0.05; 2]), Vector::max);
+    let largest = sizes
+        .into_iter()
+        .fold(Vector::new([0.05; 2]), |a, b| a.zip_with(b, f64::max));
     let [width, height] = largest.array();
     let scale = ((PANEL - 18.0) / width).min(220.0 / height);
     let middles = moments.map(|index| motion.centre(&motion.states()[index]).forward());

@@ -5,9 +5,9 @@ use super::{RunState, SweepPlan};
 use crate::files::write_text;
 use crate::table::{Cell, Table};
 use cosmic::error::Result;
+use cosmic::keys::{Keyed, columns};
 use cosmic::record::Summary;
 use cosmic::record::files::{Format, write_json};
-use cosmic::record::summary::{NUMBERS, SummaryNumber};
 use rayon::prelude::*;
 use serde::ser::{Error as _, SerializeSeq};
 use serde::{Serialize, Serializer};
@@ -223,16 +223,14 @@ impl Progress {
 
 /// One row per run, with a column for each key that the sweep varies. Cells of missing numbers are empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
-    let more: [(_, SummaryNumber); 2] = [
-        ("loss_p50", |summary| summary.loss_p50),
-        ("displacement_behind_p50", |summary| {
-            summary.displacement_behind_p50
-        }),
-    ];
-    let numbers: Vec<_> = NUMBERS.into_iter().chain(more).collect();
+    let mut names = columns(&Summary::keys());
+    names.extend(["loss_p50", "displacement_behind_p50"]);
+    let number = |run: &MergedRun, k: usize| {
+        let summary = run.summary.as_ref()?;
+        let more = [summary.loss_p50, summary.displacement_behind_p50];
+        summary.numbers().into_iter().chain(more).nth(k)?
+    };
     let verdict = |run: &MergedRun| run.summary.as_ref().and_then(Summary::verdict);
-    let names = numbers.iter().map(|(name, _)| *name);
-    let number = |run: &MergedRun, k: usize| run.summary.as_ref().and_then(numbers[k].1);
     Table::of("", "", runs)
         .column("index", "", |merged| merged.run.index)
         .column("scene", "", |merged| &merged.run.scene[..])

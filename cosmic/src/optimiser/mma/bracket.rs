@@ -1,10 +1,10 @@
-//! Where a falling function crosses zero: the Illinois variant of regula falsi.
+//! The zero of a decreasing function by the Illinois variant of regula falsi.
 
-/// A length below the crossing and, once known, one above it, with the function's values.
+/// A length below the zero and, once known, a length above it, with the values of the function there.
 pub(super) struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
-    /// Which end moved last, and how many times in a row.
+    /// The end that moved last, and how many times in a row.
     moved: (End, usize),
 }
 
@@ -15,7 +15,7 @@ enum End {
 }
 
 impl Bracket {
-    /// A bracket from 0, where the function is positive.
+    /// A bracket that starts at 0, where the function has this positive value.
     pub(super) fn starting_with(value: f64) -> Self {
         Bracket {
             below: (0.0, value),
@@ -24,12 +24,12 @@ impl Bracket {
         }
     }
 
-    /// Takes in the function's value somewhere inside.
+    /// Adds the value of the function at a point of the bracket.
     pub(super) fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;
         self.moved = (moves, if moves == last { times + 1 } else { 1 });
-        // An end that stays a second time counts half, or it would stay for ever.
+        // The value at an end that stays twice is halved, or that end might stay forever.
         let weight = if self.moved.1 > 1 { 0.5 } else { 1.0 };
         match (moves, self.above) {
             (End::Below, above) => {
@@ -44,9 +44,9 @@ impl Bracket {
         }
     }
 
-    /// Where to look next: four times as far while no upper end is known; then at each known kink
-    /// inside the bracket, once; then where the chord crosses zero. If the chord keeps hitting one
-    /// end, an unknown kink is near it, and the bracket is halved.
+    /// The next length to try: four times the last one until an upper end is known; then each known kink inside the
+    /// bracket, once; then the zero of the chord. If the chord keeps hitting one end, there is an unknown kink near it, and
+    /// the bracket is halved.
     pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
@@ -65,7 +65,7 @@ mod tests {
     use super::Bracket;
     use crate::optimiser::mma::dual::MAX_TRIALS;
 
-    /// Flat at 1e-6 up to a kink at 7, then steep: what the elastic cost does to a slope.
+    /// Constant at 1e-6 up to a kink at 7, then steep. The elastic cost gives slopes this shape.
     fn kinked(at: f64) -> f64 {
         1e-6 - 1e3 * (at - 7.0).max(0.0)
     }
@@ -81,13 +81,13 @@ mod tests {
             bracket.narrow(at, value);
             at = bracket.next_trial(&mut kinks);
         }
-        panic!("no crossing found: stopped at {at}");
+        panic!("no zero found: stopped at {at}");
     }
 
     #[test]
-    fn a_known_kink_spares_the_search() {
+    fn a_known_kink_shortens_the_search() {
         let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // 1, 4, 16, the kink at 7, and the chord beyond it, exact but for rounding.
+        // 1, 4, 16, the kink at 7, and the chord beyond it, which is exact to rounding.
         assert!(
             told <= 6 && blind > 2 * told,
             "{told} trials, {blind} without kinks"

@@ -1,10 +1,10 @@
 //! Small symmetric systems.
 //!
-//! Not nalgebra's: its Cholesky factors refuse singular matrices, which flat directions of the dual
-//! make, and sum in another order, which changes the bits of a run from three constraints on.
+//! nalgebra's Cholesky decomposition is not used, because it refuses singular matrices, which flat directions of the dual
+//! produce. It also sums in another order, which changes the bits of runs with three or more constraints.
 
-/// Solves `matrix x = right` in place by Cholesky's factors; the matrix is symmetric, positive
-/// semidefinite up to rounding, row-major. A pivot lost to rounding is lifted to it.
+/// Solves `matrix x = right` in place by Cholesky decomposition. The matrix is row-major, symmetric, and positive
+/// semidefinite up to rounding. A pivot below the rounding error is raised to it.
 pub(super) fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
     let size = right.len();
     for column in 0..size {
@@ -41,23 +41,23 @@ mod tests {
     use super::solve_positive;
 
     #[test]
-    fn solves_what_it_should() {
+    fn a_positive_system_is_solved() {
         let mut right = [8.0, 15.0, 5.0];
         solve_positive(
             &mut [4.0, 2.0, 0.0, 2.0, 5.0, 1.0, 0.0, 1.0, 1.0],
             &mut right,
         );
-        // x = (1, 2, 3) by substitution; the factors are exact to some ulps.
+        // x = (1, 2, 3) by substitution. The factors are exact to a few ulps.
         for (found, expected) in right.iter().zip([1.0, 2.0, 3.0]) {
             assert!((found - expected).abs() < 1e-14, "{right:?}");
         }
     }
 
     #[test]
-    fn a_singular_system_is_finite() {
+    fn a_singular_system_has_a_finite_solution() {
         let mut right = [1.0, 1.0];
         solve_positive(&mut [1.0, 1.0, 1.0, 1.0], &mut right);
-        // The first equation holds: to the rounding of numbers of size 1 / epsilon^(1/2).
+        // The first equation holds to the rounding of numbers of size 1 / epsilon^(1/2).
         assert!((right[0] + right[1] - 1.0).abs() < 1e-6, "{right:?}");
     }
 }

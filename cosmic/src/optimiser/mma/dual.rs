@@ -1,37 +1,36 @@
-//! The subproblem solved through its dual.
+//! The solution of the subproblem through its dual.
 //!
-//! The dual function of the multipliers is concave and has a continuous gradient (the constraints'
-//! models at the minimising step, less the elastic extension), whose own derivative jumps where a
-//! variable meets its box or a multiplier passes the elastic cost. For a handful of constraints
-//! an active-set Newton method with a line search along each direction reaches rounding error.
+//! The dual function of the multipliers is concave. Its gradient is continuous (the models of the constraints at the
+//! minimising step, minus the elastic extension). The derivative of the gradient jumps where a variable reaches its box or
+//! a multiplier passes the elastic cost. For a few constraints, an active-set Newton method with a line search along each
+//! direction reaches rounding error.
 //!
-//! Degenerate cases are common: with all variables at their boxes the dual is flat in all
-//! directions up to the elastic cost; two opposite bounds on one volume leave no interior and
-//! make it nearly flat in one. Two things keep the method safe there. An upper bound on each
-//! multiplier is known (`c + d y` for the largest `y` the box can ask for), and the Newton matrix
-//! is damped by gradient over bound: a flat direction then leads as far as the bound, while the
-//! damping vanishes with the gradient and Newton's last steps are undisturbed.
+//! Degenerate cases are common. If all variables are at their boxes, the dual is flat in all directions up to the elastic
+//! cost. Two opposite bounds on one volume leave no interior and make it nearly flat in one direction. Two things make the
+//! method safe there: each multiplier has a known upper bound (`c + d y` for the largest `y` that the box can require), and
+//! the Newton matrix is damped by gradient over bound. So a flat direction leads at most to the bound. The damping vanishes
+//! with the gradient and does not disturb Newton's last steps.
 
 use super::bracket::Bracket;
 use super::cholesky::solve_positive;
 use super::subproblem::{Elastic, Subproblem};
 
-/// Newton steps after which the search gives up and reports its residual. Most random problems
-/// need fewer than 15, the hardest of 400 000 took 80.
+/// Newton steps after which the search stops and reports its residual. Most random problems need fewer than 15; the
+/// hardest of 400 000 took 80.
 const MAX_STEPS: usize = 100;
-/// Newton steps after which each multiplier is moved by itself once: where the dual is piecewise
-/// linear, Newton's direction can zigzag in one multiplier while another has far to go. If neither
-/// the dual nor the residual is the better for all that, rounding is the limit.
+/// Newton steps after which each multiplier is moved alone once. Where the dual is piecewise linear, Newton's direction can
+/// zigzag in one multiplier while another one has far to go. If this improves neither the dual nor the residual, rounding
+/// is the limit.
 const PATIENCE: usize = 10;
-/// Evaluations in one line search.
+/// The most evaluations in one line search.
 pub(super) const MAX_TRIALS: usize = 100;
-/// Share of the directional derivative that a line search may leave: less costs evaluations, more
-/// costs Newton steps.
+/// The share of the directional derivative that a line search may leave. A smaller share costs evaluations, a larger one
+/// Newton steps.
 const SLACK: f64 = 0.3;
-/// Ulps of a constraint's terms that count as zero.
+/// The number of ulps of a constraint's terms that count as zero.
 const ULPS: f64 = 8.0;
 
-/// The solution of a subproblem, and what it took.
+/// The solution of a subproblem.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Solution {
     pub(super) multipliers: Vec<f64>,
@@ -39,8 +38,8 @@ pub(super) struct Solution {
     pub(super) residual: f64,
 }
 
-/// Maximises the dual, from a guess if its length fits, else from 0. Afterwards the subproblem's
-/// steps belong to the multipliers returned. Nothing is returned where numbers overflow.
+/// Maximises the dual, starting from the guess if its length fits, otherwise from 0. Afterwards the steps of the subproblem
+/// belong to the returned multipliers. Returns `None` if numbers overflow.
 pub(super) fn maximise(
     model: &mut Subproblem,
     elastic: Elastic,
@@ -85,7 +84,7 @@ fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-/// Largest step along a direction, and the multiplier that then reaches a bound.
+/// The largest step along a direction, and the multiplier that reaches a bound there.
 struct Limit {
     length: f64,
     hit: Option<usize>,
@@ -94,7 +93,7 @@ struct Limit {
 struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
-    /// Upper bounds that no solution reaches; 0 where the constraint cannot be active.
+    /// Upper bounds that no solution reaches; 0 if the constraint cannot be active.
     ceilings: Vec<f64>,
     /// Rounding error of each component of the gradient.
     noise: Vec<f64>,
@@ -111,7 +110,7 @@ impl<'a> Ascent<'a> {
     fn new(model: &'a mut Subproblem, elastic: Elastic) -> Self {
         let count = model.values.len();
         let ceiling = |peak: f64| {
-            // A tenth more: on the bound the gradient is surely negative.
+            // A tenth is added, so that the gradient is negative at the bound.
             let bound = elastic.linear + elastic.quadratic * 1.1 * peak;
             if peak > 0.0 { bound } else { 0.0 }
         };
@@ -130,7 +129,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Value and gradient at the multipliers, and their rounding errors.
+    /// Computes value and gradient at the multipliers, and their rounding errors.
     fn evaluate(&mut self) {
         self.value = self.model.minimise(&self.multipliers, &mut self.gradient);
         self.value_noise = ULPS * f64::EPSILON * self.value.abs();
@@ -138,7 +137,7 @@ impl<'a> Ascent<'a> {
             let extension = self.elastic.extension(multiplier);
             self.gradient[i] -= extension;
             self.value -= 0.5 * self.elastic.quadratic * extension * extension;
-            // An ulp of a multiplier beyond the elastic cost moves the extension by that / d.
+            // Above the elastic cost, an ulp of the multiplier moves the extension by an ulp over d.
             let elastic_size = if extension > 0.0 {
                 multiplier / self.elastic.quadratic
             } else {
@@ -149,7 +148,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// How far constraint `i` is from its optimality condition.
+    /// The violation of the optimality condition of constraint `i`.
     fn violation(&self, i: usize) -> f64 {
         if self.multipliers[i] > 0.0 {
             self.gradient[i].abs()
@@ -158,19 +157,19 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// The largest violation, in units of the constraints.
+    /// The largest violation, in the units of the constraints.
     fn residual(&self) -> f64 {
         (0..self.gradient.len())
             .map(|i| self.violation(i))
             .fold(0.0, f64::max)
     }
 
-    /// True if all violations are within rounding. NaN also ends the search.
+    /// True if all violations are within rounding error. Also true for NaN, which ends the search.
     fn converged(&self) -> bool {
         !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
     }
 
-    /// Newton's direction over the multipliers that are free to move along it.
+    /// Computes Newton's direction over the multipliers that are free to move along it.
     fn find_direction(&mut self) {
         let free = (0..self.gradient.len()).filter(|&i| {
             self.multipliers[i] > 0.0 || self.gradient[i] > 0.0 && self.ceilings[i] > 0.0
@@ -182,9 +181,8 @@ impl<'a> Ascent<'a> {
             let (multipliers, ceilings) = (&self.multipliers, &self.ceilings);
             let direction = &self.direction;
             let count = self.free.len();
-            // A multiplier at a bound that is asked to go beyond stays, and the rest is solved
-            // again. The rest ascends: direction . gradient is above 0, and those left out
-            // contribute less than 0.
+            // A multiplier at a bound that would have to cross it stays, and the system is solved again for the others.
+            // The others still ascend: direction . gradient is above 0, and the excluded ones contribute less than 0.
             self.free.retain(|&i| {
                 let (at, by) = (multipliers[i], direction[i]);
                 !(at == 0.0 && by < 0.0 || at == ceilings[i] && by > 0.0)
@@ -208,7 +206,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// The direction over the free multipliers: curvature, damping and gradient as said above.
+    /// Computes the direction over the free multipliers from curvature, damping and gradient.
     fn solve_newton(&mut self) {
         self.model.dual_curvature(&self.free, &mut self.matrix);
         let size = self.free.len();
@@ -227,7 +225,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// How far the direction can be followed.
+    /// The largest step along the direction.
     fn limit(&self) -> Limit {
         let mut limit = Limit {
             length: f64::INFINITY,
@@ -255,7 +253,7 @@ impl<'a> Ascent<'a> {
             self.multipliers[i] = to.clamp(0.0, self.ceilings[i]);
         }
         if let (Some(hit), true) = (limit.hit, length == limit.length) {
-            // Exactly at the bound, not a rounding error beside it.
+            // Exactly at the bound, without a rounding error.
             let falls = self.direction[hit] < 0.0;
             self.multipliers[hit] = if falls { 0.0 } else { self.ceilings[hit] };
         }
@@ -270,8 +268,8 @@ impl<'a> Ascent<'a> {
             .sum()
     }
 
-    /// The lengths at which a multiplier passes the elastic cost, where the slope's own derivative
-    /// jumps by orders of magnitude.
+    /// The lengths at which a multiplier passes the elastic cost, where the derivative of the slope jumps by orders of
+    /// magnitude.
     fn kinks(&self) -> Vec<f64> {
         (self.free.iter())
             .map(|&i| (self.elastic.linear - self.multipliers[i]) / self.direction[i])
@@ -279,7 +277,7 @@ impl<'a> Ascent<'a> {
             .collect()
     }
 
-    /// Moves along the direction to where the slope, which can only fall, is nearly zero.
+    /// Moves along the direction to where the slope, which decreases, is nearly zero.
     fn advance(&mut self) {
         let start = self.multipliers.clone();
         let limit = self.limit();
@@ -293,7 +291,7 @@ impl<'a> Ascent<'a> {
         let mut length = limit.length.min(1.0);
         for _ in 0..MAX_TRIALS {
             let slope = self.slope_at(&start, length, &limit);
-            // Beyond the maximum along the line it is not sure that anything was gained.
+            // Beyond the maximum along the line, the value may be lower than at the start.
             let gained = slope >= 0.0 || self.value + self.value_noise >= first_value;
             let at_limit = slope > 0.0 && length == limit.length;
             if at_limit || slope.abs() <= enough && gained {

@@ -1,4 +1,4 @@
-//! The method: its state, and an update of it.
+//! The method: its state and its updates.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,21 +22,20 @@ pub struct MmaState {
     pub low: Vec<f64>,
     /// The upper asymptotes of the last update.
     pub upp: Vec<f64>,
-    /// The multipliers of the last update: where the search for the next ones begins. Empty
-    /// before the first.
+    /// The multipliers of the last update, where the search for the next ones starts. Empty before the first update.
     pub multipliers: Vec<f64>,
 }
 
-/// Values and first derivatives at a point: what an update needs to know of the problem.
+/// Values and first derivatives of the problem at a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Linearisation<'a> {
     /// The variables.
     pub point: &'a [f64],
     /// The objective's derivative by each variable.
     pub objective_gradient: &'a [f64],
-    /// The constraints `f_i`, wanted at most 0.
+    /// The constraints `f_i`, which should be at most 0.
     pub constraints: &'a [f64],
-    /// For each constraint, its derivative by each variable.
+    /// For each constraint, the derivative by each variable.
     pub jacobian: &'a [Vec<f64>],
 }
 
@@ -45,20 +44,20 @@ pub struct Linearisation<'a> {
 pub struct Update {
     /// The new point, within the bounds.
     pub point: Vec<f64>,
-    /// The constraints' multipliers. Not unique where constraints are degenerate; `point` is.
+    /// The multipliers of the constraints. They are not unique if constraints are degenerate, but `point` is.
     pub multipliers: Vec<f64>,
-    /// How the subproblem was solved.
+    /// The solution of the subproblem.
     pub diagnostics: MmaDiagnostics,
 }
 
 /// The solution of a subproblem.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MmaDiagnostics {
-    /// Newton steps of the dual's maximisation.
+    /// Newton steps of the maximisation of the dual.
     pub newton_steps: usize,
-    /// Largest violation of the subproblem's optimality conditions, in units of the constraints.
+    /// Largest violation of the optimality conditions of the subproblem, in the units of the constraints.
     pub residual: f64,
-    /// The elastic variable of each constraint: how much of it the subproblem could not meet.
+    /// The elastic variable of each constraint: by how much the subproblem could not meet it.
     pub elastic: Vec<f64>,
 }
 
@@ -68,16 +67,16 @@ pub struct Mma {
     settings: MmaSettings,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    /// The variables whose bounds differ. The others never move and are left out.
+    /// The variables whose bounds differ. The others never move.
     moving: Vec<usize>,
     subproblem: Subproblem,
 }
 
 impl Mma {
-    /// The method for variables with these bounds. Variables whose bounds coincide stay fixed.
+    /// The method for variables with these bounds. Variables with equal bounds stay fixed.
     ///
     /// # Errors
-    /// Bounds that differ in number, are not finite or cross; a parameter outside its range.
+    /// Bounds that differ in number, are not finite or cross; a setting outside its range.
     pub fn new(
         settings: MmaSettings,
         lower: &[f64],
@@ -88,7 +87,7 @@ impl Mma {
         check("upper bounds", upper, lower.len())?;
         for (j, (lower, upper)) in lower.iter().zip(upper).enumerate() {
             require(lower <= upper, || {
-                format!("variable {j}: the lower bound {lower} lies above the upper bound {upper}")
+                format!("variable {j}: the lower bound {lower} is above the upper bound {upper}")
             })?;
         }
         Ok(Mma {
@@ -113,11 +112,11 @@ impl Mma {
         }
     }
 
-    /// Moves on from a point, given values and derivatives there.
+    /// Does one update from values and derivatives at a point.
     ///
     /// # Errors
-    /// Slices of the wrong length, entries that are not finite, a point outside the bounds, or
-    /// derivatives so large that the subproblem overflows. The state is then unchanged.
+    /// Slices of the wrong length, entries that are not finite, a point outside the bounds, and derivatives so large that
+    /// the subproblem overflows. The state does not change then.
     pub fn update(
         &mut self,
         state: &mut MmaState,
@@ -160,14 +159,14 @@ impl Mma {
         for (j, value) in at.point.iter().enumerate() {
             let (lower, upper) = (&self.lower[j], &self.upper[j]);
             require(lower <= value && value <= upper, || {
-                format!("variable {j} is {value}, outside its bounds {lower} to {upper}")
+                format!("variable {j} is {value}; it must be within its bounds {lower} to {upper}")
             })?;
         }
         Ok(())
     }
 
-    /// The asymptotes for a point: at a set distance in the first two updates, then by the sign of
-    /// the last two moves (1987, section 4).
+    /// The asymptotes for a point: at a fixed distance in the first two updates, then by the signs of the last two moves
+    /// (1987, section 4).
     fn asymptotes(&self, state: &MmaState, point: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let p = &self.settings;
         let (mut low, mut upp) = (point.to_vec(), point.to_vec());
@@ -224,7 +223,7 @@ impl Mma {
     fn finish(&self, point: &[f64], elastic: Elastic, solution: Solution) -> Update {
         let mut point = point.to_vec();
         for (&j, step) in self.moving.iter().zip(&self.subproblem.steps) {
-            // The clamp takes back the last rounding only.
+            // The clamp only removes a rounding error.
             point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
         }
         let extension = |&multiplier: &f64| elastic.extension(multiplier);

@@ -3,11 +3,11 @@
 use crate::optimiser::error::{OptimiserError, require};
 use crate::scene::MmaSettings;
 
-/// Refuses values for which the method is not defined.
+/// Refuses values outside the range of the method.
 pub(super) fn check_settings(mma: &MmaSettings) -> Result<(), OptimiserError> {
     let check = |name: &str, value: f64, holds: bool, allowed: &str| {
         require(holds && value.is_finite(), || {
-            format!("{name} is {value}, but must be {allowed}")
+            format!("{name} is {value}; it must be {allowed}")
         })
     };
     for (name, value) in [

@@ -1,21 +1,21 @@
 //! The convex, separable subproblem of one update, and its minimiser at given multipliers.
 //!
-//! With `a` and `b` the distances of a variable from its upper and lower asymptote and `s` its
-//! step, every function is modelled as (Svanberg 1987, equations 4-9)
+//! Let `a` and `b` be the distances of a variable from its upper and lower asymptote, and `s` its step. Then every function
+//! has the model (Svanberg 1987, equations 4-9)
 //!
 //! `f(s) = f(0) + sum_j rise_j a s / (a - s) - fall_j b s / (b + s)`,
 //!
-//! which is the usual `p / (upp - x) + q / (x - low)` with `p = rise a^2`, `q = fall b^2`, written
-//! in the step. So no large terms cancel, however far away an asymptote is.
+//! which is the usual `p / (upp - x) + q / (x - low)` with `p = rise a^2` and `q = fall b^2`, as a function of the step. In
+//! this form no large terms cancel, even for distant asymptotes.
 //!
-//! At fixed multipliers the Lagrangian falls apart into one such function per variable, whose
-//! minimum over the variable's box has a closed form.
+//! At fixed multipliers the Lagrangian is a sum of one such function per variable. Its minimum over the variable's box has
+//! a closed form.
 
-/// Share of `|df|` that both `rise` and `fall` get, so that every model is strictly convex
-/// (Svanberg 2007, "MMA and GCMMA", section 3).
+/// The share of `|df|` that is added to `rise` and to `fall`, so that every model is strictly convex (Svanberg 2007, "MMA and
+/// GCMMA", section 3).
 const CONVEXITY: f64 = 0.001;
 
-/// The elastic variable `y >= 0` of each constraint `f - y <= 0`; it costs `c y + d y^2 / 2`.
+/// The cost `c y + d y^2 / 2` of the elastic variable `y >= 0` of each constraint `f - y <= 0`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elastic {
     /// `c`, at least 0.
@@ -25,13 +25,13 @@ pub(super) struct Elastic {
 }
 
 impl Elastic {
-    /// The `y` of least cost at the price `multiplier` per unit.
+    /// The `y` that minimises cost minus `multiplier` times `y`.
     pub(super) fn extension(self, multiplier: f64) -> f64 {
         ((multiplier - self.linear) / self.quadratic).max(0.0)
     }
 }
 
-/// Where one variable may go in this update.
+/// How far one variable may move in this update.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
     /// Distance to the upper asymptote.
@@ -42,11 +42,11 @@ pub(super) struct Room {
     pub(super) least: f64,
     /// Largest step, at least 0.
     pub(super) most: f64,
-    /// Curvature that every model gets besides: `raa0 / (xmax - xmin)`.
+    /// Curvature that is added to every model: `raa0 / (xmax - xmin)`.
     pub(super) floor: f64,
 }
 
-/// The two shares of a step `s`, towards each asymptote, that [`ModelWeights`] weigh.
+/// The two terms of a step, towards each asymptote, that [`ModelWeights`] multiply.
 fn shares(reach: &Room, step: f64) -> (f64, f64) {
     let Room { to_upp, to_low, .. } = *reach;
     (
@@ -55,14 +55,14 @@ fn shares(reach: &Room, step: f64) -> (f64, f64) {
     )
 }
 
-/// The weights of one function's model, an entry per variable.
+/// The weights of the model of one function, with an entry per variable.
 #[derive(Debug, Clone, Default)]
 struct ModelWeights {
     rise: Vec<f64>,
     fall: Vec<f64>,
 }
 
-/// The models of all functions, and the minimiser for the multipliers evaluated last.
+/// The models of all functions, and the minimiser for the last multipliers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Subproblem {
     reach: Vec<Room>,
@@ -70,14 +70,14 @@ pub(super) struct Subproblem {
     constraints: Vec<ModelWeights>,
     /// Constraint values at the point.
     pub(super) values: Vec<f64>,
-    /// The magnitude of the terms that make up each constraint, the largest within the box: its
-    /// rounding error is a few ulps of this.
+    /// The largest magnitude of each constraint's terms within the box. The rounding error of the constraint is a few ulps
+    /// of it.
     pub(super) sizes: Vec<f64>,
-    /// The largest value that the model of each constraint takes within the box.
+    /// The largest value of each constraint's model within the box.
     pub(super) peaks: Vec<f64>,
-    /// The Lagrangian's weights.
+    /// The weights of the Lagrangian.
     lagrangian: ModelWeights,
-    /// The steps that minimise the Lagrangian for the multipliers evaluated last, and their shares.
+    /// The steps that minimise the Lagrangian for the last multipliers.
     pub(super) steps: Vec<f64>,
     up: Vec<f64>,
     down: Vec<f64>,
@@ -86,7 +86,7 @@ pub(super) struct Subproblem {
 }
 
 impl Subproblem {
-    /// Starts anew with these variables and no function.
+    /// Starts again with these variables and without functions.
     pub(super) fn reset(&mut self, reach: impl Iterator<Item = Room>) {
         self.reach.clear();
         self.reach.extend(reach);
@@ -98,12 +98,12 @@ impl Subproblem {
         }
     }
 
-    /// The objective's model from its gradient, one entry per variable.
+    /// Sets the model of the objective from its gradient, with an entry per variable.
     pub(super) fn set_objective(&mut self, gradient: impl Iterator<Item = f64>) {
         self.objective.set(&self.reach, gradient);
     }
 
-    /// The next constraint's model from its value and gradient.
+    /// Adds the model of the next constraint from its value and gradient.
     pub(super) fn add_constraint(&mut self, value: f64, gradient: impl Iterator<Item = f64>) {
         let index = self.values.len();
         if self.constraints.len() == index {
@@ -147,13 +147,12 @@ impl Subproblem {
         self.lagrangian.change(&self.up, &self.down) + dot(multipliers, &self.values)
     }
 
-    /// The negative curvature of the dual, without the elastic variables' part, for the
-    /// multipliers evaluated last: `sum_j s_ij s_kj / curvature_j` over the variables inside
-    /// their boxes, with `s` the slopes of the models. Rows and columns of `among` only;
-    /// row-major.
+    /// The negative curvature of the dual at the last multipliers, without the part of the elastic variables:
+    /// `sum_j s_ij s_kj / curvature_j` over the variables inside their boxes, where `s` are the slopes of the models. Only
+    /// the rows and columns `among`; row-major.
     pub(super) fn dual_curvature(&mut self, among: &[usize], matrix: &mut Vec<f64>) {
         for (j, reach) in self.reach.iter().enumerate() {
-            // The shares' buffers take the slopes' weights, over the root of the curvature.
+            // The buffers of the terms are reused for the weights of the slopes over the root of the curvature.
             let weights = (self.lagrangian.rise[j], self.lagrangian.fall[j]);
             (self.up[j], self.down[j]) = slope_weights(reach, self.steps[j], weights);
         }
@@ -183,7 +182,7 @@ impl ModelWeights {
         }
     }
 
-    /// The model's change from the point for these shares of the steps.
+    /// The change of the model from the point, for these terms of the steps.
     fn change(&self, up: &[f64], down: &[f64]) -> f64 {
         dot(&self.rise, up) + dot(&self.fall, down)
     }
@@ -195,14 +194,14 @@ impl ModelWeights {
 
 /// The step within the box that minimises `rise a s / (a - s) - fall b s / (b + s)`.
 ///
-/// The derivative vanishes where `sqrt(rise) a (b + s) = sqrt(fall) b (a - s)`; solved for `s` with
-/// the difference of the roots as a quotient, so that a balanced variable stays exactly.
+/// The derivative vanishes where `sqrt(rise) a (b + s) = sqrt(fall) b (a - s)`. The solution for `s` writes the difference
+/// of the roots as a quotient, so that a variable with `rise = fall` does not move at all.
 fn minimiser(reach: &Room, rise: f64, fall: f64) -> f64 {
     let Room { to_upp, to_low, .. } = *reach;
     let (root_rise, root_fall) = (rise.sqrt(), fall.sqrt());
     let scale = (root_rise + root_fall) * (to_upp * root_rise + to_low * root_fall);
     let step = to_upp * to_low * (fall - rise) / scale;
-    // Unlike `max` and `min`, this lets NaN through to whoever checks the steps.
+    // Unlike `max` and `min`, this passes NaN on to the check of the steps.
     if step < reach.least {
         reach.least
     } else if step > reach.most {
@@ -212,8 +211,8 @@ fn minimiser(reach: &Room, rise: f64, fall: f64) -> f64 {
     }
 }
 
-/// What `rise` and `-fall` are multiplied with in a model's slope by the step, divided by the root
-/// of the Lagrangian's curvature there; 0 for a variable at its box, which does not respond.
+/// The factors of `rise` and `-fall` in the slope of a model, over the root of the Lagrangian's curvature. They are 0 for a
+/// variable at its box, which does not respond.
 fn slope_weights(reach: &Room, step: f64, (rise, fall): (f64, f64)) -> (f64, f64) {
     if step <= reach.least || reach.most <= step {
         return (0.0, 0.0);
@@ -231,7 +230,7 @@ fn add_scaled(sum: &mut [f64], factor: f64, terms: &[f64]) {
     }
 }
 
-/// The scalar product in four interleaved sums: fast, and the same bits on every machine.
+/// The scalar product in four interleaved sums, which is fast and has the same bits on every machine.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));

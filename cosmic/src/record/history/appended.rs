@@ -1,4 +1,4 @@
-//! Text files that grow by lines, and can be cut back.
+//! Text files that grow by lines and can be truncated.
 
 use crate::error::{Error, Result, fits};
 use std::fs::{File, OpenOptions};
@@ -13,7 +13,7 @@ pub(super) struct Appended {
 }
 
 impl Appended {
-    /// Opens a file. Creates it only if a history begins: a lost file is an error.
+    /// Opens a file. Creates it only at the beginning of a history; later a missing file is an error.
     pub(super) fn open(path: PathBuf, create: bool) -> Result<Self> {
         let mut options = OpenOptions::new();
         let options = options.read(true).write(true).create(create);
@@ -26,18 +26,18 @@ impl Appended {
         }
     }
 
-    /// The length of the first `lines` lines in bytes.
+    /// The length of the first `lines` lines, in bytes.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
-        (self.file.seek(SeekFrom::Start(0)))
-            .and_then(|_| self.file.read_to_end(&mut bytes))
+        (self.file.rewind())
+            .and_then(|()| self.file.read_to_end(&mut bytes))
             .map_err(Error::reading(&self.path))?;
-        let ends: Vec<usize> = (1..=bytes.len())
-            .filter(|&n| bytes[n - 1] == b'\n')
-            .collect();
-        let (file, found) = (self.path.display().to_string(), ends.len().min(lines));
-        fits(&file, "lines up to the snapshot", found, lines)?;
-        Ok(lines.checked_sub(1).map_or(0, |last| ends[last] as u64))
+        let whole = bytes.split_inclusive(|&byte| byte == b'\n');
+        let whole = whole.filter(|line| line.ends_with(b"\n"));
+        let lengths: Vec<usize> = whole.take(lines).map(<[u8]>::len).collect();
+        let file = self.path.display().to_string();
+        fits(&file, "lines up to the snapshot", lengths.len(), lines)?;
+        Ok(lengths.iter().sum::<usize>() as u64)
     }
 
     /// Truncates the file and moves to its end.
@@ -48,7 +48,7 @@ impl Appended {
             .map_err(Error::writing(&self.path))
     }
 
-    /// Appends a line in one write: a killed process leaves at most its last line unfinished.
+    /// Appends a line in one write, so that a killed process leaves at most one unfinished line.
     pub(super) fn append(&mut self, line: &str) -> Result<()> {
         (self.file.write_all(line.as_bytes())).map_err(Error::writing(&self.path))
     }

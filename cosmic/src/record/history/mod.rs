@@ -1,14 +1,13 @@
-//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
-//! the designs of some of them, and how they walk.
+//! `history.jsonl` and `history.csv` get a line at the end of each iteration; `designs.jsonl` gets the designs of some
+//! iterations and how they walk.
 
 mod walk;
 mod rows;
-mod table;
 mod appended;
-mod read;
 mod write;
 
-pub use read::{read, read_lines};
-pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE};
+pub use rows::{
+    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, read, read_lines,
+};
 pub use walk::Walk;
 pub(super) use write::History;

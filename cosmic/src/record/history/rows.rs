@@ -1,9 +1,14 @@
-//! The rows of `history.jsonl` and of `designs.jsonl`.
+//! The lines of `history.jsonl`, `history.csv` and `designs.jsonl`.
 
 use super::walk::Walk;
 use crate::codesign::Record;
-use crate::record::format::Format;
+use crate::error::Result;
+use crate::keys::{Cell, Key, Keyed, columns};
+use crate::reading::read_whole;
+use crate::record::format::{Format, parse_stamped};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// The format of every line of `history.jsonl`.
 pub const FORMAT: Format = Format::new("cosmic-history", 1);
@@ -18,7 +23,7 @@ pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
 /// The design vectors of some iterations, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 
-/// Iterations from one line of `designs.jsonl` to the next; the first iteration has one too.
+/// Iterations from one line of `designs.jsonl` to the next. The first iteration has a line too.
 const DESIGNS_EVERY: usize = 10;
 
 /// A line of `designs.jsonl`.
@@ -26,10 +31,10 @@ const DESIGNS_EVERY: usize = 10;
 pub struct DesignRow {
     /// The iteration that produced the design.
     pub iteration: usize,
-    /// Design vectors, one per edge, to four decimals: enough for pictures, too few to resume from.
+    /// Design vectors, one per edge, to four decimals. That is enough for pictures but not for resuming.
     pub z: Vec<[f64; 3]>,
-    /// How the robot walks with the controller of that iteration; `None` if the rollout diverged, and in
-    /// files of earlier versions.
+    /// The walk of the robot with the controller of the iteration; `None` if the rollout diverged, and in files of
+    /// earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub walk: Option<Walk>,
 }
@@ -43,14 +48,14 @@ impl DesignRow {
     }
 }
 
-/// Number of lines of `designs.jsonl` up to an iteration, in a run that entered after `entered`.
+/// The number of lines of `designs.jsonl` up to an iteration, in a run that entered after iteration `entered`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;
     tens + usize::from(iteration >= first && !first.is_multiple_of(DESIGNS_EVERY))
 }
 
-/// A line of `history.jsonl`.
+/// A line of `history.jsonl`, and a row of `history.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
     /// The iteration.
@@ -58,4 +63,57 @@ pub struct HistoryRow {
     pub record: Record,
     /// Wall time of the run so far without interruptions, s.
     pub seconds: f64,
+}
+
+impl Keyed for HistoryRow {
+    fn keys() -> Vec<Key> {
+        let seconds = Key {
+            name: "seconds",
+            kind: "number",
+            unit: "s",
+            doc: "Wall time since the run began, without interruptions.",
+            columns: vec!["seconds"],
+            parts: Vec::new(),
+        };
+        [Record::keys(), vec![seconds]].concat()
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        [self.record.cells(), vec![Cell::Number(self.seconds)]].concat()
+    }
+}
+
+/// The first line of the table.
+pub(super) fn header() -> String {
+    columns(&HistoryRow::keys()).join(",") + "\n"
+}
+
+/// The line of an iteration in the table.
+pub(super) fn line(row: &HistoryRow) -> String {
+    let cells: Vec<String> = row.cells().into_iter().map(Cell::csv).collect();
+    cells.join(",") + "\n"
+}
+
+/// The first iterations of a run's `history.jsonl`, at most `most`. Later lines are not read: a stopped run may
+/// end with an unfinished line, which resuming removes.
+///
+/// # Errors
+/// The errors of [`read_lines`].
+pub fn read(folder: &Path, most: usize) -> Result<Vec<Record>> {
+    let rows: Vec<HistoryRow> = read_lines(&folder.join(LINES), FORMAT, most)?;
+    Ok(rows.into_iter().map(|row| row.record).collect())
+}
+
+/// The first lines of a file of JSON lines, at most `most`. Each line has the format and version.
+///
+/// # Errors
+/// [`Error::Read`](crate::Error::Read) for a missing file,
+/// [`Error::Malformed`](crate::Error::Malformed) for a line of another form.
+pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format, most: usize) -> Result<Vec<T>> {
+    let bytes = read_whole(path)?;
+    let lines = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
+    let lines = lines.split(|&byte| byte == b'\n');
+    let lines = lines.enumerate().take_while(|_| !bytes.is_empty());
+    let read = |(index, line): (usize, &[u8])| parse_stamped(path, index, line, format);
+    lines.take(most).map(read).collect()
 }

@@ -1,39 +1,40 @@
-//! The walk of an intermediate design, coarsely sampled: enough for an animation.
+//! The walk of an intermediate design, sampled coarsely for an animation.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// Frames for every second of a rollout, and the most seconds that are kept.
+/// Frames a second.
 const FRAMES: f64 = 12.0;
+/// The longest time that is kept, s.
 const SECONDS: f64 = 8.0;
-/// Parts of the lattice's spacing that positions are rounded to.
+/// Positions are rounded to the spacing of the lattice over this number.
 const PARTS: f64 = 200.0;
 
-/// The positions of all nodes at some moments of a rollout, rounded.
+/// The rounded positions of all nodes at some moments of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Walk {
-    /// Seconds from one moment to the next; the first is the start.
+    /// Time from one moment to the next, s. The first moment is the start.
     pub every: f64,
-    /// What a count stands for, m.
+    /// The unit of `counts`, m.
     pub unit: f64,
-    /// For every moment and every node x and y, as counts of `unit`: those of the start, from then on the
-    /// differences to the moment before.
+    /// For every moment, x and y of every node in multiples of `unit`: positions at the first moment, then differences
+    /// to the moment before.
     pub counts: Vec<Vec<i64>>,
 }
 
 impl Walk {
-    /// The numbers of steps, of length `dt` (s), after which there is a moment: at least the start, and one step
-    /// where a second has fewer than twelve.
+    /// The numbers of steps of `dt` seconds after which there is a moment: twelve a second, or every step if a second
+    /// has fewer steps.
     pub(in crate::record) fn moments(steps: usize, dt: f64) -> Vec<usize> {
         let every = ((1.0 / (FRAMES * dt)).round() as usize).max(1);
         let last = steps.min((SECONDS / dt).round() as usize);
         (0..=last).step_by(every).collect()
     }
 
-    /// Of states that are so many seconds apart, rounded to multiples of `unit` (m); `None` if one has a place
-    /// that counts do not reach.
+    /// The walk through states that are `every` seconds apart, rounded to multiples of `unit` (m). `None` if a position
+    /// is not finite or too large.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
         every: f64,
@@ -41,7 +42,7 @@ impl Walk {
     ) -> Option<Self> {
         let count = |x: &f64| {
             let count = (x / unit).round();
-            // Such numbers and their differences are exact in f64.
+            // Numbers of this size and their differences are exact in f64.
             (count.abs() < 1e15).then_some(count as i64)
         };
         let places = |state: &State<f64>| state.x.iter().flatten().map(count).collect();
@@ -58,8 +59,8 @@ impl Walk {
         })
     }
 
-    /// Of states at the [moments](Self::moments) of a rollout with such a time step (s), on a lattice of such
-    /// spacing (m).
+    /// The walk through states at the [moments](Self::moments) of a rollout with time step `dt` (s), on a lattice of
+    /// this spacing (m).
     pub(in crate::record) fn of_moments(
         seen: &Trajectory<f64>,
         dt: f64,
@@ -69,7 +70,7 @@ impl Walk {
         Self::of(seen.states.iter(), steps as f64 * dt, spacing / PARTS)
     }
 
-    /// The places of all nodes at every moment, m.
+    /// The positions of all nodes at every moment, m.
     pub fn places(&self) -> Vec<Vec<Vector<f64>>> {
         let mut at = vec![0; self.counts.first().map_or(0, Vec::len)];
         let place = |moved: &Vec<i64>| {
@@ -93,7 +94,7 @@ mod tests {
     use crate::lattice::State;
 
     #[test]
-    fn a_walk_has_the_places_of_its_states_to_half_a_unit() {
+    fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
         let state = |k: usize| State {
             x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
                 .map(Vector::new)
@@ -104,11 +105,8 @@ mod tests {
         let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
         assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
         for (state, places) in states.iter().zip(walk.places()) {
-            let off = state.x.iter().flatten().zip(places.iter().flatten());
-            assert!(
-                off.into_iter()
-                    .all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit)
-            );
+            let mut pairs = state.x.iter().flatten().zip(places.iter().flatten());
+            assert!(pairs.all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit));
         }
         let mut lost = states;
         lost[2].x[1][0] = f64::NAN;

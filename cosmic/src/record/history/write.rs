@@ -1,15 +1,14 @@
-//! Writing a history: every iteration appends one row.
+//! Writing a history.
 
 use super::appended::Appended;
 use super::rows::{
-    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows,
+    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows, header, line,
 };
-use super::table;
 use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
 
-/// The files of a history, open for more rows. The lock on the folder is held elsewhere.
+/// The files of a history, open for more lines. The caller holds the lock on the folder.
 #[derive(Debug)]
 pub(in crate::record) struct History {
     lines: Appended,
@@ -20,12 +19,12 @@ pub(in crate::record) struct History {
 }
 
 impl History {
-    /// Opens the history of a run that entered after iteration `entered`, and removes the rows after
-    /// `iteration`. If no rows are left, the history begins anew.
+    /// Opens the history of a run that entered after iteration `entered`, and removes the lines after `iteration`. If
+    /// no lines are left, the history begins again.
     ///
     /// # Errors
-    /// [`Error::Read`](crate::Error::Read) for a missing file, [`Error::Misfit`](crate::Error::Misfit)
-    /// for missing rows, without a change to any file; [`Error::Write`](crate::Error::Write).
+    /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
+    /// lines; no file has changed then. [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -36,7 +35,7 @@ impl History {
             designs: open(DESIGNS)?,
             entered,
         };
-        // The table's header is one more line.
+        // The header of the table is one more line.
         let ends = [
             history.lines.end(rows)?,
             history.designs.end(design_rows(entered, entered + rows))?,
@@ -46,40 +45,31 @@ impl History {
         history.designs.cut(ends[1])?;
         history.table.cut(ends[2])?;
         if begins {
-            history.table.append(table::HEADER)?;
+            history.table.append(&header())?;
         }
         Ok(history)
     }
 
     /// Appends an iteration.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
-        self.table.append(&table::line(&row))?;
+        self.table.append(&line(&row))?;
         self.lines.append(&FORMAT.line(&row))
     }
 
-    /// True if the design after an iteration is kept: after the run's first, and after every tenth.
+    /// True for the iterations whose designs are kept: the first one of the run and every tenth.
     pub(in crate::record) fn keeps_design(&self, iteration: usize) -> bool {
         let rows = |iteration| design_rows(self.entered, iteration);
         rows(iteration) != rows(iteration - 1)
     }
 
     /// Appends the design after an iteration that [keeps](Self::keeps_design) it.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn append_design(&mut self, row: &DesignRow) -> Result<()> {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
-    /// Flushes the rows to the disk. A snapshot written after this never counts rows that are lost.
-    ///
-    /// # Errors
-    /// [`Error::Write`](crate::Error::Write).
+    /// Flushes the lines to the disk, so that a snapshot that is written later never counts lines that were lost.
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)
@@ -94,7 +84,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
+    fn lines_read_back_and_the_table_has_a_cell_for_every_column() {
         let folder = tempfile::tempdir().unwrap();
         let mut scene = tiny();
         scene.schedule.iterations = 4;
@@ -132,7 +122,7 @@ mod tests {
             .collect();
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
-        // A run is resumed after nine iterations; the other files have no rows.
+        // A run is resumed after nine iterations. The other files need lines to cut.
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }

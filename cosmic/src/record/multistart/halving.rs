@@ -1,9 +1,8 @@
 //! Successive halving: weak starts are dropped early.
 //!
-//! All starts run up to an iteration, a rung; the best share of them goes on to the next rung. A
-//! dropped start keeps its folder and its snapshot, and can be resumed by hand. The numbers that
-//! rank a start are in its own history. So an interrupted search resumes from the folders of its
-//! starts alone, with the same ranks.
+//! All starts run up to an iteration, a rung; the best share of them continues to the next rung. A dropped start keeps its
+//! folder and its snapshot, and can be resumed by hand. The numbers that rank a start are in its own history, so an
+//! interrupted search finds the same ranks in the folders of its starts.
 
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{Record, is_ranked_by_distance};
@@ -20,13 +19,13 @@ use std::path::Path;
 /// The format of the record of a search.
 pub const FORMAT: Format = Format::new("cosmic-search", 1);
 
-/// The record's place in the folder of several starts.
+/// The name of the record in the folder of several starts.
 pub const SEARCH: &str = "search.json";
 
-/// The search so far, for readers of the folder. Resuming does not read it.
+/// The record of a search, for readers of the folder. Resuming does not read it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
-    /// The rungs that were reached, in order.
+    /// The rungs reached so far, in order.
     pub rungs: Vec<Rung>,
 }
 
@@ -37,21 +36,20 @@ pub struct Rung {
     pub iteration: usize,
     /// The starts at this rung, best first.
     pub standings: Vec<Standing>,
-    /// How many of them go on.
+    /// The number of starts that continue.
     pub kept: usize,
 }
 
 /// The rank of a start at a rung.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
-    /// Its seed.
+    /// The seed.
     pub seed: u64,
-    /// The median displacement after the horizon over the iterations before the rung, m; `None` if
-    /// most of them diverged.
+    /// The median displacement after the horizon over the iterations before the rung, m; `None` if most of them
+    /// diverged.
     pub displacement: Option<f64>,
-    /// The number that starts are ranked by: that median, or for a task other than distance the
-    /// median of minus the loss, or with two goals the median merit for the goal that the robot
-    /// does worse at.
+    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of minus
+    /// the loss; with two goals, the median merit for the worse goal.
     pub merit: Option<f64>,
 }
 
@@ -63,7 +61,7 @@ impl Halving {
     }
 }
 
-/// Takes the starts of a plan up to the last rung and drops the weak ones.
+/// Runs the starts of a plan up to the last rung and drops the weak ones.
 pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
     let by_distance = is_ranked_by_distance(&plan.scene, &*of_scene(&plan.scene));
@@ -76,8 +74,14 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
         let standings = side_by_side(folder, &left, observer, |seed, observer| {
             if let Some(mut run) = run_of(folder, seed, plan, iteration)? {
                 match run.advance(iteration, observer) {
-                    // A start that ended before the rung ranks last. It does not stop the others.
-                    Err(error) if error.is_of_rollouts() => return Ok(Standing::last(seed)),
+                    // A start that diverged before the rung ranks last and does not stop the others.
+                    Err(error) if error.is_of_rollouts() => {
+                        return Ok(Standing {
+                            seed,
+                            displacement: None,
+                            merit: None,
+                        });
+                    }
                     done => done?,
                 }
             }
@@ -102,23 +106,12 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
     Ok(search)
 }
 
-impl Standing {
-    /// The standing of a start that has no number to rank it by.
-    fn last(seed: u64) -> Self {
-        Self {
-            seed,
-            displacement: None,
-            merit: None,
-        }
-    }
-}
-
 impl Rung {
-    /// Ranks the starts; among equals the earlier seed goes on.
+    /// Ranks the starts. Among equals the lower seed comes first.
     fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
         let rank = |s: &Standing| s.merit.unwrap_or(f64::NEG_INFINITY);
         standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
-        // A share of 0.7 of 10 starts are 7, not 8: products are rounded at 1e-16.
+        // Rounding must not turn a share of 0.7 of 10 starts into 8.
         let kept = (keep * standings.len() as f64 - 1e-9).ceil() as usize;
         Self {
             iteration,
@@ -136,9 +129,8 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median over the last iterations before a rung. The snap does not count: it has no horizon. A
-/// median predicts the end of a start better than one full rollout, which is more a matter of
-/// chance.
+/// The median over the last iterations before a rung. The snap does not count, because it has no horizon. A median
+/// predicts the result of a start better than one full rollout does.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);
@@ -174,22 +166,21 @@ mod tests {
     }
 
     #[test]
-    fn the_best_share_goes_on_and_the_rest_is_dropped() {
+    fn the_best_share_continues_and_the_rest_is_dropped() {
         let rungs = vec![rung(&[Some(0.5), None, Some(2.0), Some(0.5)], 0.5)];
         let order: Vec<u64> = rungs[0].standings.iter().map(|s| s.seed).collect();
         assert_eq!((order, rungs[0].kept), (vec![5, 3, 6, 4], 2));
         let search = Halving { rungs };
         let dropped = [5, 3, 6, 4].map(|seed| search.dropped_at(seed));
         assert_eq!(dropped, [None, None, Some(40), Some(40)]);
-        // At least one goes on.
+        // At least one start continues.
         for (starts, keep, kept) in [(2, 0.0, 1), (2, 1.0, 2), (10, 0.7, 7)] {
             assert_eq!(rung(&vec![None; starts], keep).kept, kept);
         }
     }
 
-    /// A snap has no rollout over a horizon and must not count as a bad result.
     #[test]
-    fn the_snap_counts_neither_for_nor_against() {
+    fn the_snap_does_not_count_in_the_median() {
         let mut scene = tiny();
         scene.schedule.iterations = 4;
         (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 4);
@@ -201,9 +192,9 @@ mod tests {
         assert_eq!(median(&rows[3..], 8, reached), None);
     }
 
-    /// Halving ranks the starts by the scene's own loss, not by displacement.
+    /// The ranks differ from those by displacement.
     #[test]
-    fn starts_are_ranked_by_an_own_loss_and_by_the_worse_of_two_goals() {
+    fn starts_are_ranked_by_a_user_s_loss_and_by_the_worse_of_two_goals() {
         let mut scene = tiny();
         scene.search.rungs = [4, 20, 20];
         (scene.search.keep, scene.search.window) = ([0.5; 3], 3);

@@ -1,5 +1,5 @@
-//! Multi-start search: every seed is a run in `starts/SEED`, and the best run is the result. Either
-//! all runs are carried out, or successive halving drops weak ones early.
+//! Multi-start search: every seed is a run in `starts/SEED`, and the best run is the result. Either all runs are
+//! finished, or successive halving drops weak ones early.
 
 mod starts;
 mod halving;

@@ -16,7 +16,7 @@ use std::path::Path;
 /// The most starts of a search, and the most runs of a sweep: each is a folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
-/// Begins the folder of several starts.
+/// Begins a search in a new or empty folder.
 pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     refuse_many(plan)?;
     CoDesign::new(&plan.scene)?.begin(plan.seed)?;
@@ -24,7 +24,7 @@ pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     if plan.seed.checked_add(more).is_none() {
         let (first, last) = (plan.seed, u64::MAX);
         return Err(Error::Usage(format!(
-            "{more} more seeds than {first} would go beyond {last}"
+            "{more} more seeds from {first} on would exceed {last}; begin with a lower seed"
         )));
     }
     let lock = begin(folder)?;
@@ -69,14 +69,7 @@ pub(in crate::record) fn search(
             diverged.get_or_insert((seed, error));
             None
         });
-        starts.push(Start {
-            seed,
-            displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
-            displacement_selection_score: summary.as_ref().and_then(Summary::score),
-            displacement_p50: summary.as_ref().and_then(|s| s.displacement_p50),
-            reliability: summary.as_ref().and_then(|s| s.reliability.clone()),
-            dropped_at,
-        });
+        starts.push(Start::new(seed, summary.as_ref(), dropped_at));
         seconds += match &summary {
             Some(summary) => summary.seconds,
             None => Snapshot::read(&folder_of(folder, seed), plan.scene.registry())?.seconds,
@@ -91,8 +84,8 @@ pub(in crate::record) fn search(
         }
         return Err(error);
     }
-    // The first one if several are equal. The figure to quote comes from other perturbed starts,
-    // because the best of many looks better than it is in the starts that it was chosen by.
+    // The first one wins if several are equal. The figure to quote comes from other perturbed starts, because the best
+    // of many looks better than it is in the starts by which it was chosen.
     let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
@@ -106,13 +99,13 @@ pub(in crate::record) fn search(
     Ok(summary)
 }
 
-/// The numbers that starts are ranked by: the score, then the median.
+/// The numbers by which starts are ranked: the score, then the median.
 fn rank(summary: &Summary) -> [f64; 2] {
     let numbers = [summary.score(), summary.displacement_selection_p50];
     numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
 }
 
-/// Finishes the starts that were not dropped. The results are in the order of the seeds.
+/// Finishes the starts that were not dropped. Returns the results in the order of the seeds.
 fn finish_left(
     folder: &Path,
     plan: &RunPlan,
@@ -167,7 +160,7 @@ mod tests {
             .collect()
     }
 
-    /// Stops runs whose iterations are done.
+    /// Stops runs in their delivery.
     struct StopsDelivery;
 
     impl Observer for StopsDelivery {
@@ -196,9 +189,9 @@ mod tests {
         }
     }
 
-    /// The error names the start that failed, not those that were stopped because of it.
+    /// The error names the start that failed, not the starts that were interrupted because of it.
     #[test]
-    fn a_start_that_fails_is_named_and_the_others_are_saved() {
+    fn a_failed_start_is_named_and_the_others_are_saved() {
         let folder = tempfile::tempdir().unwrap();
         let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
         optimise(&whole, &plan(), &mut ()).unwrap();
@@ -242,8 +235,7 @@ mod tests {
         assert_eq!(fs::read(start.join(SNAPSHOT)).unwrap(), before);
     }
 
-    /// An unreliable start is ranked by its 10 % quantile, and a start of an older version by its
-    /// median.
+    /// An unreliable start is ranked by its 10 % quantile, and a start of an earlier version by its median.
     #[test]
     fn the_best_start_is_chosen_by_its_score() {
         let folder = tempfile::tempdir().unwrap();

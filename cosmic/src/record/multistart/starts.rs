@@ -1,4 +1,4 @@
-//! The runs of the starts, in `starts/SEED`, as many at a time as there are threads.
+//! The runs of the starts, in `starts/SEED`. As many run at a time as there are threads.
 
 use crate::codesign::Record;
 use crate::error::{Error, Result};
@@ -16,9 +16,9 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does `work` for every seed, as many at a time as there are threads, and returns the results in
-/// the order of the seeds. If one start fails or is interrupted, the others are interrupted. Errors
-/// name the folder of the search in place of the start's: it is the search that is resumed.
+/// Does `work` for every seed, as many at a time as there are threads, and returns the results in the order of the seeds.
+/// If one start fails or is interrupted, the others are interrupted. Errors that ask to resume name the folder of the
+/// search instead of the folder of the start.
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
@@ -39,7 +39,7 @@ pub(super) fn side_by_side<T: Send>(
     })
 }
 
-/// The observer of one start, which passes everything on to the common one.
+/// The observer of one start. It passes all events to the common observer.
 struct OfOne<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
     /// True after another start has failed.
@@ -78,7 +78,7 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// The run of one seed, taken up or begun; `None` if it is finished or has come as far as `until`.
+/// Continues or begins the run of one seed. `None` if it is finished or has done the iteration `until`.
 pub(super) fn run_of(
     folder: &Path,
     seed: u64,
@@ -100,7 +100,7 @@ pub(super) fn run_of(
     }
     taken
         .filter(|(_, snapshot)| done(snapshot) < until)
-        .map(|(lock, snapshot)| Run::open(lock, snapshot))
+        .map(|(lock, snapshot)| Run::open(lock, snapshot, None))
         .transpose()
 }
 

@@ -1,4 +1,4 @@
-//! A run in its folder: it records iterations, saves snapshots, and writes the result at the end.
+//! A run in its folder. It records iterations, saves snapshots, and writes the result at the end.
 
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
@@ -14,61 +14,60 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Where the robot is kept that a run began with, if it was not the scene's start.
+/// The name of the file with the given robot that a run began with.
 const START: &str = "start.json";
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
-/// The longest time from one snapshot to the next, if iterations take as long as the last one.
+/// The longest time from one snapshot to the next, unless an iteration takes longer.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
-/// The run warns after so many iterations in a row without any gradient.
+/// The number of iterations in a row without any gradient after which the run warns.
 const FLAT: usize = 10;
 
-/// Watches a run and may interrupt it. Several starts are separate runs and may run at the same
-/// time: calls come from several threads, one at a time.
+/// Watches a run and may interrupt it. Several starts are separate runs that may run at the same time. Then the calls
+/// come from several threads, but one at a time.
 pub trait Observer: Send {
     /// A run begins or is resumed.
     fn begin(&mut self, _run: &Run) {}
 
-    /// An iteration is done. `Break` interrupts the run and all runs beside it. They are saved and
-    /// can be resumed.
+    /// An iteration is done. `Break` interrupts the run and all other starts. They are saved and can be resumed.
     fn iteration(&mut self, _run: &Run, _record: &Record) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// A run is finished, or waits for other runs at a rung of the search.
+    /// A run has done its iterations, or waits for other runs at a rung of the search.
     fn end(&mut self, _run: &Run) {}
 
-    /// A warning, given once. The run goes on.
+    /// A warning, which is given once. The run continues.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
-    /// True if the run should stop during its delivery; called between the parts of the delivery. The
-    /// run is saved and can be resumed.
+    /// Returns true to stop the run during its delivery. Called between the parts of the delivery. The run is saved and
+    /// can be resumed.
     fn is_stopped(&self) -> bool {
         false
     }
 
-    /// False once another process has taken the run over. Then it ends with [`Error::Taken`] and writes
-    /// nothing any more.
+    /// Returns false once another process has taken the run over. Then the run ends with [`Error::Taken`] and writes
+    /// nothing more.
     fn holds(&self) -> bool {
         true
     }
 }
 
-/// Watches nothing.
+/// Ignores all events.
 impl Observer for () {}
 
-/// A run that is not finished, with the lock on its folder.
+/// An unfinished run, with the lock on its folder.
 pub struct Run {
     plan: RunPlan,
     codesign: CoDesign,
     progress: Progress,
     history: History,
     lock: Lock,
-    /// The worst grade of the time step so far; a warning was given for it.
+    /// The worst grade of the time step so far, for which a warning was given.
     warned: Grade,
-    /// Number of iterations in a row whose gradients were all zero or not finite.
+    /// The number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
-    /// True once a loss that is not finite has been warned about.
+    /// True after the warning about a loss that is not finite.
     lost: bool,
     /// Wall time spent by earlier processes, s.
     before: f64,
@@ -76,13 +75,14 @@ pub struct Run {
 }
 
 impl Run {
-    /// Begins a run of one start.
+    /// Begins a run of one start in a new or empty folder.
     pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
         Self::begin(folder, plan, codesign, progress)
     }
 
+    /// Begins a run with the caller's optimisation and progress.
     pub(in crate::record) fn begin(
         folder: &Path,
         plan: &RunPlan,
@@ -90,23 +90,18 @@ impl Run {
         progress: Progress,
     ) -> Result<Self> {
         let lock = begin(folder)?;
-        // The snapshot first: it alone lets a killed run be resumed.
+        // The snapshot comes first, because it is enough to resume a killed run.
         Snapshot::save(folder, plan, 0.0, Some(&progress))?;
         Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
-    /// Continues from a snapshot.
-    pub(in crate::record) fn open(lock: Lock, snapshot: Snapshot) -> Result<Self> {
-        let codesign = CoDesign::new(&snapshot.plan.scene)?;
-        Self::open_with(lock, snapshot, codesign)
-    }
-
-    /// Continues from a snapshot with the caller's optimisation.
-    pub(in crate::record) fn open_with(
+    /// Continues from a snapshot, with the caller's optimisation if there is one.
+    pub(in crate::record) fn open(
         lock: Lock,
         snapshot: Snapshot,
-        codesign: CoDesign,
+        own: Option<CoDesign>,
     ) -> Result<Self> {
+        let codesign = own.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
         let seconds = snapshot.seconds;
         let (plan, progress) = snapshot.unpack(&lock.folder().join(SNAPSHOT), &codesign)?;
         Self::at_work(lock, plan, seconds, codesign, progress)
@@ -125,7 +120,7 @@ impl Run {
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
             let lattice = &codesign.task().lattice;
-            let materials = codesign.design(&progress).materials();
+            let materials = codesign.evaluator().design(&progress).materials();
             let start =
                 DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
             start.write(&folder.join(START))?;
@@ -149,7 +144,7 @@ impl Run {
         &self.plan
     }
 
-    /// The last iteration.
+    /// The number of the last iteration.
     pub fn last_iteration(&self) -> usize {
         self.plan.last_after(self.progress.before_first())
     }
@@ -159,7 +154,7 @@ impl Run {
         &self.progress
     }
 
-    /// Wall time so far, interruptions left out, s.
+    /// Wall time so far without interruptions, s.
     pub fn seconds(&self) -> f64 {
         self.before + self.since.elapsed().as_secs_f64()
     }
@@ -168,7 +163,10 @@ impl Run {
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
         let is_stopped = || observer.is_stopped();
-        let delivery = self.codesign.deliver_unless(&self.progress, &is_stopped);
+        let delivery = self
+            .codesign
+            .evaluator()
+            .deliver_unless(&self.progress, &is_stopped);
         self.refuse_lost(observer)?;
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
         let summary = self.write_result(&delivery)?;
@@ -192,11 +190,8 @@ impl Run {
             let seconds = self.seconds();
             self.history.append(&record, seconds)?;
             if self.history.keeps_design(record.iteration) {
-                let row = DesignRow::new(
-                    record.iteration,
-                    &self.progress.design.vectors(),
-                    self.walk(),
-                );
+                let z = self.progress.design.vectors();
+                let row = DesignRow::new(record.iteration, &z, self.walk());
                 self.history.append_design(&row)?;
             }
             let interrupted = observer.iteration(self, &record).is_break();
@@ -204,8 +199,7 @@ impl Run {
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             self.judge_slopes(&record, observer);
             self.judge_loss(&record, observer);
-            // The iteration is not saved: resuming the run repeats it and ends with this error
-            // again.
+            // The iteration is not saved, so a resumed run repeats it and ends with the same error.
             (self.progress.check_loss(&record))
                 .map_err(|lost| self.or_divergence(lost, observer))?;
             let judged = self.judge_step(observer);
@@ -231,17 +225,16 @@ impl Run {
         }
     }
 
-    /// How the present robot walks; `None` if it diverges.
+    /// The walk of the current robot; `None` if it diverges.
     fn walk(&self) -> Option<Walk> {
         let physics = &self.plan.scene.physics;
         let moments = Walk::moments(physics.steps, physics.dt);
-        let seen = self.codesign.watch(&self.progress, moments)?;
+        let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
         let spacing = self.codesign.task().lattice.spacing;
         Walk::of_moments(&seen, physics.dt, spacing)
     }
 
-    /// Warns of a time step that became worse than any before, and refuses an unstable one unless
-    /// the scene allows it.
+    /// Warns about a time step that is worse than all before, and refuses an unstable one unless the scene allows it.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
         let (iteration, own_loss) = (self.progress.iteration, self.progress.own_loss);
@@ -271,17 +264,16 @@ impl Run {
         };
         self.lost = true;
         let text = format!(
-            "after iteration {}: the loss is {loss}; its gradient is skipped, and so are all others \
-             without a finite loss",
+            "after iteration {}: the loss is {loss}; all gradients without a finite loss are skipped",
             record.iteration
         );
         observer.warning(self, &text);
     }
 
-    /// The error of a run without a finite loss, or the divergence of its robot if that is the cause. In
-    /// the second case the last states are written.
+    /// The error of a run without a finite loss. If its robot diverges, that is the error, and the last states are
+    /// written.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
-        let delivery = self.codesign.deliver(&self.progress);
+        let delivery = self.codesign.evaluator().deliver(&self.progress);
         if delivery.divergence.is_none() {
             return error;
         }
@@ -289,7 +281,7 @@ impl Run {
         self.write_design(&delivery).err().unwrap_or(error)
     }
 
-    /// Warns of a task that design and controller do not influence.
+    /// Warns about a task that neither design nor controller influences.
     fn judge_slopes(&mut self, record: &Record, observer: &mut dyn Observer) {
         let [performance, stability] = record.design_gradient;
         let mut slopes = [performance, stability, record.controller_gradient]
@@ -299,14 +291,13 @@ impl Run {
         if slopes.peek().is_none() {
             return;
         }
-        // A gradient that is not finite is skipped: it moves nothing, like a zero.
+        // A gradient that is not finite is skipped, so it changes as little as a zero.
         let is_flat = slopes.all(|slope| slope == 0.0 || !slope.is_finite());
         self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
             let text = format!(
-                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not \
-                 finite: within the horizon nothing that is designed has an influence on the task, or \
-                 the loss is no number",
+                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not finite; within \
+                 the horizon neither design nor controller influences the task, or the loss is not a number",
                 record.iteration
             );
             observer.warning(self, &text);
@@ -319,7 +310,7 @@ impl Run {
         Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
     }
 
-    /// Refuses to write where another process has taken over.
+    /// Refuses to write if another process has taken the run over.
     fn refuse_lost(&self, observer: &dyn Observer) -> Result<()> {
         if observer.holds() {
             return Ok(());
@@ -331,13 +322,11 @@ impl Run {
         let folder = self.lock.folder();
         self.write_design(delivery)?;
         let Trajectory { steps, states } = delivery.trajectory.clone();
-        let dt = self.plan.scene.physics.dt;
-        let bars = delivery.bars.clone();
         let moves = TrajectoryFile {
-            dt,
+            dt: self.plan.scene.physics.dt,
             steps,
             states,
-            bars,
+            bars: delivery.bars.clone(),
         };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
@@ -345,26 +334,22 @@ impl Run {
         Ok(summary)
     }
 
-    /// Writes the delivered design.
+    /// Writes the delivered design. If it diverges, writes its last states and returns an error.
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
+        let folder = self.lock.folder();
         let design = DesignFile::new(
             &self.codesign.task().lattice,
             &delivery.design,
             &delivery.materials,
             &delivery.controller,
         );
-        design.write(&self.lock.folder().join(DESIGN))?;
-        self.refuse_divergence(&design, delivery)
-    }
-
-    /// Refuses a delivered design that diverges, and writes its last states.
-    fn refuse_divergence(&self, design: &DesignFile, delivery: &Delivery) -> Result<()> {
+        design.write(&folder.join(DESIGN))?;
         let Some(divergence) = &delivery.divergence else {
             return Ok(());
         };
         let case = design.case(&self.plan.scene, DESIGN)?;
         let text = case.diverged_json(divergence) + "\n";
-        write_atomic(&self.lock.folder().join(DIVERGED), |file| {
+        write_atomic(&folder.join(DIVERGED), |file| {
             file.write_all(text.as_bytes())
         })?;
         Err(Error::from(divergence))

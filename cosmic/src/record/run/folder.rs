@@ -13,16 +13,17 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-/// The scene's place in a run's folder.
+/// The name of the scene in the folder of a run.
 pub const SCENE: &str = "scene.toml";
 
-/// How often a lock is tried, and the pause after a failure. A program that another thread starts holds a copy
-/// of every lock for the moment until it runs.
+/// The number of attempts to lock a folder. A child process that another thread starts holds a copy of every lock for a
+/// moment.
 const TRIES: usize = 5;
+/// The pause after a failed attempt.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// The exclusive right to work in a folder, until it is dropped. The system releases the lock when
-/// the process ends in any way; the file that stays behind locks nothing.
+/// The exclusive right to work in a folder, until it is dropped. The operating system releases the lock when the process
+/// ends for any reason. A file that stays behind is no lock.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
     folder: PathBuf,
@@ -30,10 +31,7 @@ pub(in crate::record) struct Lock {
 }
 
 impl Lock {
-    /// Locks a folder, which must be there.
-    ///
-    /// # Errors
-    /// [`Error::Taken`]; [`Error::Write`].
+    /// Locks an existing folder.
     pub(in crate::record) fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
@@ -42,7 +40,7 @@ impl Lock {
         for _ in 0..TRIES {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
-                // Not every file system has locks. Without them two processes are not told apart.
+                // Some file systems have no locks. There, two processes in one folder go unnoticed.
                 Ok(()) | Err(TryLockError::Error(_)) => {
                     return Ok(Self {
                         folder: folder.to_owned(),
@@ -54,25 +52,22 @@ impl Lock {
         Err(Error::Taken(folder.to_owned()))
     }
 
-    /// The folder that is locked.
+    /// The locked folder.
     pub(in crate::record) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Releases the folder of a finished run and removes the file. In any other folder the file has
-    /// to stay: one process may hold the old file open while another creates and locks a new one.
+    /// Releases the folder of a finished run and removes the file. The file of an unfinished run has to stay: one process
+    /// could hold the old file open while another creates and locks a new one.
     pub(in crate::record) fn finish(self) {
-        // A file that stays does no harm.
+        // If the file cannot be removed, it does no harm.
         let _ = fs::remove_file(self.folder.join(LOCK));
     }
 }
 
-/// Creates a folder, or takes an empty one, and locks it before anything is written.
-///
-/// # Errors
-/// [`Error::Usage`] for a folder that holds something; [`Error::Taken`]; [`Error::Write`].
+/// Creates a folder, or uses an empty one, and locks it before the first write.
 pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
-    // First without a lock: a folder that is refused stays as it is.
+    // The first check is without a lock, so that a refused folder does not change.
     refuse_used(folder)?;
     make_folder(folder)?;
     let lock = Lock::take(folder)?;
@@ -81,10 +76,7 @@ pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
     Ok(lock)
 }
 
-/// The lock on the folder of a run and its snapshot; `None` for a finished run.
-///
-/// # Errors
-/// The errors of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
+/// Locks the folder of a run and reads its snapshot. `None` for a finished run.
 pub(in crate::record) fn take_up(
     folder: &Path,
     registry: &Registry,
@@ -93,7 +85,7 @@ pub(in crate::record) fn take_up(
     if is_finished() {
         return Ok(None);
     }
-    // First without a lock: a folder without a run stays as it is.
+    // The first check is without a lock, so that a folder without a run does not change.
     snapshot(folder, registry)?;
     let lock = Lock::take(folder)?;
     // Another process may have continued or finished the run before it released the lock.
@@ -104,17 +96,13 @@ pub(in crate::record) fn take_up(
     Ok(Some((lock, snapshot(folder, registry)?)))
 }
 
-/// Reads a folder's snapshot.
-///
-/// # Errors
-/// The errors of [`Snapshot::read`]. Errors about the content tell how to continue without the
-/// snapshot.
+/// Reads the snapshot of a folder. Errors about the content say how to continue without it.
 fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     Snapshot::read(folder, registry).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
             let scene = in_shell(&folder.join(SCENE));
             *report += &format!(
-                "\n  = the run cannot go on from this file: restore the file from a copy, or begin again with: \
+                "\n  = the run cannot continue from this file: restore the file from a copy, or begin again with: \
                  cosmic optimize {scene} --seed SEED --out NEW"
             );
         }
@@ -122,9 +110,8 @@ fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     })
 }
 
-/// Writes the scene for readers of the folder, if it is not there, and beside it the truss of its
-/// lattice, if it has one. Resuming takes the scene from the
-/// snapshot; a file with another scene would mislead and is refused.
+/// Writes the scene for readers of the folder, and the truss of its lattice if there is one, unless they exist. Resuming
+/// uses the scene of the snapshot. A file with another scene would be misleading and is refused.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
@@ -141,9 +128,9 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     read_kept(&path, Some(scene), scene.registry()).map(drop)
 }
 
-/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must hold every key and
-/// must agree with the run's snapshot, if there is one. If the file is missing, the scene is read from the snapshot.
-/// All commands read the scene of a run by this function.
+/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and must
+/// agree with the snapshot of the run, if there is one. If the file is missing, the scene is read from the snapshot. All
+/// commands read the scene of a run with this function.
 ///
 /// # Errors
 /// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
@@ -164,8 +151,8 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     }
 }
 
-/// As [`read_scene`], for callers that do not simulate: the scene may name laws or a loss that this program does
-/// not have. A scene with unknown laws or an unknown loss is not compared with the snapshot.
+/// As [`read_scene`], for callers that do not simulate: the scene may name laws or a loss that this program does not
+/// know. Such a scene is not compared with the snapshot.
 ///
 /// # Errors
 /// As [`read_scene`].
@@ -185,21 +172,21 @@ pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownSce
     })
 }
 
-/// The scene in a run's file, which must be the scene that the run began with.
+/// Reads a scene file, which must contain the scene that the run began with.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
     let file = path.display().to_string();
     let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
-            "{}: not the scene that the run began with, which is in its snapshot; remove the file to get it \
-             back, and try a design in another scene with --set or in another folder",
+            "{}: not the scene that the run began with, which is in its snapshot; remove the file to use the \
+             scene of the snapshot, and try a design in another scene with --set or in another folder",
             path.display()
         )));
     }
     Ok(scene)
 }
 
-/// Refuses a folder that is not empty: a run never mixes its files with others.
+/// Refuses a folder that is not empty, so that a run never mixes its files with others.
 fn refuse_used(folder: &Path) -> Result<()> {
     match is_used(folder) {
         Ok(false) => Ok(()),
@@ -207,9 +194,9 @@ fn refuse_used(folder: &Path) -> Result<()> {
             "{}: the folder is not empty{}, or name another",
             folder.display(),
             if folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
-                "; go on with the run in it by `cosmic resume`"
+                "; continue its run with `cosmic resume`"
             } else {
-                ", and no run is in it: empty it"
+                ", and no run is in it; empty it"
             }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

@@ -1,4 +1,4 @@
-//! One run in its folder, by one process at a time.
+//! A run in its folder, which one process uses at a time.
 
 mod folder;
 mod at_work;

@@ -1,0 +1,80 @@
+//! The constraints of a design update.
+
+use autodiff::Real;
+
+use super::evaluator::Evaluator;
+use super::progress::Progress;
+use super::schedule::Schedule;
+use crate::inputs::{DESIGN, Inputs};
+use crate::objective::{Measures, measures};
+use crate::projection::Projection;
+use crate::scene::BinarisationMethod;
+
+/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene treats them as
+/// constraints.
+#[derive(Default)]
+pub(super) struct Constraints {
+    pub(super) values: Vec<f64>,
+    pub(super) jacobian: Vec<Vec<f64>>,
+}
+
+impl Evaluator {
+    /// The measures of the performance projection (D10).
+    fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
+        let mixtures = self.task.mixtures(Projection::Performance, z);
+        measures(&mixtures, self.scene.projection.delta)
+    }
+
+    /// True if the binarisation measures are terms of the augmented Lagrangian, false if they are constraints.
+    pub(super) fn is_augmented(&self) -> bool {
+        self.scene.binarisation.method == BinarisationMethod::Augmented
+    }
+
+    /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. The
+    /// gradient is empty if the measures are constraints. Volumes and measures are those of the performance
+    /// projection (D10), and have the same scale as constraints.
+    pub(super) fn rows_and_terms(
+        &self,
+        inputs: &Inputs<f64>,
+        progress: &Progress,
+        now: &Schedule,
+    ) -> (Constraints, Vec<f64>) {
+        let thresholds = now.thresholds(&progress.first_measures);
+        if self.is_augmented() {
+            let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
+                let measures = self.measured(&inputs.z);
+                let terms = progress.lagrangian.terms(&measures, &thresholds);
+                [measures.volume, measures.actuator_volume, terms]
+            });
+            return (self.volume_rows(&[solid, actuator], now), terms);
+        }
+        let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
+            let measures = self.measured(&inputs.z);
+            let [a, b, c, d] = measures.constrained();
+            [measures.volume, measures.actuator_volume, a, b, c, d]
+        });
+        let scale = self.scene.mma.volume_row_scale;
+        let mut rows = self.volume_rows(&[solid, actuator], now);
+        for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
+            gradient.iter_mut().for_each(|g| *g *= scale);
+            rows.values.push(scale * (value - threshold));
+            rows.jacobian.push(gradient);
+        }
+        (rows, Vec::new())
+    }
+
+    /// The constraints of the volume bounds.
+    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
+        let scale = self.scene.mma.volume_row_scale;
+        let bounds = now.volume_bounds();
+        let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
+        let mut rows = Constraints::default();
+        for ((value, gradient), bound) in volumes.iter().zip([bounds.solid, bounds.actuator]) {
+            rows.values
+                .extend([scale * (value - bound.high), scale * (bound.low - value)]);
+            rows.jacobian
+                .extend([row(gradient, 1.0), row(gradient, -1.0)]);
+        }
+        rows
+    }
+}

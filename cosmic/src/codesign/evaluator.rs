@@ -1,0 +1,91 @@
+//! Everything that robots of one scene are evaluated with.
+
+use std::sync::Arc;
+
+use super::progress::Progress;
+use super::schedule::Schedule;
+use crate::design::{Design, Mixture};
+use crate::error::{Error, Result};
+use crate::lattice::{Lattice, State};
+use crate::objective::AnyLoss;
+use crate::projection::Projection;
+use crate::scene::Scene;
+use crate::simulator::StepCheck;
+use crate::task::Task;
+
+/// Evaluates robots of one scene: rolls them out, differentiates their losses, and measures the result. It does not
+/// change.
+pub struct Evaluator {
+    pub(super) scene: Scene,
+    pub(super) task: Task,
+    pub(super) loss: Arc<dyn AnyLoss>,
+    /// The unperturbed start.
+    pub(super) start: State<f64>,
+}
+
+impl Evaluator {
+    /// The evaluator of a scene for a loss.
+    pub(super) fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
+        // A run writes its scene and reads it again, so the scene must be valid as a file.
+        scene.check()?;
+        check_loss(&*loss, scene)?;
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let start = lattice.state_at_rest();
+        let task = Task::new(
+            lattice,
+            &scene.physics,
+            &scene.controller,
+            &scene.materials,
+            &scene.projection,
+        );
+        Ok(Self {
+            loss,
+            start,
+            task: task
+                .with_memory(scene.gradient.budget())
+                .with_one_piece(scene.design.one_piece),
+            scene: scene.clone(),
+        })
+    }
+
+    /// True if robots are ranked by their displacement; see [`Loss::is_far`](crate::objective::Loss::is_far).
+    pub fn is_far(&self) -> bool {
+        self.loss.is_far()
+    }
+
+    /// The simulated design: the mixtures of the performance projection, or the layout (D7).
+    pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
+        self.task
+            .projected(Projection::Performance, &progress.design)
+    }
+
+    /// Compares the time step with the vibrations of a design and of the robots that domain randomisation draws around
+    /// it.
+    pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
+        let faster = self.scene.robust.faster();
+        self.task.step_check(design, &self.start.x, faster)
+    }
+}
+
+/// Refuses a loss that observes no node, or steps that a rollout does not have.
+fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
+    let horizon = |iteration| Schedule { scene, iteration }.horizon();
+    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
+    lengths.push(scene.physics.steps);
+    lengths.dedup();
+    for steps in lengths {
+        let observed = loss.observed(steps);
+        if !observed.is_sorted() || observed.last() != Some(&steps) {
+            return Err(Error::Usage(format!(
+                "in a rollout of {steps} steps the loss observes {observed:?}; expected steps that ascend \
+                 and end with {steps}"
+            )));
+        }
+    }
+    if loss.nodes() == 0 {
+        return Err(Error::Usage(
+            "the loss observes no node; it must observe at least one".into(),
+        ));
+    }
+    Ok(())
+}
