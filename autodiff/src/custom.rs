@@ -1,21 +1,20 @@
 //! A user's own derivative rule.
 //!
-//! Three ways, from the shortest:
+//! There are three ways, from the shortest to the longest:
 //!
 //! - [`Real::straight_through`]: the value of one expression with the derivative of another.
 //!   `hard.straight_through(soft)` is a step function that learns like a sigmoid.
-//! - [`Rule`], called through [`apply`]: one output whose partials are known. Value and partials
-//!   are each written once; forward, reverse and nested derivatives all come from them.
-//! - [`Fused`]: any number of inputs and outputs, and a reverse rule that may do what no partials
-//!   can, such as bound the cotangent that passes.
+//! - [`Rule`], called through [`apply`]: one output with known partials. Value and partials are each written once.
+//!   Forward, reverse and nested derivatives all use them.
+//! - [`Fused`]: any number of inputs and outputs. Its reverse rule can do more than partials can, such as bound the
+//!   cotangent.
 //!
-//! A rule is trusted as given: [`check_gradient`](crate::check::check_gradient) tells whether it is
-//! right.
+//! A rule is not checked. [`check_gradient`](crate::check::check_gradient) tests whether it is correct.
 //!
 //! ```
 //! use autodiff::{Real, gradient};
 //!
-//! /// Rounds a number in [0, 1], and passes derivatives as if it did not.
+//! /// Rounds a number in [0, 1] with the derivative of the number itself.
 //! fn round<R: Real>(x: R) -> R {
 //!     let above = R::lit(0.5).less(x);
 //!     R::select(above, R::one(), R::zero()).straight_through(x)
@@ -31,29 +30,29 @@
 use crate::dual::Dual;
 use crate::real::{Fused, Real};
 
-/// A scalar function of a vector with its partials given. It must own its data, or share them by an
-/// `Arc`, because the tape keeps it.
+/// A scalar function of a vector with given partials. It must own its data or share them through an `Arc`, because
+/// the tape keeps it.
 ///
-/// Use it for code that should not be differentiated through, such as an iterative solver, whose partials
-/// follow from the equation it solves, and for special functions: the error function is a series over
-/// `R` with the partial `2 / sqrt(pi) exp(-x^2)`. `examples/custom_rule.rs` has one. The value has to be
-/// computed with the operations of `R`: a foreign function of floats could not serve every mode.
+/// Use it for code that should not be differentiated itself, such as an iterative solver, whose partials follow
+/// from its equation. Or use it for special functions: the error function is a series over `R` with the partial
+/// `2 / sqrt(pi) exp(-x^2)`. There is an example in `examples/custom_rule.rs`. The value must be computed with
+/// operations of `R`, because a function of floats would not work in every mode.
 pub trait Rule: Clone + Send + 'static {
-    /// The value at `x`. It is never differentiated, in any mode or nesting.
+    /// Returns the value at `x`. It is never differentiated, in any mode or nesting.
     fn value<R: Real>(&self, x: &[R]) -> R;
 
-    /// The partials at `x`, one per argument; `value` is the value there. These are differentiated
-    /// where derivatives nest.
+    /// Returns the partials at `x`, one for each argument. `value` is the value at `x`. Nested derivatives
+    /// differentiate the partials.
     fn partials<R: Real>(&self, x: &[R], value: R) -> Vec<R>;
 }
 
-/// Evaluates a rule, in any mode; on the reverse tape the call is one fused entry.
+/// Evaluates a rule in any mode. On the reverse tape the call is one fused entry.
 ///
 /// ```
 /// use autodiff::custom::{Rule, apply};
 /// use autodiff::{Real, gradient};
 ///
-/// /// `ln(e^a + e^b)`, whose partials are weights that sum to 1.
+/// /// `ln(e^a + e^b)`. Its partials are weights with the sum 1.
 /// #[derive(Clone)]
 /// struct LogSumExp;
 /// impl Rule for LogSumExp {
@@ -74,8 +73,7 @@ pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
 
 /// A rule as a fused function of one slice with one output.
 ///
-/// Each mode peels one layer off its numbers and asks for the rule's value in the numbers inside,
-/// which carries their derivatives by the rule too.
+/// Each mode evaluates the rule on its inner numbers. Their derivatives then also come from the rule.
 struct Single<T>(T);
 
 impl<T: Rule> Single<T> {
@@ -85,7 +83,7 @@ impl<T: Rule> Single<T> {
         assert_eq!(
             partials.len(),
             x.len(),
-            "Rule::partials must return one partial per argument"
+            "`Rule::partials` must return one partial for each argument"
         );
         (value, partials)
     }

@@ -1,14 +1,14 @@
 //! The table of functions of one number.
 
-/// Gives the table to a macro. Adding a function is adding an entry.
+/// Passes the table to a macro. To add a function, add an entry.
 ///
-/// - Every number type implements the *basic* functions. An entry has the method of
-///   [`Real`](crate::Real) and a variant of the recorded operations. The function of the module `rule` with the
-///   method's name has the derivative.
-/// - The others are *composed* of methods of [`Real`](crate::Real). An entry has the method, the variant of
-///   [`Elementary`] and the documentation; then the value at `x`, and the partial at `x` where the value is `y`.
-///   The formulas must select and not branch, so that they run in lanes, and their constants must be small integers
-///   and halves, so that they are as precise as the type. Longer ones are functions of `math/table.rs`.
+/// - *Basic* functions are implemented by every number type. An entry has the method of [`Real`](crate::Real) and
+///   the variant of the recorded operations. The derivative is the function of the module `rule` with the name of
+///   the method.
+/// - *Composed* functions consist of methods of [`Real`](crate::Real). An entry has the method, the variant of
+///   [`Elementary`] and the documentation, then the value at `x`, then the partial at `x`, given the value `y`.
+///   Formulas must select and not branch, so that they run in lanes. Constants must be small integers and halves, so
+///   that they are as precise as the type. Longer formulas are functions in `math/table.rs`.
 macro_rules! functions {
     ($then:ident) => {
         $then! {
@@ -46,12 +46,12 @@ macro_rules! functions {
                 sinhc Sinhc "`sinh(x) / x`, and 1 at 0.":
                     |x| cardinal(x.sinh(), x),
                     |x, y| cardinal_partial(y * (x.tanh().recip() - x.recip()), x, 1.0);
-                sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`: right everywhere, where that formula \
-                    differentiates to NaN as soon as `e^-x` overflows.":
+                sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`. It is correct everywhere, while the \
+                    derivative of that formula is NaN when `e^-x` overflows.":
                     |x| sigmoid(x).0,
                     |x, y| sigmoid(x).1;
-                softplus Softplus "`ln(1 + e^x)`, right everywhere: a smooth `max(x, 0)` with the slope \
-                    `sigmoid`.":
+                softplus Softplus "`ln(1 + e^x)`, a smooth `max(x, 0)` with the slope `sigmoid`. It is correct \
+                    everywhere.":
                     |x| softplus(x),
                     |x, y| x.sigmoid();
             }
@@ -68,12 +68,12 @@ macro_rules! define {
             $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
     ) => {
-        /// A function of one number for [`Real::elementary`](crate::Real::elementary): those that a number type
-        /// need not have an implementation of, because they are made of others.
+        /// A function of one number for [`Real::elementary`](crate::Real::elementary). Number types need no
+        /// implementation of these functions, because they are composed of others.
         ///
-        /// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
-        /// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
-        /// the value is.
+        /// At an end of the domain the derivative is the limit from inside. It is infinite for `asin`, `acos`,
+        /// `acosh`, `atanh`, `ln_1p` and the logarithms, and for `cbrt` at 0. Outside the domain it is NaN, like
+        /// the value.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum Elementary {

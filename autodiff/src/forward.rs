@@ -6,7 +6,7 @@ use crate::real::{ByType, Fused, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
-    /// A value that does not move in any direction.
+    /// A constant: all tangents are zero.
     #[inline(always)]
     pub fn constant(value: R) -> Self {
         Dual {
@@ -15,13 +15,16 @@ impl<R: Real, const N: usize> Dual<R, N> {
         }
     }
 
-    /// A value that moves at unit speed along direction `index`.
+    /// A variable: its tangent is 1 in direction `index` and 0 in all others.
     ///
     /// # Panics
     /// If `index` is not below `N`.
     #[inline(always)]
     pub fn variable(value: R, index: usize) -> Self {
-        assert!(index < N, "a dual of {N} directions has none of this index");
+        assert!(
+            index < N,
+            "direction {index} is out of range: the dual has {N} directions"
+        );
         let mut dual = Self::constant(value);
         dual.tangent[index] = R::one();
         dual
@@ -46,12 +49,12 @@ impl<R: Real, const N: usize> Dual<R, N> {
     /// A function of this number and another, given its value and partials.
     #[inline(always)]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
-        // A sum is finite only if both are.
+        // The sum is finite only if both partials are.
         let finite = is_finite(partials[0] + partials[1]);
         self.joined(other, (value, partials), finite)
     }
 
-    /// [`apply2`](Self::apply2), given whether both partials are known to be finite floats.
+    /// [`apply2`](Self::apply2), given whether both partials are finite floats.
     #[inline(always)]
     fn joined(self, other: Self, (value, [by_self, by_other]): (R, [R; 2]), finite: bool) -> Self {
         let mut tangent = self.tangent;
@@ -69,9 +72,9 @@ impl<R: Real, const N: usize> Dual<R, N> {
     }
 }
 
-/// Whether a number is a finite float: as a partial, its plain product with a tangent is then what
-/// [`Real::chain`] gives, but for the sign of a zero, and one test serves all tangents. Lanes have no
-/// branches, and of numbers that carry derivatives the primal does not tell.
+/// Whether a number is a finite float. The product of such a partial and a tangent equals [`Real::chain`] except for
+/// the sign of a zero, so one test is enough for all tangents. It is false for lanes, which cannot branch, and for
+/// numbers that carry derivatives, which may be infinite when the primal is not.
 #[inline(always)]
 fn is_finite<R: Real>(partial: R) -> bool {
     R::by_type(FiniteFloat, partial)
@@ -172,7 +175,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             tangent: soft.tangent,
         }
     }
-    /// Part by part, so that a zero in one part guards that part alone.
+    /// Part by part, so that a zero in one part only guards that part.
     #[inline(always)]
     fn chain(partial: Self, cotangent: Self) -> Self {
         let mut tangent = cotangent.tangent;

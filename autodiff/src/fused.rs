@@ -1,9 +1,9 @@
-//! Functions that the reverse tape takes as one entry.
+//! Functions that are one entry on the reverse tape.
 
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
 
-/// A dense layer, `weights * x + biases`, as one entry of the tape; `weights` row by row.
+/// A dense layer, `weights * x + biases`, as one entry on the tape. `weights` is given row by row.
 ///
 /// ```
 /// use autodiff::{Var, fused::dense, gradient};
@@ -20,18 +20,18 @@ use crate::real::{Fused, Real};
 /// ```
 ///
 /// # Panics
-/// Unless there are `biases.len() * x.len()` weights.
+/// If the number of weights is not `biases.len() * x.len()`.
 pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     assert_eq!(
         weights.len(),
         x.len() * biases.len(),
-        "dense: the weights are not one row per bias and one column per number of x"
+        "`dense` needs one weight for each bias and each number of `x`"
     );
     R::fused(Dense { vectors: 1 }, &[weights, x, biases])
 }
 
-/// The [`dense`] layer of a mini-batch, as one entry of the tape: of each of the vectors that lie in `x` one
-/// after the other, as their results do. Forward and back it is a product of matrices.
+/// The [`dense`] layer of a mini-batch as one entry on the tape. `x` holds vectors one after the other, and the
+/// results are in the same order. Both the layer and its reverse are matrix products.
 ///
 /// ```
 /// use autodiff::fused::{dense, dense_batch};
@@ -43,12 +43,14 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
 /// ```
 ///
 /// # Panics
-/// Unless there is a bias, a weight for each number of a vector and each bias, and a whole number of vectors.
+/// If there is no bias, if the number of weights is not a multiple of the biases, or if `x` is not a whole number
+/// of vectors.
 pub fn dense_batch<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     let columns = weights.len().checked_div(biases.len()).unwrap_or(0);
     assert!(
         columns > 0 && weights.len() == columns * biases.len() && x.len().is_multiple_of(columns),
-        "dense_batch: {} weights, {} numbers of vectors and {} biases do not belong together",
+        "`dense_batch` was given {} weights, {} numbers in `x` and {} biases; it needs a weight for each \
+         bias and each number of a vector, and whole vectors",
         weights.len(),
         x.len(),
         biases.len()
@@ -62,7 +64,7 @@ struct Dense {
     vectors: usize,
 }
 
-/// Fewer vectors are not worth a copy of the weights.
+/// Below this number of vectors, transposing the weights does not pay.
 const FEW: usize = 4;
 
 impl Fused for Dense {

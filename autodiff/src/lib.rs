@@ -88,8 +88,8 @@ mod restored;
 mod reverse;
 pub mod custom;
 pub mod arrays;
-pub mod steps;
 mod record;
+pub mod steps;
 pub mod drivers;
 pub mod data;
 pub mod parameters;
@@ -117,9 +117,9 @@ pub use interop::Element;
 pub use interop::nalgebra;
 pub use parameters::Parameters;
 pub use real::{Fused, Mask, Real};
-pub use record::{AnyProgram, emit};
+pub use record::emit;
 pub use reverse::{Tape, Var};
-pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};
+pub use steps::{AnyProgram, CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -3,14 +3,18 @@
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
-/// The result of a comparison: `bool`, or one truth value per lane.
+/// The result of a comparison: `bool`, or one boolean for each lane.
 ///
-/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. A lane's
-/// result must not depend on them, because the other lanes influence the answer.
+/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. The result of a lane must
+/// not depend on them, because other lanes influence the answer.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The same truth value in every lane.
+    /// Whether a comparison has a single answer, because the numbers are neither lanes nor recorded symbols. Code
+    /// inside `if R::Mask::IS_SINGLE` may branch on comparisons. It is only compiled if the condition is true.
+    const IS_SINGLE: bool = false;
+
+    /// The same boolean in every lane.
     fn splat(value: bool) -> Self;
     /// Whether any lane is true.
     fn any(self) -> bool;
@@ -21,6 +25,7 @@ pub trait Mask:
 }
 
 impl Mask for bool {
+    const IS_SINGLE: bool = true;
     #[inline(always)]
     fn splat(value: bool) -> Self {
         value

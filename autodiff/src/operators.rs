@@ -16,8 +16,8 @@
 /// }
 /// ```
 ///
-/// Attributes given first go to every operator. The assigning operators and the sum, which is term by term,
-/// follow from the others.
+/// The attributes before `impl` go to every operator. Assigning operators, sums and products follow from the
+/// others.
 macro_rules! operators {
     (
         $(#[$attribute:meta])*
@@ -72,7 +72,7 @@ macro_rules! operators {
     };
 }
 
-/// `number op literal`. The product takes a path of its own: a constant has no tangents to multiply.
+/// `number op literal`. The product can have its own expression, because a constant has no tangents to multiply.
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
         $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
@@ -147,8 +147,8 @@ macro_rules! folds {
     };
 }
 
-/// Operators as closures over a number type by its name want them: with floats on either side, with
-/// references, and comparisons with floats.
+/// Operators for closures over a concrete number type: with floats on either side, with references, and
+/// comparisons with floats.
 macro_rules! closure_operators {
     ([$($generics:tt)*] $number:ty) => {
         $crate::operators::closure_operators! {
@@ -195,7 +195,7 @@ macro_rules! closure_operators {
     };
 }
 
-/// One of them, and the assigning one.
+/// One of these operators and its assigning operator.
 macro_rules! closure_operator {
     (
         [$($generics:tt)*] $number:ty,
@@ -276,7 +276,7 @@ macro_rules! assigning {
     };
 }
 
-/// One binary operator and the assigning one.
+/// A binary operator and its assigning operator.
 macro_rules! operator {
     (
         [$($attribute:tt)*] [$($generics:tt)*] $number:ty,
@@ -300,7 +300,7 @@ macro_rules! operator {
     };
 }
 
-/// Makes constants of a number type from integers and floats, by way of f64.
+/// Converts integers and floats to constants of a number type, through f64.
 macro_rules! constants_by_f64 {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> num_traits::FromPrimitive for $number {
@@ -317,7 +317,7 @@ macro_rules! constants_by_f64 {
     };
 }
 
-/// Compares and displays numbers over `R` by their primal, the field `value`.
+/// Compares and displays numbers over `R` by their primals, the field `value`.
 macro_rules! by_primal {
     ([$($generics:tt)*] $number:ty) => {
         impl<R: PartialEq $($generics)*> PartialEq for $number {

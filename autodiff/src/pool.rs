@@ -1,12 +1,12 @@
-//! A pool of buffers, one per thread: a recording or a sweep takes the buffer of the last one. Fresh pages
-//! from the system would cost as much as a good part of the work itself.
+//! A pool of buffers for each thread. A recording or a sweep reuses the buffer of the last one, because fresh pages
+//! from the system cost as much as a large part of the work.
 
 use std::any::Any;
 use std::cell::RefCell;
 
-/// The most buffers a thread keeps, one of each type; nested modes use a few types.
+/// The most buffers that a thread keeps, one of each type. Nested modes use a few types.
 const MOST: usize = 6;
-/// The most bytes a thread keeps in all its buffers together.
+/// The most bytes that a thread keeps in all buffers together.
 const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
@@ -38,8 +38,7 @@ impl Pool {
         buffer.downcast().ok()
     }
 
-    /// Keeps a buffer unless it is too large, then the most recently used other buffers that still
-    /// fit.
+    /// Keeps a buffer unless it is too large, and drops the least recently used buffers that no longer fit.
     fn keep<T: Pooled>(&mut self, buffer: Box<T>) {
         self.take::<T>();
         if buffer.bytes() > self.most_bytes {
@@ -58,18 +57,17 @@ impl Pool {
 
 /// The thread's buffer of this type, if it has one.
 pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
-    // Thread-locals may be gone already while a thread ends, here and below.
+    // Here and below, thread-locals may already be destroyed while a thread ends.
     let taken = POOL.try_with(|pool| pool.borrow_mut().take());
     taken.ok().flatten()
 }
 
-/// Keeps a buffer, in place of the earlier buffer of its type, if it fits into the bytes that a
-/// thread may keep.
+/// Keeps a buffer instead of the earlier buffer of its type, if it fits into the bytes that a thread may keep.
 pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }
 
-/// How many buffers the thread keeps.
+/// The number of buffers that the thread keeps.
 #[cfg(test)]
 pub(crate) fn count() -> usize {
     POOL.with_borrow(|pool| pool.buffers.len())
@@ -103,7 +101,7 @@ mod tests {
         pool.keep(Box::new(Bytes::<0>(60)));
         pool.keep(Box::new(Bytes::<1>(40)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 100));
-        // A buffer replaces another of its type, and the most recently used one replaces the oldest.
+        // A buffer replaces another of its type. When there are too many bytes, the oldest is dropped.
         pool.keep(Box::new(Bytes::<1>(30)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 90));
         pool.keep(Box::new(Bytes::<2>(50)));
@@ -163,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Does every kind of work that keeps a buffer, with at least `numbers` numbers each.
+    /// Does every kind of work that keeps a buffer. Each buffer has at least `numbers` numbers.
     fn work_of_every_kind(numbers: usize) {
         let rollout = Rollout {
             memory: Memory::All,
@@ -192,7 +190,7 @@ mod tests {
         work_of_every_kind(1000);
         let bounded = POOL.with_borrow(total);
         assert!(0 < bounded && bounded <= most, "{bounded} of {most} bytes");
-        // Longer work gives its buffers back.
+        // Buffers of longer work are freed.
         work_of_every_kind(100_000);
         assert!(POOL.with_borrow(total) <= most);
     }

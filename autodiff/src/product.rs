@@ -1,21 +1,22 @@
-//! Products of matrices that lie in slices, in tiles that stay in registers.
+//! Products of matrices in slices, computed in tiles that stay in registers.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 
-/// A matrix in a slice, whose rows or columns need not be adjacent.
+/// A matrix in a slice. Its rows and columns need not be adjacent.
 #[derive(Clone, Copy)]
 pub(crate) struct Strided<'a, R> {
     pub(crate) numbers: &'a [R],
-    /// The distance from a number to the one below it.
+    /// The distance from a number to the number below it.
     pub(crate) row: usize,
-    /// The distance from a number to the one beside it.
+    /// The distance from a number to the next number of its row.
     pub(crate) column: usize,
 }
 
 impl<'a, R: Real> Strided<'a, R> {
-    /// Adjacent numbers in rows, at this distance from one to the next.
+    /// A matrix with adjacent numbers in each row, and this distance from a row to the next.
+    #[inline(always)]
     pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
         Self {
             numbers,
@@ -24,6 +25,7 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
+    #[inline(always)]
     pub(crate) fn transposed(self) -> Self {
         Self {
             row: self.column,
@@ -32,15 +34,15 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
-    /// Whether all numbers of so many rows and columns are finite, with all that they carry. The numbers
-    /// of a row are adjacent.
+    /// Whether all numbers of the first rows and columns are finite, including the derivatives that they carry. The
+    /// numbers of a row must be adjacent.
     pub(crate) fn all_finite(self, size: [usize; 2]) -> bool {
         debug_assert_eq!(self.column, 1);
         R::vectorize(AllFinite(self, size))
     }
 }
 
-/// `to += a b`. In `b` and in `to` the numbers of a row are adjacent.
+/// `to += a b`. The numbers of a row of `b` and of `to` are adjacent.
 pub(crate) struct Product<'a, R> {
     pub(crate) a: Strided<'a, R>,
     pub(crate) b: &'a [R],
@@ -55,7 +57,7 @@ pub(crate) struct Product<'a, R> {
     pub(crate) columns: usize,
 }
 
-/// Which factor of a product holds cotangents; the other one holds partials.
+/// The factor of a product that holds cotangents. The other factor holds partials.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cotangents {
     A,
@@ -66,13 +68,13 @@ pub(crate) enum Cotangents {
 const TILE: usize = 6;
 
 impl<R: Real> Product<'_, R> {
-    /// Adds the product. Each number is summed up in a register, from first to last.
+    /// Adds the product. Each number is summed in a register, from first to last.
     pub(crate) fn add(self) {
         R::vectorize(self);
     }
 
-    /// Adds a product of cotangents and partials by [`Real::chain`], given whether all partials are
-    /// finite: then a plain product does, as zero cotangents meet no infinite partial.
+    /// Adds a product of cotangents and partials with [`Real::chain`]. If all partials are `finite`, a plain product
+    /// is enough, because no zero cotangent meets an infinite partial.
     pub(crate) fn add_chained(self, cotangents: Cotangents, finite: bool) {
         if finite {
             return self.add();
@@ -92,24 +94,27 @@ impl<R: Real> Product<'_, R> {
     }
 
     /// # Panics
-    /// Unless the slices hold the matrices.
+    /// If a slice is too short for its matrix.
     #[inline(always)]
     fn check(&self) {
         let [row, k] = [self.rows - 1, self.depth - 1];
         let fits = row * self.a.row + k * self.a.column < self.a.numbers.len()
             && k * self.b_row + self.columns <= self.b.len()
             && row * self.to_row + self.columns <= self.to.len();
-        assert!(fits, "the matrices of a product reach beyond their numbers");
+        assert!(
+            fits,
+            "a matrix of a product reaches past the end of its slice"
+        );
     }
 
-    /// All rows of `H` registers of columns, the last of which holds `last` numbers.
+    /// Adds all rows of `H` registers of columns. The last register holds `last` numbers.
     ///
     /// # Safety
-    /// The slices were checked, and hold these columns.
+    /// The slices were checked and have these columns.
     #[inline(always)]
     unsafe fn add_columns<L: Lane<R>, const H: usize>(&mut self, column: usize, last: usize) {
         let mut row = 0;
-        // SAFETY: the caller's promise, and the rows end with the matrix.
+        // SAFETY: the caller's promise, and the rows are within the matrix.
         unsafe {
             if const { fits_registers::<R, L>() } {
                 while row + TILE <= self.rows {
@@ -128,10 +133,10 @@ impl<R: Real> Product<'_, R> {
         }
     }
 
-    /// `T` rows of `H` registers.
+    /// Adds `T` rows of `H` registers.
     ///
     /// # Safety
-    /// As for [`add_columns`](Self::add_columns), and there are these rows.
+    /// As for [`add_columns`](Self::add_columns), and the matrix has these rows.
     #[inline(always)]
     unsafe fn add_tile<L: Lane<R>, const T: usize, const H: usize>(
         &mut self,
@@ -165,7 +170,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// Rows of one matrix and registers of columns of another: the core of every product.
+/// The rows of a matrix and the columns of another. This is the core of every product.
 pub(crate) struct Factors<'a, R> {
     pub(crate) a: Strided<'a, R>,
     /// The numbers of a row are adjacent.
@@ -177,18 +182,18 @@ pub(crate) struct Factors<'a, R> {
 }
 
 impl<R: Real> Factors<'_, R> {
-    /// The products of `T` rows and `H` registers of columns, the last of which holds `last` numbers: each as `P`
-    /// sums of every `P`-th term, so that consecutive additions need not wait for one another.
+    /// The products of `T` rows and `H` registers of columns. The last register holds `last` numbers. Each product is
+    /// returned as `P` sums of every `P`-th term, so that consecutive additions do not wait for each other.
     ///
     /// # Safety
-    /// The slices hold these rows and columns.
+    /// The slices have these rows and columns.
     #[inline(always)]
     pub(crate) unsafe fn sums<L: Lane<R>, const P: usize, const T: usize, const H: usize>(
         &self,
         last: usize,
     ) -> [[[L; H]; T]; P] {
         let (mut sums, mut k) = ([[[L::zero(); H]; T]; P], 0);
-        // SAFETY: the caller's promise, and the terms end with the depth.
+        // SAFETY: the caller's promise, and the terms are within the depth.
         unsafe {
             if const { fits_registers::<R, L>() } {
                 while k + P <= self.depth {
@@ -197,7 +202,7 @@ impl<R: Real> Factors<'_, R> {
                     }
                     k += P;
                 }
-                // Constant indices, or the sums would not stay in registers.
+                // With constant indices the sums stay in registers.
                 for p in 0..P {
                     if k + p < self.depth {
                         self.add_term(k + p, last, &mut sums[p]);
@@ -237,7 +242,7 @@ impl<R: Real> Factors<'_, R> {
     }
 }
 
-/// Whether a number, or a lane of them, is one register: of larger ones, duals for example, unrolled
+/// Whether a number or a register of lanes fits into one register. For larger numbers, such as duals, unrolled
 /// loops would only take longer to compile.
 pub(crate) const fn fits_registers<R, L: Lane<R>>() -> bool {
     L::N > 1 || size_of::<R>() <= size_of::<f64>()
@@ -252,8 +257,8 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
         }
         self.check();
         let (columns, mut column) = (self.columns, 0);
-        // SAFETY: the slices were checked, and the registers end with the columns. Of the widest
-        // registers there are 32, of others 16.
+        // SAFETY: the slices were checked, and the registers are within the columns.
+        // Processors have 32 of the widest registers and 16 of others.
         unsafe {
             while const { size_of::<L>() == 64 } && column + 4 * L::N <= columns {
                 self.add_columns::<L, 4>(column, L::N);
@@ -271,7 +276,7 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
     }
 }
 
-/// Whether all numbers of a matrix with so many rows and columns are finite, with all that they carry.
+/// Whether all numbers of the first rows and columns are finite; see [`Strided::all_finite`].
 struct AllFinite<'a, R>(Strided<'a, R>, [usize; 2]);
 
 impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
@@ -284,7 +289,7 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
             for part in matrix.numbers[row * matrix.row..][..columns].chunks(L::N) {
                 let x = L::load_up_to(part);
                 let same = x;
-                // Zero, unless a part of the number is infinite or NaN.
+                // Zero unless a part of the number is infinite or NaN.
                 sum += x - same;
             }
             if !sum.is_zero() {
@@ -295,7 +300,7 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
     }
 }
 
-/// Writes the transpose of a matrix whose numbers of a row are adjacent.
+/// Writes the transpose of a matrix. The numbers of a row are adjacent.
 pub(crate) struct Transpose<'a, R> {
     pub(crate) from: &'a [R],
     /// The distance from a row to the next.
@@ -340,12 +345,11 @@ impl<R: Real> Vectorized<R> for Transpose<'_, R> {
     }
 }
 
-/// The transpose of the first `N` registers: the number in lane `j` of register `i` comes to lane `i` of
-/// register `j`.
+/// The transpose of the first `N` registers: lane `j` of register `i` becomes lane `i` of register `j`.
 #[inline(always)]
 fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
-    // Each round is a perfect shuffle: it rotates the bits of the index `i N + j` by one. After log2 N
-    // rounds the bits of `i` and `j` have changed places.
+    // Each round is a perfect shuffle, which rotates the bits of the index `i N + j` by one. After log2 N rounds
+    // the bits of `i` and `j` have changed places.
     for _ in 0..L::N.trailing_zeros() {
         let before = lanes;
         for k in 0..L::N / 2 {
@@ -361,7 +365,7 @@ mod tests {
     use crate::real::Real;
     use crate::simd::{Level, at_most, level};
 
-    /// Numbers of a few digits, so that every sum is exact.
+    /// Numbers with few digits, so that every sum is exact.
     fn numbers(count: usize) -> Vec<f64> {
         (0..count).map(|i| (i * 7 % 11) as f64 - 4.0).collect()
     }
@@ -427,7 +431,7 @@ mod tests {
         });
     }
 
-    /// A zero cotangent passes nothing, whichever factor it is.
+    /// A zero cotangent passes nothing, in either factor.
     #[test]
     fn guarded_products_have_no_zero_times_infinity() {
         let (zero, infinite) = ([0.0, 2.0], [f64::INFINITY, 3.0]);
@@ -438,11 +442,7 @@ mod tests {
             };
             let mut to = [1.0];
             let product = Product {
-                a: Strided {
-                    numbers: a,
-                    row: 2,
-                    column: 1,
-                },
+                a: Strided::by_rows(a, 2),
                 b,
                 b_row: 1,
                 to: &mut to,
@@ -457,16 +457,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_found_in_the_rows_alone() {
+    fn numbers_that_are_not_finite_are_found_only_inside_rows() {
         at_every_level(|| {
             for at in 0..57 {
                 let mut x = numbers(57);
                 x[at] = [f64::NAN, f64::INFINITY][at % 2];
-                let x = Strided {
-                    numbers: &x,
-                    row: 20,
-                    column: 1,
-                };
+                let x = Strided::by_rows(&x, 20);
                 let finite = x.all_finite([3, 17]);
                 assert_eq!(finite, at % 20 >= 17, "{at}");
             }

@@ -1,13 +1,13 @@
-//! The trait [`Real`]: what generic numerical code may ask of a number.
+//! The trait [`Real`], the numbers of generic code.
 //!
-//! Code written over `R: Real` runs unchanged as plain floating point, as dual numbers, on the
-//! reverse tape and in SIMD lanes. Because one source serves lanes too, it must not branch on a
-//! value with `if`; it computes a mask and [`select`](Real::select)s.
+//! Code over `R: Real` runs unchanged on plain floats, on dual numbers, on the reverse tape and in SIMD lanes.
+//! Since it also runs in lanes, it must not branch on a value with `if`. It computes a mask and
+//! [`select`](Real::select)s.
 //!
 //! # Conventions at kinks
 //!
-//! Where a function has no derivative, every mode of this crate takes the value below. "Bound"
-//! means the other operand, which passes its own derivative. `tests/kinks.rs` has a test per row.
+//! Where a function has no derivative, every mode of this crate uses the value in this table. "Bound" means the
+//! other operand, which passes its own derivative. `tests/kinks.rs` has a test for each row.
 //!
 //! | function | where | derivative by the argument |
 //! | --- | --- | --- |
@@ -39,21 +39,21 @@
 //!
 //! # Zero times infinity
 //!
-//! A cotangent is 0 because of a choice in four cases: `select`, `max`, `min`, `clamp` or an `if` took
-//! another operand; the number passes through `abs` at 0 or `powi(x, 0)`; it is multiplied by a constant
-//! factor of 0, such as a mask that `select` made; or the caller gives 0. Any other zero was computed: a
-//! number underflowed, a partial is 0, or terms cancelled. A computed zero times an infinite partial is
-//! unknown, so the tape returns NaN, as forward mode does: `1 / (1 / x)` at 0 has the slope 1, but its
-//! partials are infinity and 0 and do not determine it. A partial of 0 further back stops the NaN, as it
-//! stops a tangent: `sqrt(x * x)^2` at 0 has the slope 0.
+//! A cotangent is 0 because of a choice in four cases. `select`, `max`, `min`, `clamp` or an `if` chose another
+//! operand. Or the number passes through `abs` at 0 or `powi(x, 0)`. Or it is multiplied by a constant factor of 0,
+//! such as a mask from `select`. Or the caller passes 0. Any other zero was computed: a number underflowed, a
+//! partial is 0, or terms cancelled. A computed zero times an infinite partial is unknown, so the tape returns NaN,
+//! as forward mode does. For example `1 / (1 / x)` at 0 has the slope 1, but its partials are infinity and 0 and do
+//! not determine the slope. A partial of 0 further back stops the NaN, as it stops a tangent: `sqrt(x * x)^2` at 0
+//! has the slope 0.
 //!
 //! The order of zero and infinity still matters. The slope of `0 * sqrt(x)` at 0 is 0 in reverse
 //! mode and NaN in forward mode. For `sqrt(x * x)` it is the other way round.
 //!
-//! Sweeps over lanes do not tell the two zeros apart. In a [`Program`](crate::Program), in
+//! Sweeps over lanes do not distinguish the two zeros. In a [`Program`](crate::Program), in
 //! [`data`](crate::data), in [emitted](crate::emit) code and on tapes of lanes, both zeros stop an infinity.
-//! A slope of 0 may then hide an overflow, also between [`Fused`] functions. In these cases forward mode
-//! disagrees: [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
+//! A slope of 0 may then hide an overflow, also between [`Fused`] functions. Forward mode gives another result in
+//! these cases: [`check_gradient`](crate::check::check_gradient) reports the gradient as wrong, and
 //! [`first_non_finite`](crate::trace::first_non_finite) names the operation. A kernel without an emitted
 //! [`vjp`](crate::Kernel::vjp) uses forward mode for its cotangents and follows the rules of forward mode. In
 //! the matrix products of a program, a zero cotangent times an infinite number is NaN.
@@ -99,19 +99,18 @@ macro_rules! elementary_methods {
     };
 }
 
-/// A real number as generic code sees it. See the [module](self) for the conventions at kinks.
+/// A real number in generic code. The [module](self) describes the conventions at kinks.
 ///
-/// Constants enter through [`lit`](crate::lit); they carry no derivative and are not recorded. Comparisons look at
-/// the primal alone.
+/// Constants are made by [`lit`](crate::lit). They carry no derivative and are not recorded. Comparisons only use the
+/// primal.
 ///
-/// `is_zero`, of the supertrait `Zero`, is no comparison: it asks whether the number is the additive
-/// identity, so that work on it may be left out. Lanes are if all of them are zero; a number that
-/// carries a derivative is not, whatever its primal. `if x.is_zero()` compiles and is wrong; the
-/// pitfalls of the [crate](crate#pitfalls) show what to write in its place.
+/// `is_zero` of the supertrait `Zero` is not a comparison. It tells whether the number is the additive identity, so
+/// that work on it can be skipped. It is true for lanes if all of them are zero. It is false for a number that
+/// carries a derivative, even if the primal is zero. `if x.is_zero()` compiles but is wrong. The pitfalls of the
+/// [crate](crate#pitfalls) show what to write instead.
 ///
-/// Other crates may implement the trait for numbers of their own. Within a major version a new method
-/// comes with a default, and a new function is one more name in [`Elementary`], whose
-/// [`value`](Elementary::value) serves any number.
+/// Other crates may implement the trait for their own numbers. Within a major version, new methods have defaults. A
+/// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.
 pub trait Real:
     Copy
     + Debug
@@ -140,19 +139,18 @@ pub trait Real:
     + for<'a> Sum<&'a Self>
     + for<'a> Product<&'a Self>
 {
-    /// What a comparison returns.
+    /// The result of a comparison.
     type Mask: Mask;
 
-    /// A constant.
+    /// Makes a constant.
     fn lit(value: f64) -> Self;
-    /// Constants, as the unknowns that a solver returns are for
+    /// Makes constants, for example from the solution that a solver returns to
     /// [`implicit::root`](crate::implicit::root).
     fn lits(values: &[f64]) -> Vec<Self> {
         values.iter().map(|&value| Self::lit(value)).collect()
     }
-    /// The primal as a float, for code that is not differentiated: a solver whose solution enters by
-    /// [`implicit::root`](crate::implicit::root), a table, a message. Nothing of a derivative is left in
-    /// it.
+    /// The primal as a float, without derivatives. Use it in code that is not differentiated: a solver whose
+    /// solution goes to [`implicit::root`](crate::implicit::root), a table, a message.
     ///
     /// # Panics
     /// If lanes differ, and in a kernel whose derivatives are [emitted](crate::emit).
@@ -160,26 +158,26 @@ pub trait Real:
 
     // Comparison.
 
-    /// `self < other`, false where either is NaN.
+    /// `self < other`; false if either is NaN.
     fn less(self, other: Self) -> Self::Mask;
-    /// `self <= other`, false where either is NaN.
+    /// `self <= other`; false if either is NaN.
     fn less_equal(self, other: Self) -> Self::Mask;
     /// Whether the primal is neither infinite nor NaN.
     fn finite(self) -> Self::Mask {
         self.abs().less(Self::lit(f64::INFINITY))
     }
-    /// `if_true` where the mask holds, else `if_false`. The operand that is not chosen passes no
-    /// derivative, whatever its own partials are.
+    /// `if_true` where the mask is true, otherwise `if_false`. The other operand passes no derivative, even if its
+    /// partials are infinite.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
     // Elementary functions.
 
-    /// `self * factor + term`; one rounding where the instruction set in use has it.
+    /// `self * factor + term`, with one rounding if the instruction set has a fused multiply-add.
     #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
-    /// `self * factor`, by a constant, of which no derivative is asked.
+    /// `self * factor` for a constant factor.
     #[inline(always)]
     fn scale(self, factor: f64) -> Self {
         self * Self::lit(factor)
@@ -191,8 +189,8 @@ pub trait Real:
     }
     /// Square root.
     fn sqrt(self) -> Self;
-    /// `1 / sqrt(self)`, by a root and a division, not by a processor's estimate: the same bits at every
-    /// instruction set.
+    /// `1 / sqrt(self)`, from a root and a division. It has the same bits for every instruction set, because it does
+    /// not use a processor's estimate.
     #[inline(always)]
     fn rsqrt(self) -> Self {
         self.sqrt().recip()
@@ -212,9 +210,9 @@ pub trait Real:
     }
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
-    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh): the value of
-    /// [`tanh`](Real::tanh) with the slope `1 - y^2`, where `y` is the result. A reverse sweep over a
-    /// layer knows only `y`. For arguments beyond 10 the slope loses digits; beyond 19 it is 0.
+    /// The hyperbolic tangent of [`Program::dense_tanh`](crate::Program::dense_tanh). It has the value of
+    /// [`tanh`](Real::tanh) and the slope `1 - y^2`, where `y` is the result, because a reverse sweep over a layer
+    /// only knows `y`. For arguments beyond 10 the slope loses digits; beyond 19 it is 0.
     #[inline(always)]
     fn layer_tanh(self) -> Self {
         self.tanh()
@@ -225,7 +223,7 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Real power of a non-negative base.
     fn powf(self, exponent: Self) -> Self;
-    /// One of the [`Elementary`] functions by its name; each has a method too.
+    /// An [`Elementary`] function. Each of them also has a method.
     fn elementary(self, function: Elementary) -> Self;
     /// Inverse tangent, between `-pi/2` and `pi/2`.
     #[inline(always)]
@@ -235,51 +233,51 @@ pub trait Real:
     functions!(elementary_methods);
     /// Absolute value.
     fn abs(self) -> Self;
-    /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
+    /// -1, 0 or 1. Unlike `f64::signum` it is 0 at 0.
     #[inline(always)]
     fn signum(self) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
         let negative = Self::select(self.less(zero), -one, self.detach() * zero);
         Self::select(zero.less(self), one, negative)
     }
-    /// The larger of `self` and `bound`; at a tie the bound.
+    /// The larger of `self` and `bound`; the bound if they are equal.
     #[inline(always)]
     fn max(self, bound: Self) -> Self {
         Self::select(self.less_equal(bound), bound, self)
     }
-    /// The smaller of `self` and `bound`; at a tie the bound.
+    /// The smaller of `self` and `bound`; the bound if they are equal.
     #[inline(always)]
     fn min(self, bound: Self) -> Self {
         Self::select(bound.less_equal(self), bound, self)
     }
-    /// `self` within `[lo, hi]`; at and beyond a bound the bound. Where `lo > hi` it is `hi`.
+    /// `self` limited to `[lo, hi]`. At and beyond a bound it is the bound. If `lo > hi`, it is `hi`.
     #[inline(always)]
     fn clamp(self, lo: Self, hi: Self) -> Self {
         self.max(lo).min(hi)
     }
-    /// `sqrt(self^2 + other^2)`. Divided by the larger magnitude first, so that the squares neither
-    /// overflow nor vanish.
+    /// `sqrt(self^2 + other^2)`. Both are first divided by the larger magnitude, so that the squares neither overflow
+    /// nor underflow.
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
         let (zero, x, y) = (Self::zero(), self.abs(), other.abs());
         let scale = x.max(y);
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
-        // At the origin and at infinity that is NaN; the sum is right there, and NaN for NaN.
+        // At the origin and at infinity `length` is NaN. There the sum is correct, and it is NaN for NaN.
         let divides = zero.less(scale) & scale.finite();
         Self::select(divides, length, x + y)
     }
 
     // Derivatives.
 
-    /// The same primal without any derivative: a constant from here on.
+    /// The same primal as a constant, without derivatives.
     fn detach(self) -> Self;
     /// The value of `self` with the derivative of `soft` (straight-through).
     ///
     /// ```
     /// use autodiff::{Dual, Real};
     ///
-    /// /// 1 above zero, else 0; it learns like a sigmoid.
+    /// /// 1 above zero and otherwise 0, with the derivative of a sigmoid.
     /// fn gate<R: Real>(x: R) -> R {
     ///     let hard = R::select(R::zero().less(x), R::one(), R::zero());
     ///     let soft = (R::one() + (-x).exp()).recip();
@@ -290,20 +288,18 @@ pub trait Real:
     /// assert_eq!((y.value, y.tangent), (0.0, [0.25]));
     /// ```
     fn straight_through(self, soft: Self) -> Self;
-    /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
-    /// partial is infinite. Every chain rule of this crate multiplies with it.
+    /// `partial * cotangent`. If the cotangent (or tangent) is exactly zero, the result is zero even if the partial is
+    /// infinite. Every chain rule of this crate uses this product.
     fn chain(partial: Self, cotangent: Self) -> Self;
-    /// `term + chain(partial, cotangent)`; one rounding where the instruction set in use has it.
+    /// `term + chain(partial, cotangent)`, with one rounding if the instruction set has a fused multiply-add.
     #[inline(always)]
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
         term + Self::chain(partial, cotangent)
     }
 
-    // Slices: one fused operation where the mode has one.
+    // Slices. The defaults are loops, because closures might be compiled without the lanes' instruction set.
 
-    // The defaults are loops, not closures: lanes keep their instruction set in them.
-
-    /// `sum of a_i b_i`, from first to last.
+    /// The sum of `a_i b_i`, from first to last. One entry on the reverse tape.
     #[inline(always)]
     fn dot(a: &[Self], b: &[Self]) -> Self {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
@@ -313,8 +309,8 @@ pub trait Real:
         }
         sum
     }
-    /// The sum of a slice, from first to last: on the reverse tape one entry, where the `sum` of an
-    /// iterator makes one for each term.
+    /// The sum of a slice, from first to last. It is one entry on the reverse tape, while the `sum` of an iterator
+    /// makes one for each term.
     #[inline(always)]
     fn sum_of(terms: &[Self]) -> Self {
         let mut sum = Self::zero();
@@ -323,29 +319,29 @@ pub trait Real:
         }
         sum
     }
-    /// Evaluates a [`Fused`] function; on the reverse tape it becomes one entry.
+    /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
-    /// Runs `work` with the widest lanes that this machine has for this type: floats in SIMD
-    /// registers; for any other type the lane is the number itself.
+    /// Runs `work` with the widest lanes of this type on this machine. Floats have SIMD registers. For any other type
+    /// the lane is the number itself.
     #[inline(always)]
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()
     }
-    /// Calls the method of `work` that is for this type.
+    /// Calls the method of `work` for this type.
     #[inline(always)]
     fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
         work.other(of)
     }
 }
 
-/// Work that plain floats have a function of their own for; see [`Real::by_type`]. The choice is made
-/// at compile time: for a float the generic code is not compiled.
+/// Work that has separate functions for plain floats; see [`Real::by_type`]. The choice is made at compile time, and
+/// the generic function is not compiled for floats.
 pub trait ByType {
     /// The argument, for a number type.
     type Of<R: Real>;
-    /// What the work returns.
+    /// The result, for a number type.
     type Output<R: Real>;
     /// Does the work for `f64`.
     fn f64(self, of: Self::Of<f64>) -> Self::Output<f64>;
@@ -357,33 +353,32 @@ pub trait ByType {
 
 /// A function of several slices that is differentiated as a whole.
 ///
-/// Plain numbers call [`eval`](Fused::eval), duals [`forward`](Fused::forward). The reverse tape
-/// calls [`record`](Fused::record) and, once in each reverse sweep that reaches it,
-/// [`reverse`](Fused::reverse), with its inner number type for `R`. All of them must describe the
-/// same function. A function with one output and known partials is shorter as a
-/// [`Rule`](crate::custom::Rule).
+/// Plain numbers call [`eval`](Fused::eval) and duals call [`forward`](Fused::forward). The reverse tape calls
+/// [`record`](Fused::record), and [`reverse`](Fused::reverse) once in each sweep that reaches the function, with its
+/// inner number type for `R`. All methods must describe the same function. For a function with one output and known
+/// partials, a [`Rule`](crate::custom::Rule) is shorter.
 ///
-/// Where derivatives nest, `R` carries a derivative itself. A function whose derivative is not that of
-/// its `eval` must hand its own rule on to that layer: its `forward` and `record` take the outputs
-/// from [`Real::fused`] of a copy of itself, called on the numbers inside.
+/// In nested derivatives `R` itself carries a derivative. If the derivative of the function is not that of its
+/// `eval`, the inner derivative needs the function's rule too: `forward` and `record` must then get the outputs from
+/// [`Real::fused`] of a copy of the function, called on the inner numbers.
 pub trait Fused: Send + 'static {
-    /// What `record` keeps for `reverse`.
+    /// The numbers that `record` saves for `reverse`.
     type Saved<R: Real>: Send;
 
-    /// The outputs alone.
+    /// Returns the outputs.
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
 
-    /// The outputs with their tangents; by default, `eval` on duals. Override it where the function's
-    /// derivative is not the derivative of `eval`'s code.
+    /// Returns the outputs with their tangents. The default calls `eval` on duals. Override it if the function's
+    /// derivative is not the derivative of the code of `eval`.
     fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
         self.eval(inputs)
     }
 
-    /// The outputs, and the numbers that [`reverse`](Fused::reverse) will need.
+    /// Returns the outputs, and the numbers that [`reverse`](Fused::reverse) needs.
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
 
-    /// The cotangents of the inputs, given the outputs' cotangents `y_bar`: one vector per input slice, in
-    /// their order. Where `wanted` is false the slice is constant and its vector may be left empty.
+    /// Returns the cotangents of the inputs, given the cotangents `y_bar` of the outputs: one vector for each input
+    /// slice, in order. If `wanted` is false for a slice, the slice is constant and its vector may be empty.
     fn reverse<R: Real>(
         &self,
         saved: &mut Self::Saved<R>,
@@ -392,9 +387,9 @@ pub trait Fused: Send + 'static {
     ) -> Vec<Vec<R>>;
 }
 
-/// A number type that holds `N` scalars of type `S`, one a lane.
+/// A number type that holds `N` scalars of type `S`, one in each lane.
 pub trait Lane<S>: Real {
-    /// How many scalars.
+    /// The number of scalars.
     const N: usize;
     /// The same scalar in every lane.
     fn splat(value: S) -> Self;
@@ -402,17 +397,17 @@ pub trait Lane<S>: Real {
     fn load(from: &[S]) -> Self;
     /// Writes the lanes to the first `N` places of a slice.
     fn store(self, to: &mut [S]);
-    /// All of a slice shorter than `N`, then zeros.
+    /// All of a slice that is shorter than `N`, followed by zeros.
     fn load_part(from: &[S]) -> Self;
-    /// Fills a slice shorter than `N`.
+    /// Fills a slice that is shorter than `N`.
     fn store_part(self, to: &mut [S]);
     /// The mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
-    /// Moves the first lanes, in order, to the places of the set bits; zeros elsewhere.
+    /// Moves the first lanes, in order, to the places of the set bits. Other lanes are zero.
     fn expand(self, bits: u16) -> Self;
-    /// Moves the lanes at the places of the set bits, in order, to the first places; then zeros.
+    /// Moves the lanes at the places of the set bits, in order, to the first places. Other lanes are zero.
     fn compress(self, bits: u16) -> Self;
-    /// The lanes of both interleaved: `self[0], other[0], self[1], ...`, the first `N` and the last `N`.
+    /// Interleaves the lanes of both: `self[0], other[0], self[1], ...`. Returns the first `N` and the last `N`.
     fn zip(self, other: Self) -> [Self; 2];
 
     /// The [`layer_tanh`](Real::layer_tanh) of each number. SIMD lanes compute them in parallel because
@@ -425,7 +420,7 @@ pub trait Lane<S>: Real {
         x
     }
 
-    /// The first `N` scalars of a slice, or all of a shorter one, then zeros.
+    /// The first `N` scalars of a slice, or all of a shorter slice followed by zeros.
     #[inline(always)]
     fn load_up_to(from: &[S]) -> Self {
         if from.len() >= Self::N {
@@ -434,7 +429,7 @@ pub trait Lane<S>: Real {
             Self::load_part(from)
         }
     }
-    /// Writes the lanes, as many as the slice has places for.
+    /// Writes as many lanes as the slice has places.
     #[inline(always)]
     fn store_up_to(self, to: &mut [S]) {
         if to.len() >= Self::N {
@@ -445,8 +440,8 @@ pub trait Lane<S>: Real {
     }
 }
 
-/// Work that is written for any lane width; see [`Real::vectorize`]. Lanes are numbers like any other,
-/// also inside duals and on a tape:
+/// Work for any lane width; see [`Real::vectorize`]. Lanes are numbers like any other, also inside duals and on a
+/// tape:
 ///
 /// ```
 /// use autodiff::simd::{Lane, Vectorized};
@@ -472,9 +467,9 @@ pub trait Lane<S>: Real {
 /// assert_eq!(slopes, [0.0, 3.0, 12.0, 27.0, 48.0]);
 /// ```
 pub trait Vectorized<S: Real> {
-    /// What the work returns.
+    /// The result.
     type Output;
-    /// Does the work in lanes of type `L`. Mark implementations, and all that they call,
-    /// `#[inline(always)]`: only then is the code compiled for the instruction set it is entered with.
+    /// Does the work in lanes of type `L`. Mark implementations and all functions that they call
+    /// `#[inline(always)]`. Otherwise the code is compiled without the instruction set of the lanes.
     fn run<L: Lane<S>>(self) -> Self::Output;
 }

@@ -1,16 +1,16 @@
-//! Values of a thread that change for a while.
+//! Thread-locals that are set for one scope.
 
 use std::cell::RefCell;
 use std::thread::LocalKey;
 
-/// Puts an earlier value of the thread back when it is dropped, also by a panic.
+/// Restores the earlier value of a thread-local when it is dropped, also by a panic.
 pub(crate) struct Restored<T: Default + 'static> {
     key: &'static LocalKey<RefCell<T>>,
     before: T,
 }
 
 impl<T: Default> Restored<T> {
-    /// Sets the value for as long as the result lives.
+    /// Sets the value until the result is dropped.
     #[must_use]
     pub(crate) fn set(key: &'static LocalKey<RefCell<T>>, value: T) -> Self {
         let before = key.replace(value);

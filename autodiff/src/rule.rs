@@ -1,15 +1,12 @@
-//! Every elementary function's value and derivative, written once.
+//! The value and the derivative of every elementary function, written once.
 //!
-//! A rule of one argument returns `(value, partial)`, a rule of two `(value, [partial by the
-//! first, partial by the second])`. Duals and the reverse tape call the same rules with their
-//! inner number type for `R`, so forward, reverse and nested derivatives cannot disagree. Where a
-//! partial does not exist the rule follows the table in [`real`](crate::real). Where the value is
-//! NaN the partial is NaN too: no finite derivative is invented outside the domain.
+//! A rule of one argument returns `(value, partial)`. A rule of two arguments returns
+//! `(value, [partial by the first, partial by the second])`. Duals and the reverse tape call the same rules with
+//! their inner number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not
+//! exist, the rule follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
 //!
-//! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: one that is not
-//! inlined would be compiled without the instruction set of the lanes around it.
-
-use std::any::TypeId;
+//! Partials are always multiplied with [`Real::chain`]. There are no closures here: a closure that is not inlined
+//! would be compiled without the instruction set of the lanes around it.
 
 use crate::real::{Mask, Real};
 
@@ -19,8 +16,8 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// `a / b`. The value is one division, not a product with the reciprocal: the bits of plain code. So is
-/// the partial by `b`: the reciprocal of a subnormal number overflows where the quotient by it need not.
+/// `a / b`. The value is one division, so it has the bits of plain code. The partial by `b` is a division too,
+/// because the reciprocal of a subnormal number may overflow when the quotient does not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
@@ -34,7 +31,7 @@ pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
     (value, -(value * value))
 }
 
-/// Square root; the partial is infinite at zero, of either sign.
+/// Square root. The partial is infinite at a zero of either sign.
 #[inline(always)]
 pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
@@ -45,7 +42,7 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
-    // At -0 the value is minus infinity, but the slope is still the limit from inside the domain.
+    // At -0 the value is minus infinity, but the slope is the limit from inside the domain.
     (value, R::lit(-0.5) * value * value * value.abs())
 }
 
@@ -56,7 +53,7 @@ pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
     (value, value)
 }
 
-/// Natural logarithm; the partial is infinite at zero, NaN below it.
+/// Natural logarithm. The partial is infinite at zero and NaN below.
 #[inline(always)]
 pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
@@ -83,8 +80,7 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. Where the value is near 1, `1 - value^2` has lost its digits: there the partial is
-/// `4 e^-2x / (1 + e^-2x)^2`.
+/// Hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is `4 e^-2x / (1 + e^-2x)^2`.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
@@ -126,20 +122,20 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     }
     let value = x.powi(exponent);
     let one_less = match exponent.checked_sub(1) {
-        // The zeroth power of NaN is 1. Lanes skip this choice.
-        Some(0) if one_answer::<R>() => R::select(x.less_equal(x), R::one(), x),
+        // The zeroth power of NaN is 1. Lanes skip this case.
+        Some(0) if R::Mask::IS_SINGLE => R::select(x.less_equal(x), R::one(), x),
         Some(less) => x.powi(less),
         None => value / x,
     };
     (value, R::lit(f64::from(exponent)) * one_less)
 }
 
-/// Real power. `chain` makes the partial by `x` zero where the exponent is, at any `x`.
+/// Real power. `chain` makes the partial by `x` zero if the exponent is zero, at any `x`.
 ///
-/// That partial's value is `exponent / x * value` where nothing leaves the range: in a power, the rounding
-/// of `exponent - 1` would count `ln x` times. Its derivative is the power's all the same, of which
-/// `exponent - 1` is a factor: of the quotient's, it is a difference. Near an exponent of 0 that does no
-/// harm, and there the power may overflow.
+/// The value of that partial is `exponent / x * value` if nothing leaves the range, because a power would multiply
+/// the rounding of `exponent - 1` by `ln x`. Its derivative is that of the power, where `exponent - 1` is a factor.
+/// In the derivative of the quotient it would be a difference. That does no harm near an exponent of 0, where the
+/// power may overflow.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
@@ -150,10 +146,10 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let near_zero = exponent.abs().less(R::lit(0.5)) & (factor * quotient).finite();
     let moves = R::select(in_range & near_zero, quotient, power);
     let by_x = R::select(in_range, quotient, power).straight_through(moves);
-    // Also where the power vanishes, and the logarithm's slope may be infinite.
+    // Also if the power is zero, because the slope of the logarithm may be infinite.
     let at_zero = x.abs().less_equal(zero) | value.abs().less_equal(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
-    // NaN^0 is 1, and the zeros above hide a NaN too: say it wherever the value does.
+    // NaN^0 is 1, and the zeros above hide a NaN. The partials are NaN if the value is.
     let number = value.less_equal(value);
     (
         value,
@@ -161,9 +157,9 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     )
 }
 
-/// `atan2(y, x)`, partials by `y` and `x`; zero at the origin and at infinity. Divided by the larger
-/// magnitude first, as a constant, so that the squares neither overflow nor vanish; and differentiated with
-/// its finite [`inverse`].
+/// `atan2(y, x)` and its partials by `y` and `x`, which are zero at the origin and at infinity. Both arguments are
+/// first divided by the larger magnitude, as a constant, so that the squares neither overflow nor underflow. The
+/// derivative uses its finite [`inverse`].
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -172,7 +168,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (y, x) = (divided(y, scale), divided(x, scale));
     let (square, inverse) = (x * x + y * y, inverse(scale));
     let denominator = square.detach() * scale;
-    // Zero, and NaN where the value is.
+    // Zero, or NaN if the value is NaN.
     let flat = value.detach() * zero;
     let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
     let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
@@ -186,7 +182,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
-    // A subnormal length is a rounded one.
+    // A subnormal length is inaccurate.
     let (tiny, large) = (value.less(small()), small::<R>().recip());
     let (a, b) = (x * large, y * large);
     let length = R::select(tiny, (a * a + b * b).sqrt(), length);
@@ -198,8 +194,8 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     (value, [by_x, by_y])
 }
 
-/// The cosine and the sine of the angle of `(x, y)`, for their derivatives alone: functions of the shorter
-/// side over the longer, because in `x / sqrt(x^2 + y^2)` the derivative along the longer is a small
+/// The cosine and the sine of the angle of `(x, y)`, used only for their derivatives. They are functions of the
+/// shorter side over the longer side. In `x / sqrt(x^2 + y^2)` the derivative along the longer side is a small
 /// difference.
 #[inline(always)]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
@@ -220,14 +216,14 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     [cosine * rest, sine * rest]
 }
 
-/// `x / scale` for a constant scale above 0. The derivative stays finite, so that a factor of zero makes it
-/// zero and not NaN: where the scale is below [`small`], it lacks the factor `small / scale`.
+/// `x / scale` for a constant scale above 0. The derivative stays finite, so that a factor of zero makes it zero and
+/// not NaN. If the scale is below [`small`], the derivative lacks the factor `small / scale`.
 #[inline(always)]
 fn divided<R: Real>(x: R, scale: R) -> R {
     (x.detach() / scale).straight_through(x * inverse(scale))
 }
 
-/// `1 / scale`, but no more than that of [`small`].
+/// `1 / scale`, but at most `1 / small`.
 #[inline(always)]
 fn inverse<R: Real>(scale: R) -> R {
     scale.max(small::<R>()).recip()
@@ -240,25 +236,19 @@ fn small<R: Real>() -> R {
     R::select(R::zero().less(small), small, R::lit(2f64.powi(-120)))
 }
 
-/// Whether comparisons of these numbers have one answer: they are neither lanes nor symbols.
-#[inline(always)]
-pub(crate) fn one_answer<R: Real>() -> bool {
-    TypeId::of::<R::Mask>() == TypeId::of::<bool>()
-}
-
 /// Whether the primal is zero; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn vanishes<R: Real>(x: R) -> bool {
-    one_answer::<R>() && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
+    R::Mask::IS_SINGLE && (x.less_equal(R::zero()) & R::zero().less_equal(x)).all()
 }
 
 /// Whether the primal is NaN; false for lanes and symbols.
 #[inline(always)]
 pub(crate) fn is_nan<R: Real>(x: R) -> bool {
-    one_answer::<R>() && !x.less_equal(x).any()
+    R::Mask::IS_SINGLE && !x.less_equal(x).any()
 }
 
-/// The mask's value if it is the same in all lanes.
+/// The value of the mask if it is the same in all lanes.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
     match (mask.any(), mask.all()) {
@@ -268,15 +258,15 @@ pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
     }
 }
 
-/// `-0` becomes `+0` and nothing else changes: limits at zero are taken from inside the domain.
+/// Changes `-0` to `+0`, because limits at zero are taken from inside the domain.
 #[inline(always)]
 fn unsigned_zero<R: Real>(x: R) -> R {
     x + R::zero()
 }
 
-/// The methods of [`Real`] that follow from the rules, for a number over `R` with a field `value`. The
-/// two expressions make a result of one or two operands, given the operation's name and its rule's
-/// result: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule| x.apply2(y, rule) }`.
+/// Implements the methods of [`Real`] that follow from the rules, for a number over `R` with a field `value`. The
+/// two expressions compute a result of one or two operands from the name of the operation and the result of its
+/// rule: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule| x.apply2(y, rule) }`.
 macro_rules! by_rule {
     (
         #[$attribute:meta]
@@ -291,7 +281,7 @@ macro_rules! by_rule {
         }
         #[$attribute]
         fn powi(self, exponent: i32) -> Self {
-            if exponent == 0 && $crate::rule::one_answer::<R>() {
+            if exponent == 0 && <R::Mask as $crate::real::Mask>::IS_SINGLE {
                 return <Self as num_traits::One>::one();
             }
             let ($x, $name) = (self, "powi");

@@ -56,7 +56,7 @@ impl Model for Truss {
         let state = [(); 2].map(|()| program.state(self.graph.nodes()));
         let next = if self.any {
             let mut program = program.any();
-            let forces = program.map_edges(&self.graph, Spring, state, &[stiffness]);
+            let forces = program.map_edges_with(&self.graph, Spring, state, &[stiffness], &[]);
             [0, 1].map(|k| {
                 let neighbour = program.gather(state[k], &BEFORE);
                 program.map(Move, [state[k], forces[k], neighbour])[0]

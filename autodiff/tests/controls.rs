@@ -191,7 +191,10 @@ fn controls_for_other_steps_are_told() {
     });
     // More numbers than there are.
     let steps = 1 << (usize::BITS - 1);
-    let sentence = format!("{} numbers over {steps} steps: 0 are given", usize::MAX);
+    let sentence = format!(
+        "{} numbers over {steps} steps, but 0 were given",
+        usize::MAX
+    );
     assert_refused(&sentence, || {
         Rollout::new(Masses, steps).run(start, &[stiffness, &[], &[]])
     });

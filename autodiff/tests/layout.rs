@@ -171,7 +171,7 @@ fn sizes_beyond_any_memory_are_refused() {
     let too_long = "longer than any memory";
     assert_refused(too_long, || Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]));
     assert_refused(too_long, || Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]));
-    let missing = "numbers: a rollout has 0";
+    let missing = "numbers: the rollout has 0";
     assert_refused(missing, || Rollout::new(ManyInputs, 2).run(&[1.0], &[]));
 }
 
@@ -195,19 +195,20 @@ fn starts_and_entries_that_do_not_fit_are_told() {
     let rollout = Rollout::new(SetOutBefore, 1);
     let parameters: [&[f64]; 2] = [&[], &[0.25]];
     assert_refused(
-        "has 2 numbers, where the parts of the model's state have 1 together",
+        "has 2 numbers, but the parts of the model's state have 1 together",
         || rollout.run(&[1.0, 2.0], &parameters),
     );
-    assert_refused("one has 2 numbers, the first 1", || {
+    assert_refused("expected 1 numbers as for the first start, found 2", || {
         rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters.map(Given::Shared))
     });
     let rollout = Rollout {
         entries: Some(vec![1 << (usize::BITS - 1)]),
         ..rollout
     };
-    assert_refused("has 1 numbers in a state: the entries [", || {
-        rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared))
-    });
+    assert_refused(
+        "are out of range: a state of the rollout has 1 numbers",
+        || rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared)),
+    );
 }
 
 #[test]

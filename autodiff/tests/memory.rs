@@ -74,8 +74,10 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
 /// The smallest budget in states, read from the message that refuses a smaller one.
 fn least(refused: impl FnOnce()) -> usize {
     let message = panic_message(refused);
-    let (_, end) = message.split_once("numbers: ").expect("what would do");
-    let least = end.trim_end_matches(" states do");
+    let (_, end) = message
+        .split_once("give it ")
+        .expect("the message names the smallest budget");
+    let least = end.trim_end_matches(" states");
     least.parse().expect("a number")
 }
 

@@ -38,7 +38,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
         tape.pullback(&[old], &[1.0]);
     });
     assert!(
-        message.contains("a variable of another recording"),
+        message.contains("a variable of another tape or of an earlier recording"),
         "{message}"
     );
     assert!(!message.contains("left:"), "{message}");
@@ -59,7 +59,7 @@ fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
     ];
     for join in joins {
         let message = panic_message(|| tape.record(&[1.0], |x| join(x[0], old)));
-        assert!(message.contains("of an earlier recording"), "{message}");
+        assert!(message.contains("to an earlier recording"), "{message}");
         assert!(message.contains("two tapes"), "{message}");
     }
 }
@@ -226,7 +226,7 @@ fn arrays_of_another_program_are_refused() {
         let apart = (0..9).map(|_| other.parameter(2)).last();
         let foreign = apart.expect("there are nine");
         let refused = || of_program(&mut Program::default(), foreign);
-        assert_refused("of another program", refused);
+        assert_refused("belongs to another program", refused);
         of_program(&mut other, foreign);
     }
 }
@@ -241,7 +241,9 @@ fn a_matrix_of_another_program_is_refused() {
         let bias = program.parameter(1);
         program.matrix(1, 1);
         let x = program.state(2);
-        assert_refused("of another program", || program.dense(matrix, &[x], bias));
+        assert_refused("belongs to another program", || {
+            program.dense(matrix, &[x], bias)
+        });
     }
 }
 

@@ -38,7 +38,10 @@ fn one_number_type_too_many_is_told() {
     let message = message
         .downcast::<String>()
         .expect("a sentence with numbers");
-    assert_eq!(*message, "tapes of more than 255 number types");
+    assert_eq!(
+        *message,
+        "a process cannot record on tapes of more than 255 number types"
+    );
     // Types that have been seen are welcome, after a refusal too.
     AsManyAsFit::of::<f64>();
     let x = Dual::<f64, 2>::constant(3.0);

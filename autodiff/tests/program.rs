@@ -207,7 +207,7 @@ impl Model for Nothing {
 }
 
 #[test]
-#[should_panic(expected = "map: a kernel without results")]
+#[should_panic(expected = "map: the kernel must have results")]
 fn a_kernel_has_results() {
     Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
 }

@@ -15,7 +15,7 @@ impl Model for Weighing {
         let weights = p.parameter(n);
         let [x, y, v] = [(); 3].map(|()| p.state(n));
         let input = p.input(1);
-        let [all, means] = p.weighted(weights, [x, y], [v], &[input]);
+        let [all, means] = p.weighted(weights, &[x, y], &[v], &[input]);
         let part = |k: usize| -> Vec<_> { (0..n).map(|i| Some(k * n + i)).collect() };
         let [dx, dy, dv] = [0, 1, 2].map(|k| p.gather(all, &part(k)));
         let pushed = p.gather(all, &vec![Some(3 * n); n]);

@@ -1,4 +1,4 @@
-//! Handles to arrays and matrices, and where their numbers lie.
+//! Handles to arrays and matrices, and the places of their numbers.
 
 use std::ops::Range;
 
@@ -6,27 +6,27 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     pub(crate) id: usize,
-    /// True for a parameter, false for an array in the row of each step.
+    /// True for a parameter, false for an array in the row of a step.
     pub(crate) parameter: bool,
-    /// Where it begins there.
+    /// The first place among the parameters or in the row.
     pub(crate) start: usize,
-    /// How many numbers it takes there, over all starts.
+    /// The number of places, all starts together.
     pub(crate) len: usize,
     pub(crate) starts: usize,
 }
 
 impl Array {
-    /// How many numbers the array holds.
+    /// The number of numbers that the array holds.
     pub fn len(self) -> usize {
         self.len / self.starts
     }
 
-    /// True if the array holds no numbers, as one along the edges of a graph without edges.
+    /// Whether the array holds no numbers.
     pub fn is_empty(self) -> bool {
         self.len == 0
     }
 
-    /// Where it lies, among the parameters or in the row.
+    /// Its places among the parameters or in the row.
     #[inline(always)]
     pub(crate) fn range(self) -> Range<usize> {
         self.start..self.start + self.len
@@ -42,7 +42,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// How many numbers the matrix holds.
+    /// The number of entries.
     pub(crate) fn len(self) -> usize {
         self.rows.checked_mul(self.columns).expect(TOO_LONG)
     }
@@ -57,16 +57,16 @@ pub(crate) enum Parameter {
     Control(usize),
 }
 
-/// The sum of places in a row. Unchecked reads rely on it: it must not wrap around.
+/// The sum of two places in a row. It must not overflow, because unchecked reads rely on it.
 pub(crate) fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)
         .expect(TOO_LONG)
 }
 
-pub(crate) const TOO_LONG: &str = "the arrays of a program are longer than any memory";
+pub(crate) const TOO_LONG: &str = "the arrays of the program are longer than any memory";
 
-/// Every item `times` times, one after the other.
+/// Repeats every item `times` times.
 pub(crate) fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {
     let each = items
         .iter()

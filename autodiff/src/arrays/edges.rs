@@ -1,4 +1,4 @@
-//! A kernel mapped over the edges of a graph, its results summed up at their nodes.
+//! A kernel that is mapped over the edges of a graph, with its results summed at the nodes.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use std::ops::Range;
@@ -7,73 +7,73 @@ use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
 use super::kernel::Pullback;
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use super::uniform::{UniformInputs, UniformKernel};
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
+use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
-/// The kernel's inputs are `C` differences, head minus tail, then the arrays given per edge. Its `O`
+/// The inputs of the kernel are `C` differences, head minus tail, and then the arrays given per edge. Its `O`
 /// results are added at the tail and subtracted at the head.
 ///
-/// Registers reach past a group's edges, and past the nodes: what they read there is masked.
+/// Registers reach past the edges of a group and past the nodes. What they read there is masked.
 pub(crate) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: EdgePlan,
-    /// `C` arrays over the nodes, then those over the slots.
+    /// `C` arrays over the nodes, then the arrays over the slots.
     inputs: [Array; I],
     uniforms: UniformInputs,
     active: [bool; I],
     /// Over the nodes; adjacent, in this order.
     sums: [Array; O],
     reach: Reach,
-    /// The kernel's results (forward) or the cotangents of the differences (reverse), per slot: one
+    /// For each slot, the results of the kernel (forward) or the cotangents of the differences (reverse): one
     /// array of `plan.room` numbers after the other.
     scratch: Aligned<R>,
 }
 
-/// A graph as the registers to be worked through, found once for all steps.
+/// The registers of a graph's edges and nodes, which are the same for all steps.
 struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
-    /// For each register of nodes, which of `ends` lie at them.
+    /// For each register of nodes, the range of its `ends`.
     at_nodes: Vec<Range<usize>>,
-    /// How many nodes registers touch, and how many slots.
+    /// The numbers of nodes and of slots that registers touch.
     nodes: usize,
     slots: usize,
-    /// The length of an array of scratch.
+    /// The length of an array in `scratch`.
     room: usize,
-    /// How many numbers a register holds.
+    /// The number of lanes of a register.
     width: usize,
 }
 
-/// A register of adjacent slots: where its first slot lies in arrays over the slots and in scratch, and
-/// its first edge's tail and head in arrays over the nodes.
+/// A register of adjacent slots: the place of its first slot in arrays over the slots and in `scratch`, and the
+/// places of the tail and the head of its first edge in arrays over the nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEdges {
     slot: usize,
     scratch: usize,
     tail: usize,
     head: usize,
-    /// A bit for each slot that has an edge.
+    /// A bit for each slot that holds an edge.
     bits: u16,
 }
 
-/// The edges of one group at a register of adjacent nodes.
+/// The edges of a group at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
-    /// The place in scratch of the edges whose tails these nodes are, and a bit for each edge that exists.
+    /// The place in `scratch` of the edges whose tails are these nodes, and a bit for each existing edge.
     as_tail: usize,
     tails: u16,
-    /// The place and the bits of the edges whose heads these nodes are.
+    /// The place and the bits of the edges whose heads are these nodes.
     as_head: usize,
     heads: u16,
 }
 
 impl EdgePlan {
     fn new(graph: &Graph, lanes: usize) -> Self {
-        // Scratch is also read shifted down by an offset, for the edges that end at a node: it begins with
-        // room for that.
+        // For edges that end at a node, `scratch` is read shifted down by the offset. It begins with room for
+        // that.
         let lead = graph.lead().next_multiple_of(WIDEST);
         let mut edges = Vec::new();
         let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
@@ -120,14 +120,18 @@ impl EdgePlan {
     }
 
     /// # Panics
-    /// Unless registers are as wide as planned: a user's number type could change them.
+    /// If registers do not have the planned width, which a user's number type could change.
     #[inline(always)]
     fn check<R: Real, L: Lane<R>>(&self) {
-        assert_eq!(L::N, self.width, "the lanes of a number type have changed");
+        assert_eq!(
+            L::N,
+            self.width,
+            "the number of lanes of the number type has changed"
+        );
     }
 }
 
-/// Where the items of each list are in the concatenation of all.
+/// The range of each list in the concatenation of all lists.
 fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     let ends = lists.iter().scan(0, |end, list| {
         *end += list.len();
@@ -147,7 +151,7 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
         uniforms: &[Array],
         sums: [Array; O],
     ) -> Self {
-        assert!(O > 0, "map_edges: a kernel without results");
+        assert!(O > 0, "map_edges: the kernel must have results");
         assert_eq!(
             C + per_edge.len(),
             I,
@@ -173,7 +177,7 @@ impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: u
     }
 }
 
-/// The inputs' numbers: arrays over the nodes, then over the slots.
+/// The numbers of the inputs: arrays over the nodes, then arrays over the slots.
 struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
@@ -190,10 +194,10 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
         Self(sources)
     }
 
-    /// The kernel's inputs for a lane of edges.
+    /// The kernel's inputs for a register of edges.
     ///
     /// # Safety
-    /// The lane is one of the plan's.
+    /// The register belongs to the plan.
     #[inline(always)]
     unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
@@ -214,7 +218,8 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     }
 }
 
-impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
+impl<R, K, const C: usize, const I: usize, const O: usize> LaneOperation<R>
+    for EdgeMap<R, K, C, I, O>
 where
     R: Real,
     K: UniformKernel<I, O>,
@@ -222,87 +227,53 @@ where
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
-    }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
         self.uniforms.set_active(arrays);
     }
-}
-
-impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, EdgeMap<R, K, C, I, O>, R>
-where
-    R: Real,
-    K: UniformKernel<I, O>,
-{
-    type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        map.plan.check::<R, L>();
-        let EdgePlan { room, .. } = map.plan;
-        let results = &mut map.scratch[..O * room];
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        self.plan.check::<R, L>();
+        let EdgePlan { room, .. } = self.plan;
+        let results = &mut self.scratch[..O * room];
         // SAFETY: the reach was checked, and the results have the plan's room.
         unsafe {
             let values = StepValues { parameters, row };
-            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
-            let uniforms = map.uniforms.load(K::UNIFORMS, values);
-            // First the kernel, edge by edge, into scratch; the sums at the nodes follow below.
-            for &lane in &map.plan.edges {
-                let y = map.kernel.eval_with(sources.load::<L>(lane), &uniforms);
+            let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
+            let uniforms = self.uniforms.load(K::UNIFORMS, values);
+            // First the kernel writes its results to `scratch`. The sums at the nodes follow below.
+            for &lane in &self.plan.edges {
+                let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
                 for o in 0..O {
                     y[o].store_at(results, o * room + lane.scratch);
                 }
             }
         }
-        let Array { start, len, .. } = map.sums[0];
+        let Array { start, len, .. } = self.sums[0];
         let sums = &mut row[start..start + O * len];
-        collect::<R, L, O>(&map.plan, results, len, |o, node, n, sum| {
-            // SAFETY: the sums lie one after the other, and the nodes are theirs.
+        collect::<R, L, O>(&self.plan, results, len, |o, node, n, sum| {
+            // SAFETY: the sums are adjacent arrays, and these are their nodes.
             unsafe { sum.store_n(sums, o * len + node, n) };
         });
     }
-}
-
-impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, EdgeMap<R, K, C, I, O>, R>
-where
-    R: Real,
-    K: UniformKernel<I, O>,
-{
-    type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        map.plan.check::<R, L>();
-        let EdgePlan { room, .. } = map.plan;
-        let ends_bar = &mut map.scratch[..C * room];
-        let (places, uniform_sums) = (Places::new(bars), map.uniforms.sums(bars));
-        let y_bars = map.sums.map(|sum| places.of(sum));
-        let x_bars = places.of_active(&map.inputs, &map.active);
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        self.plan.check::<R, L>();
+        let EdgePlan { room, .. } = self.plan;
+        let ends_bar = &mut self.scratch[..C * room];
+        let places = Places::new(bars);
+        let y_bars = self.sums.map(|sum| places.of(sum));
+        let x_bars = places.of_active(&self.inputs, &self.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
-            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
-            let uniforms = map.uniforms.load(K::UNIFORMS, *values);
-            for &lane in &map.plan.edges {
-                // A result was added at the tail and subtracted at the head. Its cotangent is the
-                // difference of theirs; ghosts have none.
+            let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
+            let uniforms = self.uniforms.load(K::UNIFORMS, values);
+            for &lane in &self.plan.edges {
+                // A result was added at the tail and subtracted at the head, so its cotangent is the
+                // difference of their cotangents. Ghosts have none.
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
                     let head: L = load(y_bars[o], lane.head, L::N);
@@ -312,12 +283,10 @@ where
                 let x = sources.load::<L>(lane);
                 let at = Pullback {
                     x,
-                    y: map.kernel.eval_with(x, &uniforms),
+                    y: self.kernel.eval_with(x, &uniforms),
                     y_bar: [y_bar],
                 };
-                let [x_bar] = map.kernel.vjp_with(at, &uniforms);
-                let edges = (lane.slot, lane.bits);
-                uniform_sums.add(&map.kernel, (x, y_bar), &uniforms, edges);
+                let [x_bar] = self.kernel.vjp_with(at, &uniforms);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
@@ -326,20 +295,47 @@ where
                 }
             }
         }
-        let ends = &map.inputs[..C];
-        // Head minus tail: the cotangent of a difference is subtracted at the tail and added at the head.
-        if map.active[..C].contains(&true) {
-            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, node, n, sum| {
+        let ends = &self.inputs[..C];
+        // The cotangent of a difference, head minus tail, is subtracted at the tail and added at the head.
+        if self.active[..C].contains(&true) {
+            collect::<R, L, C>(&self.plan, ends_bar, ends[0].len, |c, node, n, sum| {
                 let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
-                // SAFETY: the nodes lie within the reach that was checked.
+                // SAFETY: the nodes are within the reach that was checked.
                 unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
             });
+        }
+        if const { K::UNIFORMS > 0 } {
+            self.add_uniform_bars(values, bars);
         }
     }
 }
 
-/// Sums values over the edges of each node, plus where the node is the tail and minus where it is the
-/// head. `values` holds `N` arrays over the slots; for each of them and each register of nodes, calls
+impl<R: Real, K: UniformKernel<I, O>, const C: usize, const I: usize, const O: usize>
+    EdgeMap<R, K, C, I, O>
+{
+    /// Adds the cotangents of uniform inputs, edge by edge.
+    fn add_uniform_bars(&self, values: StepValues<R>, bars: &mut Bars<R>) {
+        let edges = self.plan.edges.iter().flat_map(|lane| {
+            let set = (0..self.plan.width).filter(|bit| lane.bits >> bit & 1 == 1);
+            set.map(|bit| [lane.slot, lane.tail, lane.head].map(|first| first + bit))
+        });
+        let at = |bars: &Bars<R>, [slot, tail, head]: [usize; 3]| {
+            let x = std::array::from_fn(|k| {
+                let numbers = values.get(self.inputs[k]);
+                match k < C {
+                    true => numbers[head] - numbers[tail],
+                    false => numbers[slot],
+                }
+            });
+            let bar = |sum: Array| bars.row[sum.start + tail] - bars.row[sum.start + head];
+            (slot, x, self.sums.map(bar))
+        };
+        (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
+    }
+}
+
+/// Sums values over the edges of each node: plus if the node is the tail, minus if it is the head. `values` holds
+/// `N` arrays over the slots. For each of them and each register of nodes, calls
 /// `take(array, first_node, count, sums)`.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
@@ -350,16 +346,17 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
 ) {
     assert!(
         N * plan.room <= values.len(),
-        "an array of scratch is missing"
+        "`values` must have {N} arrays of {} numbers",
+        plan.room
     );
     for (k, at_node) in plan.at_nodes.iter().enumerate() {
         let node = k * L::N;
-        // Gathered node by node, not scattered edge by edge: each sum is stored once, and in a fixed order.
+        // Sums are gathered node by node, so each is stored once and its order of terms is fixed.
         let mut sums = [L::zero(); N];
         for lane in &plan.ends[at_node.clone()] {
             let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
             for n in 0..N {
-                // SAFETY: the plan's places lie within its room, and `values` has room for `N` arrays.
+                // SAFETY: the plan's places are within its room, and `values` has `N` such arrays.
                 let (as_tail, as_head) = unsafe {
                     let tail = L::load_at(values, n * plan.room + lane.as_tail);
                     (tail, L::load_at(values, n * plan.room + lane.as_head))
@@ -395,7 +392,7 @@ mod tests {
 
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-    fn lanes_that_are_not_those_of_the_plan_are_refused() {
+    fn lanes_that_differ_from_the_plan_panic() {
         let mut program = Program::<f64>::default();
         let x = program.state(3);
         let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, [x], &[]);
@@ -406,7 +403,7 @@ mod tests {
         step();
         at_most(Level::Baseline, || {
             let done = catch_unwind(AssertUnwindSafe(step));
-            // A machine may have no wider ones.
+            // A machine may have no wider lanes.
             assert_eq!(done.is_err(), lanes::<f64>() != planned);
         });
     }

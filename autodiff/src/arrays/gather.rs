@@ -1,10 +1,10 @@
-//! Picking entries of an array by fixed indices.
+//! Selection of entries of an array by fixed indices.
 
 use super::array::Array;
-use super::operation::Operation;
+use super::operation::LaneOperation;
 use super::row::{Bars, StepValues};
 use crate::real::Real;
-use crate::simd::{Lane, Vectorized};
+use crate::simd::Lane;
 
 pub(crate) struct Gather {
     input: Array,
@@ -13,17 +13,17 @@ pub(crate) struct Gather {
     active: bool,
 }
 
-/// The copies that a gather makes, counted in numbers of all starts.
+/// The copies that a gather makes. Places and lengths count the numbers of all starts.
 struct Moves {
-    /// Stretches of entries that are adjacent in input and output.
+    /// Runs of entries that are adjacent in input and output.
     runs: Vec<CopyRun>,
-    /// Single entries that are copied to adjacent places, whose length together is `len`.
+    /// Single entries that are copied to adjacent places. `len` counts all copies of an entry.
     spreads: Vec<CopyRun>,
-    /// How many numbers are interleaved for an entry.
+    /// The numbers that are interleaved for an entry.
     starts: usize,
 }
 
-/// `len` numbers of the output, and where they come from.
+/// `len` numbers of the output and their source.
 struct CopyRun {
     from: usize,
     to: usize,
@@ -45,7 +45,7 @@ impl Moves {
                     .take_while(|(k, i)| **i == Some(from + k * by))
                     .count()
             };
-            // Either one entry repeated, or a stretch of neighbours: the longer of the two.
+            // Either one entry is repeated or neighbours follow each other: take the longer of the two.
             let (same, rising) = (along(0), along(1));
             let (moves, len) = if same > rising {
                 (&mut spreads, same)
@@ -79,97 +79,64 @@ impl Gather {
     }
 }
 
-impl<R: Real> Operation<R> for Gather {
+/// The number of independent sums over the cotangents of an entry's copies. Their additions do not wait for
+/// each other.
+const SUMS: usize = 4;
+
+impl<R: Real> LaneOperation<R> for Gather {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+    fn set_active(&mut self, arrays: &[bool]) {
+        self.active = arrays[self.input.id];
+    }
+    #[inline(always)]
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
         let (row, output) = row.split_at_mut(self.output.start);
+        let given = StepValues { parameters, row }.get(self.input);
         let output = &mut output[..self.output.len];
         output.fill(R::zero());
-        R::vectorize(ForwardGather {
-            moves: &self.moves,
-            from: StepValues { parameters, row }.get(self.input),
-            to: output,
-        });
+        for &CopyRun { from, to, len } in &self.moves.runs {
+            for i in (0..len).step_by(L::N) {
+                let value = L::load_up_to(&given[from + i..from + len]);
+                value.store_up_to(&mut output[to + i..to + len]);
+            }
+        }
+        let starts = self.moves.starts;
+        for &CopyRun { from, to, len } in &self.moves.spreads {
+            // The loop below would use one lane of a masked register.
+            if starts == 1 {
+                output[to..to + len].fill(given[from]);
+                continue;
+            }
+            for i in (0..starts).step_by(L::N) {
+                let value = L::load_up_to(&given[from + i..from + starts]);
+                for place in (to..to + len).step_by(starts) {
+                    value.store_up_to(&mut output[place + i..place + starts]);
+                }
+            }
+        }
     }
-    fn reverse(&mut self, _values: &StepValues<R>, bars: &mut Bars<R>) {
+    #[inline(always)]
+    fn reverse_in<L: Lane<R>>(&mut self, _values: StepValues<R>, bars: &mut Bars<R>) {
         if !self.active {
             return;
         }
         let Bars { parameters, row } = bars;
         let (row, output) = row.split_at_mut(self.output.start);
+        let output = &output[..self.output.len];
         let mut before = Bars { parameters, row };
-        R::vectorize(ReverseGather {
-            moves: &self.moves,
-            from: &output[..self.output.len],
-            to: before.get_mut(self.input),
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.active = arrays[self.input.id];
-    }
-}
-
-/// Moves entries from input to output.
-struct ForwardGather<'a, R> {
-    moves: &'a Moves,
-    from: &'a [R],
-    to: &'a mut [R],
-}
-
-impl<R: Real> Vectorized<R> for ForwardGather<'_, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
+        let given = before.get_mut(self.input);
         for &CopyRun { from, to, len } in &self.moves.runs {
             for i in (0..len).step_by(L::N) {
-                let value = L::load_up_to(&self.from[from + i..from + len]);
-                value.store_up_to(&mut self.to[to + i..to + len]);
-            }
-        }
-        let starts = self.moves.starts;
-        for &CopyRun { from, to, len } in &self.moves.spreads {
-            // `starts` numbers at a time would be one lane of a masked register.
-            if starts == 1 {
-                self.to[to..to + len].fill(self.from[from]);
-                continue;
-            }
-            for i in (0..starts).step_by(L::N) {
-                let value = L::load_up_to(&self.from[from + i..from + starts]);
-                for place in (to..to + len).step_by(starts) {
-                    value.store_up_to(&mut self.to[place + i..place + starts]);
-                }
-            }
-        }
-    }
-}
-
-/// Adds the output's cotangents to the input's.
-struct ReverseGather<'a, R> {
-    moves: &'a Moves,
-    from: &'a [R],
-    to: &'a mut [R],
-}
-
-/// The cotangents of an entry's copies are added up in this many independent sums, whose additions do
-/// not wait for one another.
-const SUMS: usize = 4;
-
-impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        for &CopyRun { from, to, len } in &self.moves.runs {
-            for i in (0..len).step_by(L::N) {
-                let bar = L::load_up_to(&self.from[to + i..to + len]);
-                let place = &mut self.to[from + i..from + len];
+                let bar = L::load_up_to(&output[to + i..to + len]);
+                let place = &mut given[from + i..from + len];
                 (L::load_up_to(place) + bar).store_up_to(place);
             }
         }
         let starts = self.moves.starts;
         for &CopyRun { from, to, len } in &self.moves.spreads {
-            let bars = &self.from[to..to + len];
+            let bars = &output[to..to + len];
             if starts == 1 {
                 let mut sums = [R::zero(); SUMS];
                 for bars in bars.chunks(SUMS) {
@@ -177,16 +144,16 @@ impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
                         sums[k] += bars[k];
                     }
                 }
-                self.to[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+                given[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 continue;
             }
-            // The order of the loop above, so that each start has the bits that it has alone.
+            // The order is that of the loop above, so each start has the same bits as when it runs alone.
             for i in (0..starts).step_by(L::N) {
                 let mut sums = [L::splat(R::zero()); SUMS];
                 for (k, bars) in bars.chunks_exact(starts).enumerate() {
                     sums[k % SUMS] += L::load_up_to(&bars[i..]);
                 }
-                let place = &mut self.to[from + i..from + starts];
+                let place = &mut given[from + i..from + starts];
                 let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 (L::load_up_to(place) + sum).store_up_to(place);
             }
@@ -199,7 +166,7 @@ mod tests {
     use super::Moves;
 
     #[test]
-    fn neighbours_move_together_and_what_is_repeated_is_spread() {
+    fn neighbours_are_copied_together_and_repeated_entries_are_spread() {
         let of = |indices: &[i64]| {
             let indices: Vec<_> = indices.iter().map(|&i| usize::try_from(i).ok()).collect();
             let moves = Moves::new(&indices, 2);

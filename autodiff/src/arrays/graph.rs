@@ -1,9 +1,9 @@
-//! Graphs whose edges are stored so that lanes can work on them.
+//! Graphs whose edges are stored for work in lanes.
 //!
 //! Edges are grouped by their offset, the difference of their node numbers. A square lattice with
-//! diagonals has four such groups, and within one the ends of neighbouring edges lie side by side:
-//! work on edges loads shifted, contiguous data in place of gathering. A group has a **slot** for
-//! every node that could be a tail; slots without an edge are ghosts, which take no part.
+//! diagonals has four groups. Within a group the ends of neighbouring edges are adjacent, so registers load
+//! them without gathering. A group has a **slot** for every node that could be a tail. A slot without an edge
+//! is a ghost and is skipped.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::real::Real;
 use crate::simd::{WIDEST, lanes};
 
-/// A directed graph, and the slot layout of arrays along its edges.
+/// A directed graph, and the layout of arrays over its edges in slots.
 #[derive(Clone, Debug)]
 pub struct Graph(Arc<SlotLayout>);
 
@@ -23,7 +23,7 @@ struct SlotLayout {
     slot_of_edge: Vec<usize>,
 }
 
-/// An edge by its slot and its nodes.
+/// The slot and the nodes of an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlotEdge {
     pub(crate) slot: usize,
@@ -36,10 +36,9 @@ pub(crate) struct SlotEdge {
 pub(super) struct OffsetGroup {
     pub(super) offset: usize,
     pub(super) first_slot: usize,
-    /// How many slots, a multiple of the widest register's lanes.
+    /// The number of slots, a multiple of the lanes of the widest register.
     pub(super) len: usize,
-    /// For each node, whether it is the tail of an edge, that is, whether its slot holds one; and
-    /// whether it is the head of one.
+    /// Whether each node is the tail of an edge, so that its slot holds one, and whether it is the head of one.
     pub(super) is_tail: Bits,
     pub(super) is_head: Bits,
 }
@@ -50,7 +49,7 @@ impl OffsetGroup {
     }
 }
 
-/// A bit per place, in words as long as the widest register has lanes.
+/// A bit per place, in words with one bit for each lane of the widest register.
 #[derive(Clone, Debug)]
 pub(super) struct Bits(Vec<u16>);
 
@@ -67,7 +66,7 @@ impl Bits {
     fn get(&self, place: usize) -> bool {
         self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
     }
-    /// Every bit `times` times, one after the other.
+    /// Repeats every bit `times` times.
     fn repeated(&self, times: usize) -> Self {
         let mut bits = Self::none(self.0.len() * WIDEST * times);
         for place in (0..self.0.len() * WIDEST).filter(|&place| self.get(place)) {
@@ -77,7 +76,7 @@ impl Bits {
         }
         bits
     }
-    /// The bits register by register, for registers of this many lanes.
+    /// The bits of each register of this many lanes.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
         let of_register = u16::MAX >> (WIDEST - lanes);
         let words = self.0.iter().flat_map(|&word| {
@@ -89,23 +88,23 @@ impl Bits {
 }
 
 impl Graph {
-    /// A graph from its edges `[tail, head]`, `tail < head`. Meant for lattices: memory grows with the
-    /// number of nodes times the number of different offsets `head - tail`.
+    /// Creates a graph from its edges `[tail, head]`, where `tail < head < nodes`. Graphs are meant for lattices:
+    /// the memory is proportional to the nodes times the number of different offsets `head - tail`.
     ///
     /// # Panics
-    /// If an edge leaves `0..nodes`, does not ascend, or is given twice.
+    /// If an edge is out of range, does not ascend, or is given twice.
     pub fn new(nodes: usize, edges: &[[usize; 2]]) -> Self {
         for [i, j] in edges {
             assert!(
                 i < j && *j < nodes,
-                "edge [{i}, {j}] does not ascend within {nodes} nodes"
+                "edge [{i}, {j}] must ascend and stay below {nodes}, the number of nodes"
             );
         }
         let offsets: BTreeSet<usize> = edges.iter().map(|[i, j]| j - i).collect();
         let mut slots = 0;
         let mut groups = Vec::new();
         for offset in offsets {
-            // Whole registers, so that no register has slots of two groups.
+            // Groups are whole registers, so no register has slots of two groups.
             let len = (nodes - offset).next_multiple_of(WIDEST);
             let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
             groups.push(OffsetGroup {
@@ -135,19 +134,19 @@ impl Graph {
         }))
     }
 
-    /// The same graph without the edges whose mark is true. Nodes, slots and the numbering of edges stay;
-    /// the slots of the edges left out become ghosts, and registers of nothing but ghosts cost no work
-    /// in [`Program::map_edges`](crate::Program::map_edges).
+    /// Returns this graph without the edges that are marked. Nodes, slots and the numbers of edges stay. The slots
+    /// of the marked edges become ghosts. [`Program::map_edges`](crate::Program::map_edges) skips registers that
+    /// hold only ghosts.
     ///
     /// # Panics
-    /// Unless there is one mark per edge.
+    /// If the number of marks is not the number of edges.
     #[must_use]
     pub fn without(&self, marked: &[bool]) -> Self {
         let mut layout = SlotLayout::clone(&self.0);
         assert_eq!(
             marked.len(),
             layout.slot_of_edge.len(),
-            "Graph::without needs one mark per edge"
+            "`Graph::without` needs one mark for each edge"
         );
         let slots = layout.slot_of_edge.iter().zip(marked);
         for (&slot, _) in slots.filter(|(_, marked)| **marked) {
@@ -160,8 +159,8 @@ impl Graph {
         Self(Arc::new(layout))
     }
 
-    /// `count` copies of this graph, interleaved: node `i` of copy `k` is `i * count + k`, and slots
-    /// in the same way. Edges keep the numbering of the first copy.
+    /// `count` interleaved copies of this graph: node `i` of copy `k` is `i * count + k`, and likewise for slots.
+    /// Edges keep the numbers of the first copy.
     pub(crate) fn side_by_side(&self, count: usize) -> Self {
         if count == 1 {
             return self.clone();
@@ -187,19 +186,18 @@ impl Graph {
         self.0.nodes
     }
 
-    /// The number of slots, ghosts included: the length of arrays along the edges.
+    /// The number of slots including ghosts, which is the length of arrays over the edges.
     pub fn slots(&self) -> usize {
         self.0.slots
     }
 
-    /// The slot of every edge, also of those [left out](Graph::without).
+    /// The slot of every edge, including edges that are [left out](Graph::without).
     pub fn slot_of_edge(&self) -> &[usize] {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](crate::Program::gather); `None` for ghosts. Values
-    /// that no step changes are better brought [to their slots](Graph::to_slots) once, before the
-    /// rollout.
+    /// The edge of every slot, for [`Program::gather`](crate::Program::gather); `None` for ghosts. For values that
+    /// no step changes, call [`to_slots`](Graph::to_slots) once before the rollout instead.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {
@@ -208,8 +206,7 @@ impl Graph {
         edges
     }
 
-    /// How many registers of `R` the work on edges takes on this machine: those with an edge in at least
-    /// one slot.
+    /// The number of registers of `R` that hold at least one edge, on this machine.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -218,22 +215,22 @@ impl Graph {
         self.0.groups.iter().map(in_use).sum()
     }
 
-    /// Whether an edge is in this slot.
+    /// Whether this slot holds an edge.
     fn holds(&self, slot: usize) -> bool {
         let holds = |group: &OffsetGroup| group.is_tail.get(slot - group.first_slot);
         let mut groups = self.0.groups.iter();
         groups.find(|group| group.has(slot)).is_some_and(holds)
     }
 
-    /// Values per edge, brought to the slots of the edges; zero in ghosts.
+    /// Moves values of edges to the slots of the edges. Ghosts are zero.
     ///
     /// # Panics
-    /// Unless there is one value per edge.
+    /// If the number of values is not the number of edges.
     pub fn to_slots<R: Real>(&self, per_edge: &[R]) -> Vec<R> {
         assert_eq!(
             per_edge.len(),
             self.0.slot_of_edge.len(),
-            "Graph::to_slots needs one value per edge"
+            "`Graph::to_slots` needs one value for each edge"
         );
         let mut slots = vec![R::zero(); self.0.slots];
         let places = per_edge.iter().zip(&self.0.slot_of_edge);
@@ -243,7 +240,7 @@ impl Graph {
         slots
     }
 
-    /// The edges that are not left out, in the order of their slots.
+    /// The edges that are not left out, ordered by slot.
     pub(crate) fn edges_by_slot(&self) -> Vec<SlotEdge> {
         let of_group = |group: &OffsetGroup| {
             let OffsetGroup {
@@ -262,7 +259,7 @@ impl Graph {
         self.0.groups.iter().flat_map(of_group).collect()
     }
 
-    /// The largest offset: how far before the first slot a register may read.
+    /// The largest offset, which is how far before the first slot a register may read.
     #[inline(always)]
     pub(crate) fn lead(&self) -> usize {
         self.0.groups.last().map_or(0, |group| group.offset)

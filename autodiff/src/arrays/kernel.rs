@@ -1,4 +1,4 @@
-//! Small pure functions that are mapped over arrays, with their local derivatives.
+//! Small pure functions that are mapped over arrays, and their derivatives.
 
 use num_traits::Zero;
 
@@ -7,49 +7,48 @@ use crate::real::Real;
 
 /// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
 ///
-/// [`Program::map`](crate::Program::map) maps it over whole arrays in SIMD lanes, so it selects and
+/// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes, so a kernel selects and
 /// never branches. Its constants are fields of the implementing type. The type must own them, because
 /// programs keep the kernel.
 ///
 /// A number that all elements share, such as gravity, is a field if it is a constant. If robots of one batch may
 /// differ in it, or a derivative by it is needed, it is an input of a [`UniformKernel`](super::UniformKernel).
 ///
-/// `eval` is all that a kernel has to supply. The derivatives then come from dual numbers, at a cost
-/// that grows with the number of inputs: about seven evaluations of the kernel for eight inputs,
-/// seventy for fifty. Straight-line code [emitted](crate::emit) from a recording of `eval` costs two to
-/// four evaluations for any number of inputs; a kernel overrides [`vjp`](Kernel::vjp) with a line that calls
-/// it.
+/// A kernel only has to implement `eval`. Its derivatives then come from dual numbers. Their cost grows with
+/// the number of inputs: about seven evaluations of the kernel for eight inputs, seventy for fifty.
+/// Straight-line code that is [emitted](crate::emit) from a recording of `eval` costs two to four evaluations
+/// for any number of inputs. To use it, override [`vjp`](Kernel::vjp) with one line that calls it.
 ///
 /// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set
-/// of the lanes is chosen at run time, for the loop around the kernel: a function that is not inlined
-/// into that loop is compiled without it, and every operation in it becomes a call. The numbers are
-/// the same, some fifty times slower. Closures cannot be marked so: prefer loops.
+/// of the lanes is chosen at run time, for the loop around the kernel. A function that is not inlined
+/// into that loop is compiled without it, and every operation in it becomes a call. The results stay the same
+/// but take some fifty times as long. Closures cannot be marked, so prefer loops.
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
-    /// The results at `x`; mark it `#[inline(always)]`.
+    /// Returns the results at `x`. Mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 
-    /// The cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the only
-    /// derivative of a kernel: [`Program::map`](crate::Program::map),
-    /// [`data::jacobians`](crate::data::jacobians) and everything else call it.
+    /// Returns the cotangents of the inputs (VJPs), one row for each row of cotangents of the results. This is the
+    /// only derivative of a kernel. [`Program::map`](crate::Program::map) and
+    /// [`data::jacobians`](crate::data::jacobians) call it.
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)
     }
 }
 
-/// What [`Kernel::vjp`] is given.
+/// The arguments of [`Kernel::vjp`].
 #[derive(Clone, Copy, Debug)]
 pub struct Pullback<R, const I: usize, const O: usize, const M: usize> {
     /// The inputs.
     pub x: [R; I],
-    /// The results at `x`. What a derivative does not read of them is not computed.
+    /// The results at `x`. Results that the derivative does not read are not computed.
     pub y: [R; O],
-    /// Cotangents of the results. One row makes an adjoint; the rows of the identity make the Jacobian.
+    /// Cotangents of the results. One row gives an adjoint. The rows of the identity give the Jacobian.
     pub y_bar: [[R; O]; M],
 }
 
 impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, M> {
-    /// Evaluates the kernel for the results.
+    /// Evaluates the kernel to get the results.
     #[inline(always)]
     pub fn new(kernel: &impl Kernel<I, O>, x: [R; I], y_bar: [[R; O]; M]) -> Self {
         let y = kernel.eval(x);
@@ -57,7 +56,7 @@ impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, 
     }
 }
 
-/// The default of [`Kernel::vjp`], by dual numbers, for kernels that override it for some cases only.
+/// The default of [`Kernel::vjp`], which uses dual numbers. For kernels that override it only in some cases.
 #[inline(always)]
 pub fn vjp_by_duals<R, K, const I: usize, const O: usize, const M: usize>(
     kernel: &K,
@@ -71,7 +70,7 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// Numbers that move in no direction. Loops, not closures, which might be compiled without the caller's
+/// Duals of constants. Here and below there are loops, because closures might be compiled without the caller's
 /// instruction set.
 #[inline(always)]
 pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
@@ -82,7 +81,7 @@ pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [
     constants
 }
 
-/// Numbers that each move in a direction of its own.
+/// Duals of variables, one direction each.
 #[inline(always)]
 pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     let mut seeded = [Dual::zero(); I];
@@ -92,7 +91,7 @@ pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     seeded
 }
 
-/// Rows of cotangents times the tangents of the results.
+/// The rows of cotangents times the tangents of the results.
 #[inline(always)]
 pub(super) fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
     y: [Dual<R, I>; O],

@@ -3,11 +3,11 @@
 
 use super::array::Array;
 use super::kernel::Pullback;
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{UniformInputs, UniformKernel, UniformSums, Uniforms};
+use super::uniform::{UniformInputs, UniformKernel, Uniforms};
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
+use crate::simd::{Lane, Unchecked};
 
 pub(crate) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
@@ -37,7 +37,7 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
         }
     }
 
-    /// The inputs' numbers.
+    /// The numbers of the inputs.
     ///
     /// # Safety
     /// The reach was checked.
@@ -52,42 +52,73 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Operation<R>
+impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperation<R>
     for Map<K, I, O>
 {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
-    }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) {
         self.active = self.inputs.map(|a| arrays[a.id]);
         self.uniforms.set_active(arrays);
+    }
+    #[inline(always)]
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        let Array { start, len, .. } = self.outputs[0];
+        let (row, after) = row.split_at_mut(start);
+        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
+        unsafe {
+            let values = StepValues { parameters, row };
+            let mut lanes = ForwardLanes::<_, _, L, I, O> {
+                kernel: &self.kernel,
+                x: self.sources(values),
+                uniforms: self.uniforms.load(K::UNIFORMS, values),
+                y: &mut after[..O * len],
+                len,
+            };
+            lanes.lanes::<true>(len);
+        }
+    }
+    #[inline(always)]
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        let Array { start, len, .. } = self.outputs[0];
+        let places = Places::new(bars);
+        // SAFETY: the reach was checked.
+        unsafe {
+            let mut lanes = ReverseLanes::<_, _, L, I, O> {
+                kernel: &self.kernel,
+                x: self.sources(values),
+                uniforms: self.uniforms.load(K::UNIFORMS, values),
+                y: &values.row[start..start + O * len],
+                y_bar: places.of(self.outputs[0]),
+                len,
+                x_bar: places.of_active(&self.inputs, &self.active),
+            };
+            lanes.lanes::<false>(len);
+        }
+        if const { K::UNIFORMS > 0 } {
+            let at = |bars: &Bars<R>, i: usize| {
+                let x = self.inputs.map(|input| values.get(input)[i]);
+                (i, x, self.outputs.map(|output| bars.row[output.start + i]))
+            };
+            (self.uniforms).add_bars(&self.kernel, values, bars, 0..len, at);
+        }
     }
 }
 
 /// Work on arrays of one length, register by register.
 trait Lanes<R, L: Lane<R>> {
-    /// The work on `n` entries from place `at` on.
+    /// Works on the `n` entries from place `at`.
     ///
     /// # Safety
     /// All arrays have these entries, and `n` is at most `N`.
     unsafe fn lane(&mut self, at: usize, n: usize);
 
-    /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
-    /// the one before it: a later load of the whole register then need not wait for a masked store.
+    /// Works on all entries. If entries may be processed `TWICE`, the last register overlaps with the one before
+    /// it. A later load of the whole register then does not wait for a masked store.
     ///
     /// # Safety
     /// All arrays have this length.
@@ -100,7 +131,7 @@ trait Lanes<R, L: Lane<R>> {
                 self.lane(i, L::N);
                 i += L::N;
             }
-            // With `N = 1` none are left, but the compiler cannot tell.
+            // With `N = 1` no entries remain, but the compiler cannot know that.
             if L::N > 1 && i < len {
                 if TWICE && len > L::N {
                     self.lane(len - L::N, L::N)
@@ -140,41 +171,15 @@ where
     }
 }
 
-impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, Map<K, I, O>, R>
-{
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        let Array { start, len, .. } = map.outputs[0];
-        let (row, after) = row.split_at_mut(start);
-        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
-        unsafe {
-            let values = StepValues { parameters, row };
-            let mut lanes = ForwardLanes::<_, _, L, I, O> {
-                kernel: &map.kernel,
-                x: map.sources(values),
-                uniforms: map.uniforms.load(K::UNIFORMS, values),
-                y: &mut after[..O * len],
-                len,
-            };
-            lanes.lanes::<true>(len);
-        }
-    }
-}
-
 struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: Uniforms<L>,
-    sums: UniformSums<'a, R>,
     /// The results, one array of length `len` after the other, and their cotangents.
     y: &'a [R],
     y_bar: *const R,
     len: usize,
-    /// The cotangents of the inputs that carry derivatives; null for others.
+    /// The cotangents of the inputs that carry derivatives; null for other inputs.
     x_bar: [*mut R; I],
 }
 
@@ -203,39 +208,6 @@ where
         let [x_bar] = self.kernel.vjp_with(at, &self.uniforms);
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
-        }
-        let bits = u16::MAX >> (WIDEST - n);
-        unsafe {
-            self.sums
-                .add(self.kernel, (x, y_bar), &self.uniforms, (i, bits))
-        };
-    }
-}
-
-impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, Map<K, I, O>, R>
-{
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        let Array { start, len, .. } = map.outputs[0];
-        let (places, sums) = (Places::new(bars), map.uniforms.sums(bars));
-        // SAFETY: the reach was checked.
-        unsafe {
-            let mut lanes = ReverseLanes::<_, _, L, I, O> {
-                kernel: &map.kernel,
-                x: map.sources(*values),
-                uniforms: map.uniforms.load(K::UNIFORMS, *values),
-                sums,
-                y: &values.row[start..start + O * len],
-                y_bar: places.of(map.outputs[0]),
-                len,
-                x_bar: places.of_active(&map.inputs, &map.active),
-            };
-            lanes.lanes::<false>(len);
         }
     }
 }

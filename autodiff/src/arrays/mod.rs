@@ -1,8 +1,8 @@
-//! Arrays and the operations on them: kernels mapped over elements or over the edges of a graph, matrix
-//! products and gathers, forward and in reverse.
+//! Arrays and the operations on them, forward and in reverse: kernels that are mapped over elements or over
+//! the edges of a graph, matrix products, and gathers.
 //!
-//! For plain floats every operation runs in SIMD lanes. For duals, extended precision or tape variables the
-//! same operations run on those numbers. A step of several operations is a [`Program`](crate::Program).
+//! Operations on plain floats run in SIMD lanes. Operations on duals, double-doubles or tape variables run on
+//! one number at a time. A [`Program`](crate::Program) is a step of several operations.
 
 mod kernel;
 mod array;
@@ -25,7 +25,7 @@ pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
 pub use kernel::{Kernel, Pullback, vjp_by_duals};
 pub(crate) use map::Map;
-pub(crate) use operation::Operation;
+pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use uniform::checked;
 pub use uniform::{Fixed, MOST_UNIFORMS, UniformKernel, Uniforms, vjp_by_duals_with};

@@ -3,31 +3,64 @@
 use super::array::Array;
 use super::row::{Bars, StepValues};
 use crate::real::Real;
+use crate::simd::{Lane, Vectorized};
 
-/// One recorded operation. Its outputs lie in the row after everything it reads.
+/// A recorded operation. Its outputs come in the row after everything that it reads.
 pub(crate) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
-    /// Pulls the outputs' cotangents back: adds to the inputs' bars.
+    /// Pulls the cotangents of the outputs back and adds them to those of the inputs.
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
-    /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
+    /// Sets which arrays (by id) and which parameters carry derivatives. Others may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
-    /// Takes over the matrices among the parameters (row-major).
-    fn load(&mut self, _parameters: &[&[R]]) {}
-    /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
-    fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
 
-/// An operation's work forward, to be done in lanes.
-pub(super) struct Forward<'a, T, R> {
-    pub(super) map: &'a mut T,
-    pub(super) parameters: &'a [R],
-    pub(super) row: &'a mut [R],
+/// An [`Operation`] that works in lanes.
+pub(crate) trait LaneOperation<R: Real>: Send {
+    /// [`Operation::outputs`].
+    fn outputs(&self) -> Vec<Array>;
+    /// [`Operation::set_active`].
+    fn set_active(&mut self, arrays: &[bool]);
+    /// [`Operation::forward`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]);
+    /// [`Operation::reverse`] in lanes of type `L`. Mark it `#[inline(always)]`.
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>);
 }
 
-/// An operation's work in reverse.
-pub(super) struct Reverse<'a, 'b, T, R> {
-    pub(super) map: &'a mut T,
-    pub(super) values: &'a StepValues<'a, R>,
-    pub(super) bars: &'a mut Bars<'b, R>,
+/// An operation in the widest lanes of its numbers.
+pub(crate) struct InLanes<T>(pub(crate) T);
+
+impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {
+    fn outputs(&self) -> Vec<Array> {
+        self.0.outputs()
+    }
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward(&mut self.0, parameters, row));
+    }
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
+        R::vectorize(Reverse(&mut self.0, *values, bars));
+    }
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.0.set_active(arrays);
+    }
+}
+
+struct Forward<'a, T, R>(&'a mut T, &'a [R], &'a mut [R]);
+
+impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        self.0.forward_in::<L>(self.1, self.2);
+    }
+}
+
+struct Reverse<'a, 'b, T, R>(&'a mut T, StepValues<'a, R>, &'a mut Bars<'b, R>);
+
+impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Reverse<'_, '_, T, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        self.0.reverse_in::<L>(self.1, self.2);
+    }
 }

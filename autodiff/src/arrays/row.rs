@@ -1,4 +1,4 @@
-//! Where the numbers of a step lie.
+//! The places of the numbers of a step.
 
 use std::ptr::null_mut;
 use std::slice::{from_raw_parts, from_raw_parts_mut};
@@ -7,7 +7,7 @@ use super::array::Array;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 
-/// The values of a step: the parameters, which no step changes, and its row.
+/// The values of a step: the parameters, which are the same for all steps, and the row of the step.
 #[derive(Clone, Copy)]
 pub(crate) struct StepValues<'a, R> {
     pub(crate) parameters: &'a [R],
@@ -15,7 +15,7 @@ pub(crate) struct StepValues<'a, R> {
 }
 
 impl<'a, R: Copy> StepValues<'a, R> {
-    /// The part in which an array lies.
+    /// The parameters or the row, whichever contains the array.
     #[inline(always)]
     pub(super) fn part(self, array: Array) -> &'a [R] {
         if array.parameter {
@@ -28,10 +28,10 @@ impl<'a, R: Copy> StepValues<'a, R> {
     pub(crate) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
     }
-    /// `len` numbers from the start of an array on, without a check.
+    /// `len` numbers from the start of an array, without a bounds check.
     ///
     /// # Safety
-    /// They are within a [`Reach`] that was checked.
+    /// The numbers are within a [`Reach`] that was checked.
     #[allow(unsafe_code)] // Checks were a twelfth of a rollout's instructions.
     #[inline(always)]
     pub(super) unsafe fn reached(self, array: Array, len: usize) -> &'a [R] {
@@ -42,8 +42,8 @@ impl<'a, R: Copy> StepValues<'a, R> {
     }
 }
 
-/// How far the arrays of an operation reach into the two parts. A step that checks this once need
-/// not check every array.
+/// How far the arrays of an operation reach into parameters and row. One check of it replaces the checks of all
+/// arrays.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Reach {
     parameters: usize,
@@ -51,7 +51,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// For each array, given how many numbers are touched from its start on.
+    /// From arrays and the number of places that are touched from the start of each.
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
@@ -65,15 +65,18 @@ impl Reach {
         reach
     }
     /// # Panics
-    /// Unless the two parts are long enough.
+    /// If the parameters or the row are too short.
     #[inline(always)]
     pub(super) fn check<R>(self, parameters: &[R], row: &[R]) {
         let fits = self.parameters <= parameters.len() && self.row <= row.len();
-        assert!(fits, "arrays reach beyond the numbers of a step");
+        assert!(
+            fits,
+            "an array reaches past the end of the parameters or of the row"
+        );
     }
 }
 
-/// The cotangents ("bars") in a reverse sweep, laid out as the values are.
+/// The cotangents ("bars") of a reverse sweep, in the layout of the values.
 pub(crate) struct Bars<'a, R> {
     pub(crate) parameters: &'a mut [R],
     pub(crate) row: &'a mut [R],
@@ -94,8 +97,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Pointers to the cotangents, so that a loop finds out once where they lie: with slices, which cannot
-/// be held side by side, every register would look up its array and its part again.
+/// Pointers to the cotangents. With them a loop finds the place of each array only once. Mutable slices cannot
+/// be held at the same time, so every register would have to find its array again.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
@@ -110,7 +113,7 @@ impl<R: Real> Places<R> {
         }
     }
 
-    /// The first cotangent of an array; to be used only while nothing else accesses the bars.
+    /// The first cotangent of an array. Use it only while nothing else accesses the cotangents.
     #[inline(always)]
     pub(super) fn of(self, array: Array) -> *mut R {
         let part = if array.parameter {
@@ -121,7 +124,7 @@ impl<R: Real> Places<R> {
         part.wrapping_add(array.start)
     }
 
-    /// The first cotangents of those inputs that carry derivatives; null for the others.
+    /// The first cotangents of the inputs that carry derivatives; null for other inputs.
     #[inline(always)]
     pub(super) fn of_active<const I: usize>(
         self,
@@ -138,10 +141,10 @@ impl<R: Real> Places<R> {
     }
 }
 
-/// A lane of the `n` numbers from place `at` on, and zeros.
+/// Loads `n` numbers from place `at`, followed by zeros.
 ///
 /// # Safety
-/// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is at most `N`.
+/// `from` points to at least `at + n` numbers, which nothing writes at the same time, and `n` is at most `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) -> L {
@@ -149,11 +152,11 @@ pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) ->
     unsafe { L::load_n(from_raw_parts(from.add(at), n), 0, n) }
 }
 
-/// Adds a lane to the `n` numbers from place `at` on, unless the pointer is null.
+/// Adds a register to the `n` numbers from place `at`, unless the pointer is null.
 ///
 /// # Safety
-/// `to` is null, or points to `at + n` numbers, which nothing else reads or writes meanwhile; `n` is no
-/// more than `N`.
+/// `to` is null or points to at least `at + n` numbers, which nothing else accesses at the same time, and `n`
+/// is at most `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L) {
@@ -164,7 +167,7 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L
     }
 }
 
-/// How rows follow one another.
+/// How rows follow each other in memory.
 #[derive(Debug, Default)]
 pub(crate) struct RowLayout {
     /// The distance from the start of a row to the start of the next.
@@ -173,23 +176,23 @@ pub(crate) struct RowLayout {
     pub(crate) reach: usize,
     /// The parts of the state, adjacent ones joined.
     pub(crate) state: Vec<Array>,
-    /// How the new state is copied to the next row, from which array to which part; empty if the
-    /// operations have written it there.
+    /// The copies that bring the new state to the next row: from an array to a part of the state. Empty if the
+    /// operations write the new state there.
     pub(crate) moves: Vec<(Array, Array)>,
 }
 
 impl RowLayout {
-    /// From the parts of the state, what they become, and the row's length.
+    /// From the parts of the state, the arrays that they become, and the length of a row.
     ///
-    /// Rows can overlap, the new state being the start of the next row, if it stands at the end of this
-    /// one in the same order as the state at the beginning.
+    /// The new state can be the start of the next row, so that rows overlap, if it is at the end of its row and
+    /// has the order of the state.
     pub(crate) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
             |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
-        // Rows must not overlap where inputs lie among the parts of the state: the next step's inputs would
-        // overwrite what lies among the parts of the new state.
+        // Rows must not overlap if there are inputs between the parts of the state. The inputs of the next step
+        // would overwrite what is between the parts of the new state.
         let contiguous = end == states.iter().map(|a| a.len).sum();
         let overlaps =
             contiguous && at >= end && at + end >= row && states.iter().zip(next).all(in_place);
@@ -208,7 +211,7 @@ impl RowLayout {
     }
 }
 
-/// The stretches that arrays cover, adjacent ones joined.
+/// Joins adjacent arrays.
 pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
     let mut stretches: Vec<Array> = Vec::new();
     for &array in arrays {
@@ -229,7 +232,7 @@ mod tests {
 
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-    fn a_step_with_too_few_numbers_is_refused() {
+    fn a_step_with_too_few_numbers_panics() {
         let mut program = Program::<f64>::default();
         let reach = Reach::new([(program.parameter(4), 4), (program.state(6), 7)]);
         let numbers = [0.0; 7];

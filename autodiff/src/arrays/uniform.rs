@@ -1,22 +1,21 @@
-//! Kernels with uniform inputs. An operation loads them once, and sums up their cotangents only on demand.
-#![allow(unsafe_code)] // Cotangents are added through pointers: see `Places`.
+//! Kernels with uniform inputs. An operation loads them once. It only computes their cotangents if they are needed.
 
 use super::array::Array;
 use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
-use super::row::{Bars, Places, Reach, StepValues};
+use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
 
-/// The most uniform inputs that a kernel may have.
+/// The most uniform inputs of a kernel.
 pub const MOST_UNIFORMS: usize = 16;
 
-/// The uniform inputs of a kernel, then zeros.
+/// The uniform inputs of a kernel, followed by zeros.
 pub type Uniforms<R> = [R; MOST_UNIFORMS];
 
-/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated by
-/// them, and the starts of a batch may differ in them.
+/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
+/// by them, and the starts of a batch may differ in them.
 ///
-/// Every [`Kernel`] is one without uniform inputs. Mark the methods `#[inline(always)]`.
+/// Every [`Kernel`] is a `UniformKernel` without uniform inputs. Mark the methods `#[inline(always)]`.
 ///
 /// ```
 /// use autodiff::arrays::{UniformKernel, Uniforms};
@@ -54,11 +53,11 @@ pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
     const UNIFORMS: usize;
 
-    /// The results at `x`.
+    /// Returns the results at `x`.
     fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
 
-    /// The cotangents of `x`, as [`Kernel::vjp`]. Cotangents of the uniform inputs need no method: they come from dual
-    /// numbers, and only if they are needed.
+    /// Returns the cotangents of `x`, as [`Kernel::vjp`]. The cotangents of the uniform inputs come from dual numbers,
+    /// if they are needed.
     #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
@@ -118,7 +117,7 @@ fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     uniforms
 }
 
-/// A list that fits into [`Uniforms`].
+/// Checks that a list fits into [`Uniforms`].
 #[inline(always)]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     assert!(
@@ -128,7 +127,7 @@ pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     list
 }
 
-/// The default of [`UniformKernel::vjp_with`], by dual numbers.
+/// The default of [`UniformKernel::vjp_with`], which uses dual numbers.
 #[inline(always)]
 pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
     kernel: &K,
@@ -165,26 +164,24 @@ where
 /// Arrays of one number for each start.
 pub(super) struct UniformInputs {
     arrays: Vec<Array>,
-    /// The numbers of those that carry derivatives.
+    /// The indices of the inputs that carry derivatives.
     active: Vec<usize>,
-    reach: Reach,
 }
 
 impl UniformInputs {
     /// # Panics
-    /// Unless the kernel has as many uniform inputs.
+    /// If the kernel does not have as many uniform inputs.
     pub(super) fn new<K: UniformKernel<I, O>, const I: usize, const O: usize>(
         arrays: &[Array],
     ) -> Self {
         assert_eq!(
             checked(arrays).len(),
             K::UNIFORMS,
-            "a kernel has another number of uniform inputs"
+            "the kernel needs as many uniform inputs as it declares"
         );
         Self {
             arrays: arrays.to_vec(),
             active: (0..arrays.len()).collect(),
-            reach: Reach::new(arrays.iter().map(|&array| (array, array.len))),
         }
     }
 
@@ -193,8 +190,8 @@ impl UniformInputs {
         self.active = (0..self.arrays.len()).filter(is_active).collect();
     }
 
-    /// A register of each: the numbers of all starts, repeated. `count`, the kernel's [`UniformKernel::UNIFORMS`], is
-    /// known to the compiler.
+    /// A register of each input: the numbers of all starts, repeated. `count` is the constant
+    /// [`UniformKernel::UNIFORMS`] of the kernel.
     #[inline(always)]
     pub(super) fn load<R: Real, L: Lane<R>>(
         &self,
@@ -219,58 +216,34 @@ impl UniformInputs {
         uniforms
     }
 
-    /// Where cotangents are added.
-    #[inline(always)]
-    pub(super) fn sums<'a, R: Real>(&'a self, bars: &mut Bars<R>) -> UniformSums<'a, R> {
-        if !self.active.is_empty() {
-            self.reach.check(bars.parameters, bars.row);
-        }
-        let places = Places::new(bars);
-        UniformSums {
-            uniform: self,
-            places,
-        }
-    }
-}
-
-/// The cotangents of uniform inputs.
-#[derive(Clone, Copy)]
-pub(super) struct UniformSums<'a, R> {
-    uniform: &'a UniformInputs,
-    places: Places<R>,
-}
-
-impl<R: Real> UniformSums<'_, R> {
-    /// Adds what a register of elements contributes, if a bit is set for it: element by element, so that the sum
-    /// has the same bits for all widths of registers.
-    ///
-    /// # Safety
-    /// Nothing else accesses the bars meanwhile.
-    #[inline(always)]
-    pub(super) unsafe fn add<L, K, const I: usize, const O: usize>(
-        self,
+    /// Adds the cotangents of the inputs that carry derivatives, one element after the other. `at` returns an element's
+    /// place, its inputs and the cotangents of its results. This is not done in lanes: it is rarely needed, and every
+    /// kernel would be compiled once more for every width.
+    #[inline(never)]
+    pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
+        &self,
         kernel: &K,
-        at: ([L; I], [L; O]),
-        uniforms: &Uniforms<L>,
-        (first, bits): (usize, u16),
+        values: StepValues<R>,
+        bars: &mut Bars<R>,
+        elements: impl Iterator<Item = E>,
+        at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
     ) where
-        L: Lane<R>,
+        R: Real,
         K: UniformKernel<I, O>,
     {
-        if K::UNIFORMS == 0 {
+        if self.active.is_empty() {
             return;
         }
-        for &k in &self.uniform.active {
-            let array = self.uniform.arrays[k];
-            let mut lanes = [R::zero(); WIDEST];
-            by_uniform(kernel, at, uniforms, k).store(&mut lanes);
-            for lane in 0..L::N {
-                if bits >> lane & 1 == 1 {
-                    // SAFETY: the reach was checked; the caller's promise.
-                    unsafe {
-                        *self.places.of(array).add((first + lane) % array.len) += lanes[lane]
-                    };
-                }
+        for element in elements {
+            let (place, x, y_bar) = at(bars, element);
+            let mut uniforms = [R::zero(); MOST_UNIFORMS];
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+                *uniform = values.get(array)[place % array.len];
+            }
+            for &k in &self.active {
+                let array = self.arrays[k];
+                let bar = by_uniform(kernel, (x, y_bar), &uniforms, k);
+                bars.get_mut(array)[place % array.len] += bar;
             }
         }
     }

@@ -1,169 +1,242 @@
 //! Arrays weighted entry by entry, and their offsets from the weighted mean.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
-use std::hint::assert_unchecked;
+use smallvec::SmallVec;
 
 use super::array::Array;
-use super::operation::{Forward, Operation, Reverse};
+use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add};
+use crate::product::fits_registers;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
+use crate::simd::{Lane, Unchecked, WIDEST};
 
-/// See [`Program::weighted`](super::Program::weighted).
-pub(crate) struct Weighted<const C: usize, const V: usize> {
-    pub(crate) weights: Array,
-    /// Arrays whose offsets from the mean are weighted.
-    pub(crate) offsets: [Array; C],
-    /// Arrays that are weighted.
-    pub(crate) values: [Array; V],
+/// See [`Program::weighted`](super::Program::weighted). How many arrays it has is known only at run time:
+/// instances for each number of arrays would be half a megabyte of code.
+pub(crate) struct Weighted {
+    weights: Array,
+    /// The weighted arrays: first those whose offsets from the mean are weighted, then those that are weighted
+    /// themselves.
+    weighed: Vec<Array>,
+    /// How many of them are offsets from the mean.
+    offsets: usize,
     /// Arrays that are appended unchanged.
-    pub(crate) others: Vec<Array>,
+    others: Vec<Array>,
     /// The weighted arrays and the others as one array, the means, and the sum of the weights; adjacent.
-    pub(crate) outputs: [Array; 3],
-    active: Active<C, V>,
+    outputs: [Array; 3],
+    /// Whether the arrays carry derivatives, by their id. Empty means all.
+    active: Vec<bool>,
     reach: Reach,
 }
 
-/// Which inputs carry derivatives.
-struct Active<const C: usize, const V: usize> {
-    weights: [bool; 1],
-    offsets: [bool; C],
-    values: [bool; V],
-    others: Vec<bool>,
-}
-
-impl<const C: usize, const V: usize> Weighted<C, V> {
+impl Weighted {
     pub(crate) fn new(
         weights: Array,
-        offsets: [Array; C],
-        values: [Array; V],
+        [offsets, values]: [&[Array]; 2],
         others: &[Array],
         outputs: [Array; 3],
     ) -> Self {
-        let inputs = [weights].into_iter().chain(offsets).chain(values);
-        let all = inputs.chain(others.iter().copied()).chain(outputs);
+        let weighed = [offsets, values].concat();
+        let all = [&[weights][..], &weighed, others, &outputs].concat();
         Self {
-            reach: Reach::new(all.map(|array| (array, array.len))),
-            active: Active {
-                weights: [true],
-                offsets: [true; C],
-                values: [true; V],
-                others: vec![true; others.len()],
-            },
+            reach: Reach::new(all.into_iter().map(|array| (array, array.len))),
+            active: Vec::new(),
             weights,
-            offsets,
-            values,
+            weighed,
+            offsets: offsets.len(),
             others: others.to_vec(),
             outputs,
         }
     }
+
+    fn is_active(&self, array: Array) -> bool {
+        self.active.get(array.id).copied().unwrap_or(true)
+    }
 }
 
-impl<R: Real, const C: usize, const V: usize> Operation<R> for Weighted<C, V> {
+impl<R: Real> LaneOperation<R> for Weighted {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
-            map: self,
-            parameters,
-            row,
-        });
+    fn set_active(&mut self, arrays: &[bool]) {
+        self.active = arrays.to_vec();
     }
-    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
-            map: self,
-            values,
-            bars,
-        });
+    #[inline(always)]
+    fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
+        self.reach.check(parameters, row);
+        let (starts, len) = (self.weights.starts, self.weights.len);
+        let (row, after) = row.split_at_mut(self.outputs[0].start);
+        let values = StepValues { parameters, row };
+        let weights = values.get(self.weights);
+        let mut to = self.outputs[1].start - self.outputs[0].start;
+        // SAFETY: all arrays are as long as the weights, and the outputs hold the results of each.
+        unsafe {
+            let total = sum::<R, L>(weights, None, starts);
+            for (c, &array) in self.weighed.iter().enumerate() {
+                let (x, mut mean) = (values.get(array), L::zero());
+                if c < self.offsets {
+                    mean = L::load(&sum::<R, L>(weights, Some(x), starts)) / L::load(&total);
+                    mean.store_n(after, to, starts.min(L::N));
+                    to += starts;
+                }
+                for at in (0..len).step_by(L::N) {
+                    let n = L::N.min(len - at);
+                    let offset = L::load_n(x, at, n) - mean;
+                    let weighed = L::load_n(weights, at, n) * offset;
+                    weighed.store_n(after, c * len + at, n);
+                }
+            }
+            after[to..to + starts].copy_from_slice(&total[..starts]);
+        }
+        let mut to = self.weighed.len() * len;
+        for &other in &self.others {
+            after[to..to + other.len].copy_from_slice(values.get(other));
+            to += other.len;
+        }
     }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.active = Active {
-            weights: [arrays[self.weights.id]],
-            offsets: self.offsets.map(|a| arrays[a.id]),
-            values: self.values.map(|a| arrays[a.id]),
-            others: self.others.iter().map(|a| arrays[a.id]).collect(),
+    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
+    /// that of `w` is `(x - mean) r`.
+    #[inline(always)]
+    fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
+        self.reach.check(values.parameters, values.row);
+        self.reach.check(bars.parameters, bars.row);
+        let (starts, len) = (self.weights.starts, self.weights.len);
+        let (begin, first) = (self.outputs[0].start, self.outputs[1].start);
+        let Bars { parameters, row } = bars;
+        let (row, after) = row.split_at_mut(begin);
+        let mut bars = Bars { parameters, row };
+        let weights = values.get(self.weights);
+        let places = Places::new(&mut bars);
+        let place = |array| match self.is_active(array) {
+            true => places.of(array),
+            false => std::ptr::null_mut(),
         };
-    }
-}
-
-/// Partial sums of a sum. A fixed number of them gives the same bits in registers of any width.
-const PARTS: usize = WIDEST;
-
-/// The sums over all entries: of the weights if `TOTAL`, and of the products of weights and each array. A register holds
-/// the sums of all starts, one after the other and repeated.
-///
-/// # Safety
-/// All arrays are as long as the weights.
-#[inline(always)]
-unsafe fn sums<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
-    weights: &[R],
-    x: [&[R]; C],
-    starts: usize,
-) -> (L, [L; C]) {
-    // SAFETY: the caller's promise.
-    unsafe {
-        if starts == 1 {
-            // A constant number of registers, which stay in registers.
-            sums_in::<R, L, C, TOTAL>(weights, x, const { PARTS / L::N }, 1)
-        } else {
-            sums_in::<R, L, C, TOTAL>(weights, x, PARTS * starts / L::N, starts)
+        let means = &values.row[first..];
+        let total = each::<R, L>(&means[self.offsets * starts..], starts);
+        let mut all = SmallVec::<[Weighed<R, L>; 6]>::new();
+        // SAFETY: the reach was checked; inputs lie before outputs, and no two slices of their bars live at
+        // a time.
+        unsafe {
+            for (c, &array) in self.weighed.iter().enumerate() {
+                let y_bar = &after[c * len..][..len];
+                let (mut mean, mut shift) = (L::zero(), L::zero());
+                if c < self.offsets {
+                    mean = each(&means[c * starts..], starts);
+                    let mean_bar: L = each(&after[first - begin + c * starts..], starts);
+                    let product = sum::<R, L>(weights, Some(y_bar), starts);
+                    shift = (L::load(&product) - mean_bar) / total;
+                }
+                all.push(Weighed {
+                    x: values.get(array),
+                    mean,
+                    y_bar,
+                    shift,
+                    x_bar: place(array),
+                });
+            }
+            let w_bar = place(self.weights);
+            for at in (0..len).step_by(L::N) {
+                let n = L::N.min(len - at);
+                let weight = L::load_n(weights, at, n);
+                let mut of_weight = L::zero();
+                for array in &all {
+                    let rest = L::load_n(array.y_bar, at, n) - array.shift;
+                    add(array.x_bar, at, n, weight * rest);
+                    let offset = L::load_n(array.x, at, n) - array.mean;
+                    of_weight = rest.fma(offset, of_weight);
+                }
+                add(w_bar, at, n, of_weight);
+            }
+        }
+        let mut from = self.weighed.len() * len;
+        for &other in &self.others {
+            if self.is_active(other) {
+                let to = bars.get_mut(other).iter_mut();
+                to.zip(&after[from..]).for_each(|(to, &bar)| *to += bar);
+            }
+            from += other.len;
         }
     }
 }
 
-/// As [`sums`], with the partial sums in so many registers.
+/// The number of partial sums of a sum. It is the same for registers of every width, and so are the bits of
+/// the sum.
+const PARTS: usize = WIDEST;
+
+/// The numbers of all starts, one after the other and repeated up to the width of a register.
+type Each<R> = [R; WIDEST];
+
+/// For each start, the sum of the weights, or of the products of the weights and an array.
 ///
 /// # Safety
-/// As [`sums`].
+/// The array is as long as the weights.
 #[inline(always)]
-unsafe fn sums_in<R: Real, L: Lane<R>, const C: usize, const TOTAL: bool>(
+unsafe fn sum<R: Real, L: Lane<R>>(weights: &[R], x: Option<&[R]>, starts: usize) -> Each<R> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        if starts == 1 && const { fits_registers::<R, L>() } {
+            // With a constant number of registers the partial sums stay in registers.
+            sum_in::<R, L>(weights, x, const { PARTS / L::N }, 1)
+        } else {
+            sum_in::<R, L>(weights, x, PARTS * starts / L::N, starts)
+        }
+    }
+}
+
+/// [`sum`] with this many registers of partial sums.
+///
+/// # Safety
+/// As for [`sum`].
+#[inline(always)]
+unsafe fn sum_in<R: Real, L: Lane<R>>(
     weights: &[R],
-    x: [&[R]; C],
+    x: Option<&[R]>,
     registers: usize,
     starts: usize,
-) -> (L, [L; C]) {
-    let (mut total, mut products) = ([L::zero(); PARTS], [[L::zero(); PARTS]; C]);
-    let (len, mut at) = (weights.len(), 0);
+) -> Each<R> {
+    let (mut parts, len, mut at) = ([L::zero(); PARTS], weights.len(), 0);
     // SAFETY: the caller's promise, and places end with the arrays.
     unsafe {
         while at + registers * L::N <= len {
             for k in 0..registers {
-                let weight = L::load_at(weights, at);
-                if TOTAL {
-                    total[k] += weight;
-                }
-                for c in 0..C {
-                    products[c][k] = weight.fma(L::load_at(x[c], at), products[c][k]);
-                }
+                add_term(&mut parts[k], weights, x, at, L::N);
                 at += L::N;
             }
         }
         for k in 0..registers {
-            if at >= len {
-                break;
+            if at < len {
+                add_term(&mut parts[k], weights, x, at, L::N.min(len - at));
+                at += L::N;
             }
-            let n = L::N.min(len - at);
-            let weight = L::load_n(weights, at, n);
-            if TOTAL {
-                total[k] += weight;
-            }
-            for c in 0..C {
-                products[c][k] = weight.fma(L::load_n(x[c], at, n), products[c][k]);
-            }
-            at += L::N;
         }
     }
-    let mut all = [L::zero(); C];
-    for c in 0..C {
-        all[c] = folded(&mut products[c], registers, starts);
-    }
-    (folded(&mut total, registers, starts), all)
+    folded(&mut parts, registers, starts)
 }
 
-/// The sum of the partial sums of each start, repeated up to the width of the register.
+/// Adds the term of `n` entries from place `at` on to a partial sum.
+///
+/// # Safety
+/// Both arrays have these entries, and `n` is at most `N`.
 #[inline(always)]
-fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts: usize) -> L {
+unsafe fn add_term<R: Real, L: Lane<R>>(
+    part: &mut L,
+    weights: &[R],
+    x: Option<&[R]>,
+    at: usize,
+    n: usize,
+) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let weight = L::load_n(weights, at, n);
+        *part = match x {
+            Some(x) => weight.fma(L::load_n(x, at, n), *part),
+            None => *part + weight,
+        };
+    }
+}
+
+/// The sum of the partial sums of each start.
+#[inline(always)]
+fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts: usize) -> Each<R> {
     let mut n = registers;
     while n > 1 {
         n /= 2;
@@ -185,259 +258,18 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
     for k in starts..L::N {
         sums[k] = sums[k - starts];
     }
-    L::load(&sums)
+    sums
 }
 
-/// Writes the number of each start in a register to the places from `at` on.
-#[inline(always)]
-fn put<R: Real, L: Lane<R>>(numbers: L, to: &mut [R], at: usize, starts: usize) {
-    let mut all = [R::zero(); WIDEST];
-    numbers.store(&mut all);
-    if starts == 1 {
-        // Spares a call of `memcpy`.
-        to[at] = all[0];
-    } else {
-        to[at..at + starts].copy_from_slice(&all[..starts]);
-    }
-}
-
-struct ForwardLanes<'a, R, L, const C: usize, const V: usize> {
-    weights: &'a [R],
-    x: [&'a [R]; C],
-    v: [&'a [R]; V],
-    means: [L; C],
-    y: &'a mut [R],
-}
-
-impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ForwardLanes<'_, R, L, C, V> {
-    /// The results of `n` entries from place `at` on.
-    ///
-    /// # Safety
-    /// All arrays have these entries, and `n` is at most `N`.
-    #[inline(always)]
-    unsafe fn lane(&mut self, at: usize, n: usize) {
-        let len = self.weights.len();
-        // SAFETY: the caller's promise.
-        unsafe {
-            let weight = L::load_n(self.weights, at, n);
-            for c in 0..C {
-                let offset = L::load_n(self.x[c], at, n) - self.means[c];
-                (weight * offset).store_n(self.y, c * len + at, n);
-            }
-            for c in 0..V {
-                let value = weight * L::load_n(self.v[c], at, n);
-                value.store_n(self.y, (C + c) * len + at, n);
-            }
-        }
-    }
-}
-
-struct ReverseLanes<'a, R, L, const C: usize, const V: usize> {
-    weights: &'a [R],
-    x: [&'a [R]; C],
-    v: [&'a [R]; V],
-    means: [L; C],
-    shifts: [L; C],
+/// A weighted array in the reverse sweep.
+struct Weighed<'a, R, L> {
+    x: &'a [R],
+    /// Zero unless offsets from the mean are weighted, as is the shift.
+    mean: L,
     y_bar: &'a [R],
-    w_bar: *mut R,
-    x_bar: [*mut R; C],
-    v_bar: [*mut R; V],
-}
-
-impl<R: Real, L: Lane<R>, const C: usize, const V: usize> ReverseLanes<'_, R, L, C, V> {
-    /// Adds to the cotangents of all entries.
-    ///
-    /// # Safety
-    /// As [`lane`](Self::lane), for all entries.
-    #[inline(always)]
-    unsafe fn all(&mut self) {
-        let mut are_active = !self.w_bar.is_null();
-        for place in self.x_bar {
-            are_active &= !place.is_null();
-        }
-        for place in self.v_bar {
-            are_active &= !place.is_null();
-        }
-        // SAFETY: the caller's promise; `are_active` was checked.
-        unsafe {
-            if are_active {
-                self.lanes::<true>();
-            } else {
-                self.lanes::<false>();
-            }
-        }
-    }
-
-    /// # Safety
-    /// As [`all`](Self::all); no pointer is null if `ACTIVE`.
-    #[inline(always)]
-    unsafe fn lanes<const ACTIVE: bool>(&mut self) {
-        let (mut at, len) = (0, self.weights.len());
-        // SAFETY: the caller's promise.
-        unsafe {
-            while at + L::N <= len {
-                self.lane::<ACTIVE>(at, L::N);
-                at += L::N;
-            }
-            if at < len {
-                self.lane::<ACTIVE>(at, len - at);
-            }
-        }
-    }
-
-    /// Adds to the cotangents of `n` entries from place `at` on.
-    ///
-    /// # Safety
-    /// As [`ForwardLanes::lane`]; pointers point to such arrays, which nothing else reads or writes meanwhile. Unless
-    /// `ACTIVE`, they may be null.
-    #[inline(always)]
-    unsafe fn lane<const ACTIVE: bool>(&mut self, at: usize, n: usize) {
-        let len = self.weights.len();
-        // SAFETY: the caller's promise.
-        unsafe {
-            if ACTIVE {
-                // Spares a branch for every register.
-                assert_unchecked(!self.w_bar.is_null());
-                for c in 0..C {
-                    assert_unchecked(!self.x_bar[c].is_null());
-                }
-                for c in 0..V {
-                    assert_unchecked(!self.v_bar[c].is_null());
-                }
-            }
-            let weight = L::load_n(self.weights, at, n);
-            let mut of_weight = L::zero();
-            for c in 0..C {
-                let rest = L::load_n(self.y_bar, c * len + at, n) - self.shifts[c];
-                add(self.x_bar[c], at, n, weight * rest);
-                let offset = L::load_n(self.x[c], at, n) - self.means[c];
-                of_weight = rest.fma(offset, of_weight);
-            }
-            for c in 0..V {
-                let bar = L::load_n(self.y_bar, (C + c) * len + at, n);
-                add(self.v_bar[c], at, n, weight * bar);
-                of_weight = bar.fma(L::load_n(self.v[c], at, n), of_weight);
-            }
-            add(self.w_bar, at, n, of_weight);
-        }
-    }
-}
-
-impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Forward<'_, Weighted<C, V>, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let (map, parameters, row) = (self.map, self.parameters, self.row);
-        map.reach.check(parameters, row);
-        let (starts, len) = (map.weights.starts, map.weights.len);
-        let (row, after) = row.split_at_mut(map.outputs[0].start);
-        let values = StepValues { parameters, row };
-        let weights = values.get(map.weights);
-        let (mut x, mut v) = ([weights; C], [weights; V]);
-        // Loops, not closures, which might be compiled without the instruction set of the lanes.
-        for c in 0..C {
-            x[c] = values.get(map.offsets[c]);
-        }
-        for c in 0..V {
-            v[c] = values.get(map.values[c]);
-        }
-        // SAFETY: all arrays are as long as the weights, and the outputs hold the results of each.
-        unsafe {
-            let (total, products) = sums::<R, L, C, true>(weights, x, starts);
-            let mut means = [L::zero(); C];
-            let mut to = map.outputs[1].start - map.outputs[0].start;
-            for c in 0..C {
-                means[c] = products[c] / total;
-                put(means[c], after, to, starts);
-                to += starts;
-            }
-            put(total, after, to, starts);
-            let mut lanes = ForwardLanes {
-                weights,
-                x,
-                v,
-                means,
-                y: after,
-            };
-            let mut at = 0;
-            while at + L::N <= len {
-                lanes.lane(at, L::N);
-                at += L::N;
-            }
-            if at < len {
-                lanes.lane(at, len - at);
-            }
-        }
-        let mut to = (C + V) * len;
-        for &other in &map.others {
-            after[to..to + other.len].copy_from_slice(values.get(other));
-            to += other.len;
-        }
-    }
-}
-
-impl<R: Real, const C: usize, const V: usize> Vectorized<R> for Reverse<'_, '_, Weighted<C, V>, R> {
-    type Output = ();
-    /// With `r = y_bar - (sum of w y_bar - mean_bar) / (sum of w)`, the cotangent of an offset's `x` is `w r` and
-    /// that of `w` is `(x - mean) r`.
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self { map, values, bars } = self;
-        map.reach.check(values.parameters, values.row);
-        map.reach.check(bars.parameters, bars.row);
-        let (starts, len) = (map.weights.starts, map.weights.len);
-        let begin = map.outputs[0].start;
-        let Bars { parameters, row } = bars;
-        let (row, after) = row.split_at_mut(begin);
-        let mut bars = Bars { parameters, row };
-        let weights = values.get(map.weights);
-        let (mut x, mut v) = ([weights; C], [weights; V]);
-        let mut y_bar = [&after[..len]; C];
-        for c in 0..C {
-            x[c] = values.get(map.offsets[c]);
-            y_bar[c] = &after[c * len..][..len];
-        }
-        for c in 0..V {
-            v[c] = values.get(map.values[c]);
-        }
-        let places = Places::new(&mut bars);
-        let [w_bar] = places.of_active(&[map.weights], &map.active.weights);
-        let x_bar = places.of_active(&map.offsets, &map.active.offsets);
-        let v_bar = places.of_active(&map.values, &map.active.values);
-        let (mut means, mut shifts) = ([L::zero(); C], [L::zero(); C]);
-        // SAFETY: the reach was checked; inputs lie before outputs, and no two slices of their bars live at
-        // a time.
-        unsafe {
-            let (_, products) = sums::<R, L, C, false>(weights, y_bar, starts);
-            let first = map.outputs[1].start;
-            let total = each::<R, L>(&values.row[first + C * starts..], starts);
-            for c in 0..C {
-                means[c] = each(&values.row[first + c * starts..], starts);
-                let mean_bar: L = each(&after[first - begin + c * starts..], starts);
-                shifts[c] = (products[c] - mean_bar) / total;
-            }
-            let mut lanes = ReverseLanes {
-                weights,
-                x,
-                v,
-                means,
-                shifts,
-                y_bar: after,
-                w_bar,
-                x_bar,
-                v_bar,
-            };
-            lanes.all();
-        }
-        let mut from = (C + V) * len;
-        for (&other, &active) in map.others.iter().zip(&map.active.others) {
-            if active {
-                let to = bars.get_mut(other).iter_mut();
-                to.zip(&after[from..]).for_each(|(to, &bar)| *to += bar);
-            }
-            from += other.len;
-        }
-    }
+    /// What is subtracted from `y_bar`.
+    shift: L,
+    x_bar: *mut R,
 }
 
 /// A number of each start, repeated up to the width of a register.

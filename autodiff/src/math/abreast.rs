@@ -1,9 +1,8 @@
-//! Several numbers abreast, for instruction-level parallelism.
+//! Several numbers side by side, for instruction-level parallelism.
 //!
-//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before.
-//! Evaluated one after the other, few such chains fit into the window in which a processor reorders
-//! instructions. Over numbers abreast, the same source does every operation on all of them before the
-//! next.
+//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before. If several are
+//! evaluated one after the other, few chains fit into the window in which a processor reorders instructions.
+//! With this type the same source does every operation on all numbers before the next operation.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -18,7 +17,7 @@ pub(crate) fn tanh_abreast<P: Primitive, const N: usize>(x: [P; N]) -> [P; N] {
 #[derive(Clone, Copy)]
 struct Abreast<P, const N: usize>([P; N]);
 
-/// Methods that do an operation on each of the numbers.
+/// Methods that apply an operation to each number.
 macro_rules! on_each {
     ($($method:ident($($operand:ident),*)),*) => {
         $(

@@ -1,5 +1,4 @@
-//! Sums and products of two floats without rounding error: the float nearest to the result and
-//! what it leaves out.
+//! Sums and products of two floats without rounding error: the nearest float to the result, and the remainder.
 
 use super::primitive::Primitive;
 
@@ -11,7 +10,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// `a * b` (Dekker 1971, by a fused multiply-add in place of splitting).
+/// `a * b` (Dekker 1971, with a fused multiply-add instead of splitting).
 #[inline]
 pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;

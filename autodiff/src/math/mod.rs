@@ -1,5 +1,4 @@
-//! Elementary functions: their values from additions and multiplications, and the table of those that
-//! are made of others.
+//! Elementary functions: values from additions and multiplications, and the formulas of composed functions.
 
 mod primitive;
 #[cfg(lanes)]

@@ -1,4 +1,4 @@
-//! Integer powers, the same in every build: the compiler's own are products in some places and the
+//! Integer powers with the same bits in every build. The compiler's own are products in some places and the
 //! system's `pow` in others.
 
 use std::ops::Mul;
@@ -9,9 +9,9 @@ use super::primitive::Primitive;
 /// Up to this exponent a handful of products is within an ulp for each.
 const FEW: u32 = 8;
 
-/// `x^exponent`. Each product doubles the relative error so far: beyond a few, numbers are pairs of
-/// floats, whose error stays below an ulp of the result up to the largest exponent. Where the result is
-/// subnormal, or a factor on the way is, it is one of the products' instead.
+/// `x^exponent`. Each product doubles the relative error so far. For more than a few products, numbers are
+/// pairs of floats, and the error stays below an ulp of the result up to the largest exponent. If the result or
+/// a factor is subnormal, the error is that of plain products.
 #[inline(always)]
 pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     let times = exponent.unsigned_abs();
@@ -22,7 +22,7 @@ pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     if exponent < 0 { power.recip() } else { power }
 }
 
-/// `one * base^times`; the last square is not taken, as it may overflow.
+/// `one * base^times`. The last square is not computed because it may overflow.
 #[inline(always)]
 pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times: u32) -> T {
     let (mut power, mut square) = (one, base);
@@ -38,7 +38,7 @@ pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times:
     power
 }
 
-/// A float and what it leaves out.
+/// A float and its remainder.
 #[derive(Clone, Copy)]
 struct Pair(f64, f64);
 
@@ -66,8 +66,8 @@ fn long_power(x: f64, exponent: i32) -> f64 {
     if power.0 != 0.0 && power.1.is_finite() {
         return power.0;
     }
-    // Beyond the range the second number is NaN, or both have lost their sign: the limit is that of the
-    // products, 0, infinity or NaN.
+    // Out of range, the remainder is NaN or both numbers have lost their sign. The plain products have the right
+    // limit: 0, infinity or NaN.
     by_squaring(1.0, base.0, exponent.unsigned_abs())
 }
 

@@ -1,8 +1,8 @@
 //! Exponential, hyperbolic tangent, sine and cosine from additions, multiplications and one
 //! division, written once for scalars and SIMD lanes.
 //!
-//! One system's libm differs from the next one's, and has no lanes. These give the same bits
-//! everywhere: every multiply-add is truly fused, in hardware or in software.
+//! The libm of one system differs from that of another, and none has lanes. These functions give the same bits
+//! everywhere, because every multiply-add is fused, in hardware or in software.
 //! Errors, measured against correctly rounded values by `tests/rules.rs`: at most 2 ulp for
 //! `exp`, 4 for `tanh`, 2 for `sin` and `cos` away from their zeros.
 //!
@@ -11,29 +11,29 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What the elementary functions are made of: a float or a lane of floats.
+/// A float or a register of floats, with the operations that elementary functions are made of.
 pub(crate) trait Primitive:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// The float that these are of: it says what differs between single and double precision.
+    /// The type of the floats. It has the constants of single or double precision.
     type Scalar: Primitive;
-    /// The highest power of the exponential's series, an odd one.
+    /// The highest power in the series of the exponential; it is odd.
     const EXP_TERMS: usize = Self::Scalar::EXP_TERMS;
-    /// Terms of the sine's and cosine's series after the first: powers up to `2 SIN_TERMS + 1`.
+    /// The terms in the series of sine and cosine after the first, up to the power `2 SIN_TERMS + 1`.
     const SIN_TERMS: usize = Self::Scalar::SIN_TERMS;
     /// `ln 2` as a sum of floats, largest first.
     const LN_2: [f64; 2] = Self::Scalar::LN_2;
     /// `pi / 2` as a sum of floats, largest first.
     const PI_2: [f64; 3] = Self::Scalar::PI_2;
-    /// Adding and taking off this number rounds to an integer, ties to even.
+    /// Adding and subtracting this number rounds to an integer, with ties to even.
     const ROUNDING: f64 = Self::Scalar::ROUNDING;
-    /// Below and above, the exponential is 0 and infinity.
+    /// Below this range the exponential is 0, above it is infinite.
     const EXP_RANGE: [f64; 2] = Self::Scalar::EXP_RANGE;
-    /// From here on `tanh` rounds to 1.
+    /// From this number on `tanh` rounds to 1.
     const TANH_ONE: f64 = Self::Scalar::TANH_ONE;
 
     fn constant(value: f64) -> Self;
-    /// `self * a + b` with one rounding: not MinGW's own, which has two.
+    /// `self * a + b` with one rounding. (MinGW's own function rounds twice.)
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// The nearest integer, for arguments well below [`ROUNDING`](Self::ROUNDING).
     #[inline(always)]
@@ -54,7 +54,7 @@ pub(crate) trait Primitive:
 const INVERSE_FACTORIAL: [f64; 18] = {
     let (mut inverses, mut factorial, mut k) = ([1.0; 18], 1.0, 1);
     while k < 18 {
-        // Exact, because 17! is below 2^53: an inverse is rounded once.
+        // Exact, because 17! is below 2^53. So an inverse is rounded once.
         factorial *= k as f64;
         inverses[k] = 1.0 / factorial;
         k += 1;
@@ -62,8 +62,8 @@ const INVERSE_FACTORIAL: [f64; 18] = {
     inverses
 };
 
-/// `x - n sum(parts)`, part by part. A loop, not a fold: a closure that is not inlined would be
-/// compiled without the lanes' instructions.
+/// `x - n sum(parts)`, part by part. It is a loop because a closure that is not inlined would be compiled
+/// without the instructions of the lanes.
 #[inline(always)]
 fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
     for k in 0..N {
@@ -77,7 +77,7 @@ fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
 fn reduced_exp_m1<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::LOG2_E)).round();
     let r = reduced(x, n, P::LN_2);
-    // Even and odd powers apart: two short chains in place of a long one.
+    // Even and odd powers separately: two short chains instead of a long one.
     let square = r * r;
     let mut odd = P::constant(INVERSE_FACTORIAL[P::EXP_TERMS]);
     let mut even = P::constant(INVERSE_FACTORIAL[P::EXP_TERMS - 1]);
@@ -94,14 +94,14 @@ fn reduced_exp_m1<P: Primitive>(x: P) -> (P, P) {
 pub(crate) fn exp<P: Primitive>(x: P) -> P {
     let [least, most] = P::EXP_RANGE;
     let (expm1, n) = reduced_exp_m1(x);
-    // Two factors: 2^n itself may lie outside the normal range.
+    // Two factors, because 2^n itself may be outside the normal range.
     let half = (n * P::constant(0.5)).round();
     let scaled = (P::constant(1.0) + expm1) * half.exp2_integer() * (n - half).exp2_integer();
     let low = x.where_less(P::constant(least), P::constant(0.0), scaled);
     P::constant(most).where_less(x, P::constant(f64::INFINITY), low)
 }
 
-/// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
+/// `tanh x = (e^2x - 1) / (e^2x + 1)`, with the difference computed without cancellation.
 #[inline(always)]
 pub(crate) fn tanh<P: Primitive>(x: P) -> P {
     let (one, two) = (P::constant(1.0), P::constant(2.0));
@@ -110,17 +110,17 @@ pub(crate) fn tanh<P: Primitive>(x: P) -> P {
     let size = limit.where_less(size, limit, size);
     let (expm1, n) = reduced_exp_m1(two * size);
     let power = n.exp2_integer();
-    // The product is exact, a power of two times a number: one rounding.
+    // The product with a power of two is exact, so there is one rounding.
     let numerator = power * expm1 + (power - one);
     (numerator / (numerator + two)).with_sign_of(x)
 }
 
-/// Beyond this many radians the reduction by [`Primitive::PI_2`] would lose digits: there the
-/// system's sine and cosine serve.
+/// Beyond this many radians the reduction by [`Primitive::PI_2`] would lose digits. The system's sine and cosine
+/// are used there.
 pub(crate) const SIN_RANGE: f64 = 1e4;
 
-/// `x - n pi/2`. The signs are arranged so that every product is a negative zero where `n` is zero:
-/// added to `x = -0`, that keeps its sign.
+/// `x - n pi/2`. The signs are arranged so that every product is a negative zero if `n` is zero. Adding it to
+/// `x = -0` keeps the sign.
 #[inline(always)]
 fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
     let minus_n = P::constant(0.0) - n;
@@ -146,8 +146,7 @@ pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
         sin = sin.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k + 1]));
         cos = cos.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k]));
     }
-    // Adding +0 keeps the factor of r from being -0, whose product with r = -0 would be +0: sin(-0)
-    // is -0.
+    // Adding +0 prevents the factor of r from being -0. Its product with r = -0 would be +0, but sin(-0) is -0.
     let sin = sin.mul_add(square, P::constant(0.0)).mul_add(r, r);
     let cos = cos.mul_add(square, P::constant(1.0));
     quadrant(n, sin, cos)
@@ -171,8 +170,8 @@ fn quadrant<P: Primitive>(n: P, sin: P, cos: P) -> (P, P) {
     (s, c)
 }
 
-/// The operations of a float: with the name of its multiply-add in `libm`, and the bias and the place of
-/// its exponent.
+/// The operations of a float, from the name of its multiply-add in `libm`, and the bias and the place of its
+/// exponent.
 macro_rules! operations {
     ($float:ident, $fma:ident, $bias:literal, $exponent:literal) => {
         #[inline(always)]
@@ -188,7 +187,7 @@ macro_rules! operations {
         }
         #[inline(always)]
         fn exp2_integer(self) -> Self {
-            // The integer stands in the last bits of the shifted number; they become the exponent.
+            // The last bits of the shifted number are the integer. They become the exponent.
             let shifted = self + Self::constant(Self::ROUNDING);
             Self::from_bits(shifted.to_bits().wrapping_add($bias) << $exponent)
         }
@@ -228,7 +227,7 @@ impl Primitive for f32 {
     type Scalar = Self;
     const EXP_TERMS: usize = 7;
     const SIN_TERMS: usize = 5;
-    // Parts of single precision each.
+    // Each part has single precision.
     const LN_2: [f64; 2] = [0.6931471824645996, -1.9046542121259336e-9];
     const PI_2: [f64; 3] = [
         1.5707963705062866,

@@ -1,5 +1,5 @@
-//! Constants, signs and rounding, made of what a [`Real`] has. They select and do not branch, so they
-//! run in lanes.
+//! Constants, signs and rounding, composed of methods of [`Real`]. They select and do not branch, so they run in
+//! lanes.
 
 use crate::real::{Mask, Real};
 
@@ -7,8 +7,8 @@ pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
-/// Machine epsilon, or nearly: the distance from 1 to the next number of the type. It is the rounding
-/// error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
+/// Machine epsilon, the distance from 1 to the next number of the type, or nearly so. It is the rounding error of
+/// `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
 pub(crate) fn epsilon<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()
@@ -21,11 +21,11 @@ pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     x.less(zero) | (at_zero & x.detach().recip().less(zero))
 }
 
-/// The integer part, as a constant. Found bit by bit, from the highest down: exact in any type.
+/// The integer part, as a constant. It is found bit by bit from the highest down, so it is exact in any type.
 pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
-    // Compared with the half, so that the highest bit does not exceed the number and overflow.
+    // Compared with half the number, so that the highest bit does not exceed the number and overflow.
     while (bit.less_equal(half) & finite).any() {
         bit *= two;
     }
@@ -35,20 +35,20 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
         whole = R::select(more.less_equal(size), more, whole);
         bit /= two;
     }
-    // Infinities and NaN are kept, and so is the sign of zero.
+    // Infinities, NaN and the sign of zero are kept.
     let whole = R::select(finite, whole, size);
     let whole = R::select(x.less(zero), -whole, whole);
     R::select(size.less_equal(zero), x.detach(), whole)
 }
 
-/// `a - q b` with `q` the integer part of `a / b`, exactly (`fmod`); the derivative is that for a
-/// constant `q`.
+/// The exact remainder (`fmod`) `a - q b`, where `q` is the integer part of `a / b`. The derivative treats `q` as
+/// a constant.
 pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let (zero, divisor) = (R::zero(), b.detach().abs());
     let size = a.detach().abs();
     let defined = size.finite() & zero.less(divisor);
-    // Long division: the divisor is scaled up by powers of `FAR` to just below the dividend, and each
-    // scaled divisor is subtracted in binary multiples. Every difference is exact.
+    // Long division: the divisor is scaled up by powers of `FAR` to just below the dividend. Binary multiples of
+    // each scaled divisor are subtracted. Every difference is exact.
     let far = R::lit(FAR);
     let (mut left, mut unit) = (size, divisor);
     loop {
@@ -76,7 +76,7 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let value = R::select(defined, value, R::lit(f64::NAN));
     let whole = R::select(a.less(zero), -whole, whole);
     let whole = R::select(b.less(zero), -whole, whole);
-    // Where the quotient is 0 the divisor has no part in the derivative, even if it is infinite.
+    // If the quotient is 0, the derivative does not depend on the divisor, even if that is infinite.
     let moves = R::select(whole.abs().less_equal(zero), a, a - b * whole);
     value.straight_through(moves)
 }
@@ -89,7 +89,7 @@ pub(crate) fn floor<R: Real>(x: R) -> R {
     R::select(x.less(whole), whole - R::one(), whole)
 }
 
-/// The nearest integer, halves away from zero, as a constant.
+/// The nearest integer, with halves away from zero, as a constant.
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).less_equal((x - whole).abs());

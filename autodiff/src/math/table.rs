@@ -1,13 +1,13 @@
-//! The longer formulas of the table of [`functions`]. Differentiating a formula that is accurate for the value can
-//! be inaccurate, so each function has its partial beside it; higher derivatives follow from that.
+//! The longer formulas of the table of [`functions`]. The derivative of a formula with an accurate value can be
+//! inaccurate, so each function has a separate formula for its partial. Higher derivatives follow from that one.
 
 use crate::elementary::{Elementary, functions};
-use crate::real::Real;
+use crate::real::{Mask, Real};
 use crate::rule;
 
 impl Elementary {
-    /// A function of the system's that is better on floats than [`value`](Self::value): a quotient
-    /// of logarithms is not exact at powers of the base.
+    /// The system's function if it is better on floats than [`value`](Self::value). A quotient of logarithms is not
+    /// exact at powers of the base.
     #[inline(always)]
     pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
         match self {
@@ -26,8 +26,8 @@ macro_rules! values_and_partials {
         }
     ) => {
         impl Elementary {
-            /// The value, made of methods of [`Real`]: for an implementation of [`Real::elementary`] that has
-            /// nothing better.
+            /// The value, computed with methods of [`Real`]. For implementations of [`Real::elementary`] without a
+            /// better formula.
             #[inline(always)]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
@@ -40,16 +40,31 @@ macro_rules! values_and_partials {
 
             /// The value and the partial, as in [`rule`].
             #[inline(always)]
-            #[allow(unused_variables)]
             pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
-                let partial = match self {
+                if R::Mask::IS_SINGLE {
+                    (value, self.shared_partial(x, value))
+                } else {
+                    (value, self.partial(x, value))
+                }
+            }
+
+            /// [`partial`](Self::partial), compiled once for a number type. Only lanes need it inlined.
+            #[inline(never)]
+            fn shared_partial<R: Real>(self, x: R, y: R) -> R {
+                self.partial(x, y)
+            }
+
+            /// The partial at `x`, where the value is `y`.
+            #[inline(always)]
+            #[allow(unused_variables)]
+            fn partial<R: Real>(self, x: R, y: R) -> R {
+                match self {
                     $(Self::$Function => {
-                        let ($of, $y) = (x, value);
+                        let ($of, $y) = (x, y);
                         $partial
                     })*
-                };
-                (value, partial)
+                }
             }
         }
     };
@@ -57,15 +72,15 @@ macro_rules! values_and_partials {
 
 functions!(values_and_partials);
 
-/// The value at `x` of an odd function, given that at `|x|`. A zero keeps its sign.
+/// The value of an odd function at `x`, given the value at `|x|`. A zero keeps its sign.
 #[inline(always)]
 fn odd<R: Real>(x: R, of_size: R) -> R {
     let signed = R::select(x.less(R::zero()), -of_size, of_size);
     R::select(x.abs().less_equal(R::zero()), x, signed)
 }
 
-/// For small `x`, `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels; `x` itself where halving
-/// it is inexact, as of subnormal numbers.
+/// For small `x` it is `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels. It is `x` itself if `x / 2` is
+/// inexact, as for subnormal numbers.
 #[inline(always)]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
@@ -76,7 +91,7 @@ fn exp_m1<R: Real>(x: R) -> R {
     R::select(x.abs().less(one), small, x.exp() - one)
 }
 
-/// By W. Kahan's formula: the factor `x / (u - 1)` makes up for the rounding of `u = 1 + x`.
+/// W. Kahan's formula. The factor `x / (u - 1)` compensates for the rounding of `u = 1 + x`.
 #[inline(always)]
 fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
@@ -87,7 +102,7 @@ fn ln_1p<R: Real>(x: R) -> R {
     R::select(vanishes, x, corrected)
 }
 
-/// `e^x / 2` as the square of a root: finite a little beyond where `e^x` overflows.
+/// `e^x / 2` as the square of a root, which is finite a little beyond the overflow of `e^x`.
 #[inline(always)]
 fn half_exp<R: Real>(x: R) -> R {
     let half = R::lit(0.5);
@@ -111,13 +126,13 @@ fn cosh<R: Real>(x: R) -> R {
     R::select(power.finite(), value, half_exp(size))
 }
 
-/// `ln(2 x)`, the limit of the inverse hyperbolic functions, for an `x` whose square overflows.
+/// `ln(2 x)`, the limit of the inverse hyperbolic functions, for `x` whose square overflows.
 #[inline(always)]
 fn ln_twice<R: Real>(x: R) -> R {
     x.ln() + R::lit(2.0).ln()
 }
 
-/// `ln(x + sqrt(x^2 + 1))`, of the magnitude, so that nothing cancels.
+/// `ln(x + sqrt(x^2 + 1))`, computed for the magnitude, so that nothing cancels.
 #[inline(always)]
 fn asinh<R: Real>(x: R) -> R {
     let (one, size) = (R::one(), x.abs());
@@ -130,12 +145,12 @@ fn asinh<R: Real>(x: R) -> R {
 fn asinh_partial<R: Real>(x: R) -> R {
     let square = x * x;
     let partial = (R::one() + square).sqrt().recip();
-    // The partial's own partials have the square's square.
+    // The partials of the partial contain the square of the square.
     R::select((square * square).finite(), partial, x.abs().recip())
 }
 
-/// `ln(x + sqrt(x^2 - 1))`. The root is taken of each factor, `x - 1` and `x + 1`: their product is
-/// positive below -1 too, where the function is not defined.
+/// `ln(x + sqrt(x^2 - 1))`. Each factor, `x - 1` and `x + 1`, has its own root. Their product is also positive
+/// below -1, where the function is not defined.
 #[inline(always)]
 fn acosh<R: Real>(x: R) -> R {
     let one = R::one();
@@ -144,18 +159,18 @@ fn acosh<R: Real>(x: R) -> R {
     R::select((x * x).finite(), value, ln_twice(x))
 }
 
-/// A power, whose exponent of 1/3 is rounded, corrected by one step of Newton's method.
+/// A power with the rounded exponent 1/3, corrected by one step of Newton's method.
 #[inline(always)]
 fn cbrt<R: Real>(x: R) -> R {
     let (size, three) = (x.abs(), R::lit(3.0));
     let power = size.powf(three.recip());
     let root = power - (power - size / (power * power)) / three;
-    // The step is NaN at zero and infinity, where the power is right.
+    // The step is NaN at zero and infinity, where the power is correct.
     odd(x, R::select(root.finite(), root, power))
 }
 
-/// The logistic function and its slope, from the exponential that does not overflow. The slope is
-/// differentiated as one of `tanh(x/2)`: the derivative of `rest * share` is a difference near 0.
+/// The logistic function and its slope, from the exponential that does not overflow. The slope is differentiated
+/// as a slope of `tanh(x/2)`, because the derivative of `rest * share` cancels near 0.
 #[inline(always)]
 fn sigmoid<R: Real>(x: R) -> (R, R) {
     let (one, negative) = (R::one(), x.less(R::zero()));
@@ -180,9 +195,9 @@ fn cardinal<R: Real>(value: R, x: R) -> R {
     R::select(x.abs().less_equal(R::zero()), R::one(), value / x)
 }
 
-/// The slope of `sin(x) / x`, where `sign` is -1, or of `sinh(x) / x`, where it is 1. Below 1 the terms of the
-/// quotient's slope cancel, so there it comes from the series `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with
-/// `r = sign x^2`. Its last term is below 1e-34: enough for every type.
+/// The slope of `sin(x) / x` for the sign -1, or of `sinh(x) / x` for the sign 1. For `|x| < 1` the terms of the
+/// quotient's slope cancel, so the slope is the series `sign x/3 (1 + r/(2 5) (1 + r/(4 7) (…)))` with
+/// `r = sign x^2`. The last term is below 1e-34, which is enough for every type.
 #[inline(always)]
 fn cardinal_partial<R: Real>(of_quotient: R, x: R, sign: f64) -> R {
     let mut sum = R::one();

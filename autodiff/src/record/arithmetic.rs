@@ -1,17 +1,17 @@
-//! The arithmetic of recorded operations. A mask stands as a number: 1 where it holds, else 0.
+//! The arithmetic of recorded operations. A mask is represented by a number: 1 for true, 0 for false.
 
 use super::operation::{Binary, Logic, Unary};
 use crate::elementary::functions;
 use crate::real::Real;
 use crate::rule;
 
-/// A mask from the number that stands for it.
+/// The mask that a number represents.
 #[inline(always)]
 pub(crate) fn holds<L: Real>(mask: L) -> L::Mask {
     L::lit(0.5).less(mask)
 }
 
-/// The number that stands for a mask.
+/// The number that represents a mask.
 #[inline(always)]
 pub(crate) fn number<L: Real>(mask: L::Mask) -> L {
     L::select(mask, L::one(), L::zero())
@@ -60,6 +60,22 @@ macro_rules! define {
 }
 
 functions!(define);
+
+/// The value alone.
+#[inline(always)]
+pub(crate) fn binary_value<L: Real>(f: Binary, a: L, b: L) -> L {
+    match f {
+        Binary::Add => a + b,
+        Binary::Sub => a - b,
+        Binary::Mul => a * b,
+        Binary::Div => a / b,
+        Binary::Atan2 => a.atan2(b),
+        Binary::Powf => a.powf(b),
+        Binary::Hypot => a.hypot(b),
+        Binary::Chain => L::chain(a, b),
+        Binary::StraightThrough => a.straight_through(b),
+    }
+}
 
 /// The value and the partials.
 #[inline(always)]

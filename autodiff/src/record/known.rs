@@ -1,37 +1,35 @@
-//! Bounds on a number that follow from the way it was made.
+//! Bounds on a number that follow from how it is computed.
 
 use super::operation::{Op, Unary};
 
-/// What is known of a node's value and of its derivatives, wherever the inputs and the results of
-/// the kernel are finite.
+/// Bounds on a number, valid wherever the inputs and the results of the kernel are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
     /// A lower bound.
     pub(super) least: f64,
     pub(super) range: Range,
-    /// Whether it is sure not to be a negative zero: a square is not, nor is a sum one of whose terms is
-    /// not.
+    /// Whether the number cannot be a negative zero. A square cannot, nor can a sum if one of its terms cannot.
     pub(super) unsigned: bool,
 }
 
-/// How large a number may become. A sum is taken to be finite where its terms are, and so is a
-/// product with what is bounded.
+/// How large a number may be. A sum is assumed to be finite if its terms are, and so is a product with a bounded
+/// number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Range {
-    /// No larger than constants make it.
+    /// Bounded by constants.
     Bounded,
     /// As large as inputs and results.
     Finite,
-    /// Infinite or NaN where a product overflows, of which the results show nothing.
+    /// Infinite or NaN if a product overflows, even if the results are finite.
     Overflow,
-    /// Infinite or NaN for another reason: an exponential, a power, a function at the edge of its
-    /// domain.
+    /// Infinite or NaN for another reason: an exponential, a power, or a function at the edge of its domain.
     Singular,
 }
 
 use Range::{Bounded, Finite, Overflow, Singular};
 
-/// Clear of zero: even the cube of its reciprocal, the highest power in a rule, is finite in f32.
+/// Numbers from here on are clear of zero: even the cube of the reciprocal, the highest power in a rule, is finite
+/// in f32.
 const CLEAR: f64 = 1e-12;
 
 impl Known {
@@ -55,7 +53,7 @@ impl Known {
         }
     }
 
-    /// True if the number is sure to be finite, so that its product with zero is zero.
+    /// Whether the number must be finite, so that its product with zero is zero.
     pub(super) fn is_finite(self) -> bool {
         self.range <= Finite
     }
@@ -93,7 +91,7 @@ impl Known {
         }
     }
 
-    /// Either of two.
+    /// The bounds on a number that is one of two.
     pub(super) fn or(self, other: Self) -> Self {
         Self {
             least: self.least.min(other.least),
@@ -119,7 +117,7 @@ impl Known {
             Unary::Recip if self.least > 0.0 => (0.0, bounded(inside)),
             Unary::Ln => (f64::NEG_INFINITY, inside),
             Unary::Sin | Unary::Cos | Unary::Tanh => (f64::NEG_INFINITY, bounded(self.range)),
-            // 0, not more: it may underflow.
+            // The bound is 0 because the exponential may underflow.
             Unary::Exp => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
         };
@@ -134,8 +132,7 @@ impl Known {
         }
     }
 
-    /// What is known of the result of `op` besides, where its overflow would show in the kernel's
-    /// results, which are finite.
+    /// The bounds on the result of `op` if its overflow would make a result of the kernel infinite.
     pub(super) fn shown(self, op: Op) -> Self {
         let range = match (self.range, op) {
             (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,

@@ -1,8 +1,8 @@
 //! Generic code recorded as a list of operations.
 //!
-//! A `Symbol` is a number that notes how it was made. [`emit`] runs the reverse tape over
-//! symbols and prints the adjoint as Rust. All else replays a recording: a sum or a map over data (`data`), and number
-//! types other than floats in an [`AnyProgram`].
+//! A `Symbol` is a number that records how it was computed. [`emit`] runs the reverse tape over symbols and
+//! prints the adjoint as Rust. Everything else replays a recording: sums and maps over data (`data`), and kernels
+//! on number types other than floats in an [`AnyProgram`](crate::AnyProgram).
 
 pub(crate) mod operation;
 pub(crate) mod arithmetic;
@@ -12,6 +12,5 @@ pub(crate) mod symbol;
 pub mod emit;
 pub(crate) mod replay;
 mod replayed;
-mod any_program;
 
-pub use any_program::AnyProgram;
+pub(crate) use replayed::{Places, ReplayedKernel, recorded};

@@ -1,13 +1,13 @@
-//! The operations that a recording holds.
+//! The operations of a recording.
 
 use crate::elementary::{Elementary, functions};
 
-/// Where a number of a recording lies: among the arguments that all points of a sum share, or among the
-/// recording's own operations.
+/// The place of a number of a recording: among the arguments that all points share, or among the results of
+/// the recording's operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Place(u32);
 
-/// The bit that marks shared places. The numbers below it are those of own places.
+/// The bit that marks shared places.
 const SHARED: u32 = 1 << 31;
 
 impl Place {
@@ -17,7 +17,7 @@ impl Place {
     pub(super) fn own(at: usize) -> Self {
         assert!(
             at < SHARED as usize,
-            "a recording of more than {SHARED} numbers"
+            "a recording holds at most {SHARED} numbers"
         );
         Place(at as u32)
     }
@@ -41,7 +41,7 @@ impl Place {
     }
 }
 
-/// Places one after the other, with the same distance between any two.
+/// Places with the same distance from each to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Run {
     pub(crate) first: Place,
@@ -141,7 +141,7 @@ pub(crate) enum Op {
 }
 
 impl Op {
-    /// The operation with each run of operands replaced by `f`, which gets the run and its length.
+    /// The operation with each run of operands replaced by the result of `f`, which takes the run and its length.
     pub(crate) fn with_operands(self, mut f: impl FnMut(Run, u32) -> Run) -> Self {
         let mut one = |place| {
             f(
@@ -175,7 +175,7 @@ impl Op {
         operands
     }
 
-    /// The operands that are sure to be finite where the result is.
+    /// The operands that must be finite if the result is finite.
     pub(super) fn shows(self) -> Vec<Place> {
         use Unary::{Abs, Cos, Detach, Ln, Neg, Sin, Sqrt};
         match self {

@@ -1,4 +1,4 @@
-//! A list of the operations of some generic code.
+//! The list of the operations of generic code.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -9,41 +9,41 @@ use crate::restored::Restored;
 
 /// The operations, each at the place of its result.
 ///
-/// A plain recording, which is replayed, has them in the order in which the code asks for them. A simplified one, from which [`emit`](crate::emit) prints, has each
-/// subexpression once, and leaves out trivial ones.
+/// A plain recording is for replays and has the operations in the order of the code. A simplified recording is for
+/// [`emit`](crate::emit). It has each subexpression once and no trivial operations.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub(crate) ops: Vec<Op>,
-    /// Whether the code asked for a value, or called a function whose derivative is its own: then the
-    /// operations do not stand for the code.
+    /// Whether the code asked for a value or called a function with its own derivative. The operations then do not
+    /// represent the code.
     pub(crate) unfit: bool,
     pub(super) is_simplified: bool,
-    /// Whether every call is recorded as a separate operation, without folding or sharing. Two recordings
-    /// of the same code then have the same operations at the same places.
+    /// Whether every call is recorded as a separate operation, without folding or sharing. Two recordings of the
+    /// same code then have the same operations at the same places.
     is_verbatim: bool,
-    /// Magnitudes of the constants that stand for fields of a kernel. Fields are only known to be finite.
+    /// Magnitudes of the constants that represent fields of a kernel. Fields are only known to be finite.
     fields: Vec<f64>,
-    /// What is known of each operation's result, in a simplified recording.
+    /// Bounds on each operation's result, in a simplified recording.
     known: Vec<Known>,
-    /// The operations that are not recorded again (hash-consing): constants, or all of them.
+    /// The operations that are not recorded again (hash-consing): constants, or all operations.
     places: HashMap<Op, Place>,
 }
 
-/// More operations than anyone would check in.
+/// The most operations of a kernel that can be emitted.
 const MOST: usize = 1 << 20;
 
 thread_local! {
     static CURRENT: RefCell<Recording> = RefCell::default();
 }
 
-/// Runs `code` with a recording that is to be the current one, and returns both results.
+/// Runs `code` with this recording as the current one. Returns the result and the recording.
 pub(crate) fn record<T>(recording: Recording, code: impl FnOnce() -> T) -> (T, Recording) {
     let _outer = Restored::set(&CURRENT, recording);
     let result = code();
     (result, CURRENT.take())
 }
 
-/// Does something with the current recording.
+/// Calls `work` with the current recording.
 pub(crate) fn current<T>(work: impl FnOnce(&mut Recording) -> T) -> T {
     CURRENT.with_borrow_mut(work)
 }
@@ -57,7 +57,7 @@ impl Recording {
         }
     }
 
-    /// Records code for emission, one operation per call.
+    /// A recording for emission with one operation per call.
     pub(super) fn verbatim() -> Self {
         Self {
             is_verbatim: true,
@@ -102,8 +102,8 @@ impl Recording {
     fn expect_room(&self) {
         assert!(
             self.ops.len() < MOST,
-            "a kernel of more than {MOST} operations cannot be emitted: does it loop until \
-             `Mask::any` is false? For symbols it never is"
+            "a kernel of more than {MOST} operations cannot be emitted; it must not loop until \
+             `Mask::any` is false, because that never happens while recording"
         );
     }
 
@@ -111,8 +111,8 @@ impl Recording {
         self.push(Op::Constant(value.to_bits()))
     }
 
-    /// The place of an operation's simplest form. Only trivial sums and products are folded: other
-    /// constants may stand for fields of the kernel.
+    /// The place of the simplest form of an operation. Only trivial sums and products are folded, because other
+    /// constants may represent fields of the kernel.
     fn push_simplified(&mut self, op: Op) -> Place {
         let is = |place, value| self.constant(place) == Some(value);
         match op {
@@ -123,7 +123,7 @@ impl Recording {
             Op::Unary(Unary::Abs, x) if self.known(x).least >= 0.0 => x,
             Op::Unary(Unary::Detach, x) => self.detached(x),
             Op::Binary(Binary::Add, [a, b]) if is(a, 0.0) => b,
-            // Adding +0 may change a negative zero, as the rules want it to.
+            // Adding +0 may change a negative zero, which the rules rely on.
             Op::Binary(Binary::Add, [a, b])
                 if is(b, 0.0) && (!self.known(b).unsigned || self.known(a).unsigned) =>
             {
@@ -132,7 +132,7 @@ impl Recording {
             Op::Binary(Binary::Sub, [a, b]) if is(b, 0.0) => a,
             Op::Binary(Binary::Sub, [a, b]) if is(a, 0.0) => self.push(Op::Unary(Unary::Neg, b)),
             Op::Binary(Binary::Mul, [a, b]) => self.product(a.min(b), a.max(b)),
-            // As a product with the reciprocal, which an adjoint needs anyway.
+            // A product with the reciprocal, which the adjoint needs anyway.
             Op::Binary(Binary::Div, [a, b]) => {
                 let inverse = self.push(Op::Unary(Unary::Recip, b));
                 self.push(Op::Binary(Binary::Mul, [a, inverse]))
@@ -143,7 +143,7 @@ impl Recording {
         }
     }
 
-    /// A product with a constant zero is zero, so that no code is printed for what passes no cotangent.
+    /// A product with a constant zero is zero, so that no code is printed where no cotangent passes.
     fn product(&mut self, a: Place, b: Place) -> Place {
         match (self.constant(a), self.constant(b)) {
             (Some(0.0), _) | (_, Some(0.0)) => self.push_constant(0.0),
@@ -158,7 +158,7 @@ impl Recording {
     fn detached(&mut self, x: Place) -> Place {
         match self.op(x) {
             Op::Constant(_) | Op::Unary(Unary::Detach, _) => x,
-            // Into the branches: a choice between constants stays one.
+            // Detach the branches, so that a choice between constants stays one.
             Op::Select(mask, branches) => {
                 let branches = branches.map(|branch| self.detached(branch));
                 self.push(Op::Select(mask, branches))
@@ -169,7 +169,7 @@ impl Recording {
 
     fn chained(&mut self, partial: Place, cotangent: Place) -> Place {
         match self.op(partial) {
-            // Into the branches of a select: what passes nothing is then zero.
+            // Chain the branches of a select, so that a branch that passes nothing is zero.
             Op::Select(mask, branches) if branches.iter().any(|&b| self.constant(b).is_some()) => {
                 let branches = branches.map(|branch| self.chained(branch, cotangent));
                 self.push(Op::Select(mask, branches))
@@ -196,7 +196,7 @@ impl Recording {
         self.known[place.at()]
     }
 
-    /// What is known of an operation's result by its operands.
+    /// The bounds on an operation's result that follow from its operands.
     fn knowledge(&self, op: Op) -> Known {
         let of = |place| self.known(place);
         let product = |a, b| {
@@ -220,8 +220,8 @@ impl Recording {
                 least: of(hard).least,
                 ..of(hard).or(of(soft))
             },
-            // Unlike a product by itself, one inside is not rounded to a zero first: a small negative
-            // product may round to a negative zero in the end.
+            // The product inside is not rounded to a zero first. A small negative product may therefore end as a
+            // negative zero.
             Op::Fma([a, b, c]) => Known {
                 unsigned: a == b && of(c).unsigned && of(c).least >= 0.0,
                 ..product(a, b).plus(of(c))
@@ -232,7 +232,7 @@ impl Recording {
         }
     }
 
-    /// Notes that these results are finite, and with them every number whose infinity would show there.
+    /// Assumes that these results are finite, and with them every number that would make them infinite.
     pub(super) fn assume_finite(&mut self, results: &[Place]) {
         let mut shown = vec![false; self.ops.len()];
         let mut pending = results.to_vec();

@@ -1,9 +1,9 @@
-//! Kernels as recordings, which any number type replays.
+//! Kernels as recordings, which any number type can replay.
 
 use std::any::type_name;
 use std::borrow::Cow;
 
-use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::replay::{Inputs, Plan, Points, Wanted};
 use super::symbol::Symbol;
 use crate::arrays::{
     Array, Bars, Graph, MOST_UNIFORMS, Operation, SlotEdge, StepValues, UniformKernel, checked,
@@ -14,9 +14,8 @@ use num_traits::Zero;
 /// Records a kernel.
 ///
 /// # Panics
-/// If the kernel asks for values or calls a function with its own derivative: the recording then does not
-/// stand for it.
-pub(super) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
+/// If the kernel asks for values or calls a function with its own derivative. A recording cannot represent it.
+pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
     let plan = Plan::record([I, K::UNIFORMS], |x, given| {
         let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
         uniforms[..given.len()].copy_from_slice(given);
@@ -25,34 +24,34 @@ pub(super) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(k
     });
     plan.unwrap_or_else(|| {
         panic!(
-            "the kernel {} asks whether a number is zero or a mask holds, or calls a fused function: \
-             from an `AnyProgram` it runs on f64 and f32 alone",
+            "the kernel {} asks whether a number is zero or a mask is true, or calls a fused function: \
+             in an `AnyProgram` it can only run on f64 and f32",
             type_name::<K>()
         )
     })
 }
 
 /// The elements or edges that a kernel is applied to.
-pub(super) enum Places {
+pub(crate) enum Places {
     /// Each element of arrays of one length.
     Elements(usize),
     /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
     Edges {
         edges: Vec<SlotEdge>,
-        /// How many inputs are differences of arrays over the nodes.
+        /// The number of inputs that are differences of arrays over the nodes.
         differences: usize,
-        /// For each node, where it is tail or head: the edge, and true for the tail. The order is that in
-        /// which floats sum them up.
+        /// Node, edge, and whether the node is the edge's tail, ordered by node. The order of the edges of a node
+        /// is that in which lanes sum them.
         ends: Vec<(usize, usize, bool)>,
     },
 }
 
 impl Places {
-    pub(super) fn elements(outputs: &[Array]) -> Self {
+    pub(crate) fn elements(outputs: &[Array]) -> Self {
         Self::Elements(outputs.first().map_or(0, |array| array.range().len()))
     }
 
-    pub(super) fn edges(graph: &Graph, differences: usize) -> Self {
+    pub(crate) fn edges(graph: &Graph, differences: usize) -> Self {
         let edges = graph.edges_by_slot();
         let mut ends = Vec::new();
         for group in edges.chunk_by(|a, b| a.head - a.tail == b.head - b.tail) {
@@ -82,7 +81,7 @@ impl Places {
 }
 
 /// A recorded kernel, mapped over arrays or over the edges of a graph.
-pub(super) struct ReplayedKernel {
+pub(crate) struct ReplayedKernel {
     kernel: Plan,
     places: Places,
     inputs: Vec<Array>,
@@ -94,7 +93,7 @@ pub(super) struct ReplayedKernel {
 }
 
 impl ReplayedKernel {
-    pub(super) fn new(
+    pub(crate) fn new(
         kernel: Plan,
         places: Places,
         inputs: &[Array],
@@ -112,8 +111,13 @@ impl ReplayedKernel {
         }
     }
 
-    /// The kernel at all places.
-    fn replay<R: Real>(&self, values: StepValues<R>, wanted: Wanted<R>) -> Replayed<R> {
+    /// Calls `replay` with the kernel at all places.
+    fn at_places<R: Real, T>(
+        &self,
+        values: StepValues<R>,
+        wanted: Wanted<R>,
+        replay: impl FnOnce(Points<R>) -> T,
+    ) -> T {
         let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
             let array = values.get(input);
             match &self.places {
@@ -128,18 +132,17 @@ impl ReplayedKernel {
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Only floats run several starts at once, and they do not replay.
+        // Only floats run several starts at once, and floats do not replay.
         let shared: Vec<R> = (self.uniforms.iter())
             .map(|&array| values.get(array)[0])
             .collect();
-        let points = Points {
+        replay(Points {
             plan: &self.kernel,
             shared: &shared,
             count: self.places.count(),
             inputs: Inputs::Numbers(&columns),
             wanted,
-        };
-        points.replay()
+        })
     }
 }
 
@@ -149,8 +152,11 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        let replayed = self.replay(StepValues { parameters, row }, Wanted::Results);
-        for (&output, results) in self.outputs.iter().zip(&replayed.results) {
+        let values = StepValues { parameters, row };
+        let all = self.at_places(values, Wanted::Results, |points| {
+            points.replay_other::<false>().results
+        });
+        for (&output, results) in self.outputs.iter().zip(&all) {
             let to = &mut row[output.range()];
             match &self.places {
                 Places::Elements(_) => to.copy_from_slice(results),
@@ -181,7 +187,8 @@ impl<R: Real> Operation<R> for ReplayedKernel {
             }
         };
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
-        let replayed = self.replay(*values, Wanted::ByInputs(Some(&seeds)));
+        let wanted = Wanted::ByInputs(Some(&seeds));
+        let replayed = self.at_places(*values, wanted, |points| points.replay_other::<true>());
         let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
         for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
             if *active {

@@ -1,4 +1,4 @@
-//! Numbers that note how they were made.
+//! Numbers that record how they are computed.
 
 use std::ops::{BitAnd, BitOr, Not};
 
@@ -11,12 +11,12 @@ use crate::elementary::{Elementary, functions};
 use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 
-/// A number without a value: running generic code over it records an operation for each call. Since
-/// such code cannot branch on values, one recording serves all of them.
+/// A number without a value. Generic code over symbols records an operation for each call. Such code cannot
+/// branch on values, so one recording is valid for all values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Symbol(pub(crate) Place);
 
-/// A comparison, or several of them joined.
+/// The result of a comparison or of joined comparisons.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SymbolMask(Place);
 
@@ -26,7 +26,7 @@ impl Symbol {
         push(Op::Input(number as u32))
     }
 
-    /// An argument that all points of a sum share.
+    /// An argument that all points share.
     pub(crate) fn shared(number: usize) -> Self {
         Symbol(Place::shared(number))
     }
@@ -57,7 +57,7 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     };
     let run = Run { first, step };
     let mut len = 0;
-    // Without an early end inside of a chunk: a network's rows are long, and chunks compare in registers.
+    // Whole chunks are compared in registers, because the rows of a network are long.
     for chunk in slice.chunks(CHUNK) {
         let places = chunk.iter().enumerate();
         let in_line = places.map(|(j, x)| x.0 == run.at(len + j));
@@ -70,14 +70,14 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
     (run, len)
 }
 
-/// How many places are compared at once.
+/// The number of places that are compared at once.
 const CHUNK: usize = 32;
 
 /// A run of each of two slices, and their length.
 type Stretch = ([Run; 2], u32);
 
-/// Two slices of one length in stretches that are runs of both, with their lengths; `None` in a simplified
-/// recording, and if there would be no fewer operations than terms.
+/// Divides two slices of one length into stretches that are runs in both. Returns `None` in a simplified recording,
+/// and if there would be as many operations as terms.
 fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
@@ -104,8 +104,7 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // A question about the value: only a simplified recording, whose code is printed for all values, may
-    // answer it by what it knows.
+    // This asks for the value. Only a simplified recording, whose code is printed for all values, may answer it.
     a == 0 => current(|recording| {
         recording.unfit = true;
         recording.is_simplified && recording.constant(a.0) == Some(0.0)
@@ -136,8 +135,8 @@ impl Mask for SymbolMask {
     fn splat(value: bool) -> Self {
         SymbolMask(push(Op::Always(value)).0)
     }
-    /// In a simplified recording true for any mask, and false for [`all`](Mask::all), as if lanes always
-    /// disagreed: then both sides of a choice are printed.
+    /// In a simplified recording `any` is always true and [`all`](Mask::all) is always false, as if lanes always
+    /// differed. Both sides of a choice are then printed.
     fn any(self) -> bool {
         current(|recording| {
             recording.unfit = true;
@@ -181,7 +180,7 @@ impl Real for Symbol {
     }
     fn primal(self) -> f64 {
         current(|recording| {
-            let refused = "a kernel whose derivatives are emitted cannot ask for a primal";
+            let refused = "a kernel with emitted derivatives cannot call `primal`";
             assert!(!recording.is_simplified, "{refused}");
             recording.unfit = true;
         });
@@ -226,7 +225,7 @@ impl Real for Symbol {
         }
         terms.iter().fold(Self::zero(), |sum, &x| sum + x)
     }
-    /// The derivative of a fused function need not be that of its `eval`.
+    /// The derivative of a fused function may differ from that of its `eval`.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         current(|recording| recording.unfit = true);
         function.eval(inputs)

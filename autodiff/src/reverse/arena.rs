@@ -7,14 +7,14 @@ use super::index::{FUSED, LINEAR, NONE, SELECT, STOPPED, index};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
-/// All that a recording holds.
+/// The contents of a recording.
 pub(super) struct Arena<R: Real> {
     pub(super) entries: Vec<Entry<R>>,
     long: LongEntries<R>,
 }
 
 impl<R: Real> Arena<R> {
-    /// Nothing recorded.
+    /// An empty recording.
     pub(super) fn new() -> Self {
         Arena {
             entries: Vec::new(),
@@ -22,40 +22,40 @@ impl<R: Real> Arena<R> {
         }
     }
 
-    /// Forgets everything and makes room for inputs, which come first.
+    /// Clears the recording and makes room for inputs, which come first.
     pub(super) fn restart(&mut self, inputs: usize) {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
             parents: [NONE, NONE],
         };
         if self.entries.capacity() == 0 {
-            // A vector that starts out small would be moved several times by a short recording.
+            // A vector that starts small would be moved several times by a short recording.
             self.entries.reserve(2 * inputs + 32);
         }
-        // The entry of an input only takes up an index and is never read: old ones may stay.
+        // The entry of an input only takes up an index and is never read, so old entries may stay.
         self.entries.truncate(inputs);
         self.entries.resize(index(inputs) as usize, entry);
         self.long.clear();
     }
 
-    /// The number of bytes allocated, without the memory that fused entries own. After a
-    /// [restart](Self::restart) fused entries own nothing.
+    /// The number of bytes allocated, without the memory that fused entries own. There are no fused entries after a
+    /// [restart](Self::restart).
     pub(super) fn bytes(&self) -> usize {
         allocated(&self.entries) + self.long.bytes()
     }
 
-    /// How many entries fit into the memory there is, and into the indices that variables have.
+    /// The number of entries that fit into the allocated memory and into the indices of variables.
     pub(super) fn room(&self) -> u32 {
         self.entries.capacity().min(FUSED as usize) as u32
     }
 
-    /// Makes room for one more entry at least.
+    /// Makes room for at least one more entry.
     pub(super) fn make_room(&mut self) {
         index(self.entries.len());
         self.entries.reserve(1);
     }
 
-    /// Appends an entry that is described elsewhere and returns its index.
+    /// Appends an entry that refers to [`LongEntries`] and returns its index.
     fn push_mark(&mut self, parents: [u32; 2], zero: R) -> u32 {
         let index = index(self.entries.len());
         let partials = [zero, zero];
@@ -83,15 +83,15 @@ impl<R: Real> Arena<R> {
         self.push_mark([LINEAR, entry], zero)
     }
 
-    /// Appends a choice of one or the other parent in every lane. Not as partials of 0 and 1: an
-    /// infinite cotangent times 0 would be NaN in the lanes where it must not pass.
+    /// Appends a choice between two parents in every lane. It does not use partials of 0 and 1, because an infinite
+    /// cotangent times 0 would be NaN in lanes where it must not pass.
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
         let select = index(self.long.selects.len());
         self.long.selects.push((mask, parents));
         self.push_mark([SELECT, select], zero)
     }
 
-    /// Appends a fused entry and one entry for each of its outputs; returns the first's index.
+    /// Appends a fused entry and one entry for each of its outputs. Returns the index of the first output.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
         let (first, outputs) = (index(self.long.fused.len()), fused.outputs);
         self.long.fused.push(fused);
@@ -102,8 +102,8 @@ impl<R: Real> Arena<R> {
         first
     }
 
-    /// Calls `visit` with each parent of the entry at place `at`, which has many parents or outputs. Every
-    /// output of a fused function depends on all of its inputs.
+    /// Calls `visit` with each parent of the entry at place `at`, which has many parents or outputs. Every output
+    /// of a fused function counts as depending on all inputs.
     pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
         let LongEntries {
             stopped,
@@ -141,23 +141,23 @@ impl<R: Real> Arena<R> {
         }
     }
 
-    /// Carries the cotangents of all entries back to the inputs, which come first.
+    /// Pulls the cotangents of all entries back to the inputs, which come first.
     ///
-    /// The parent of an entry is often the one before it. The cotangent of that one is kept in a
-    /// register: a store to `bars` and a load in the next turn would cost the latency of both.
+    /// The parent of an entry is often the entry before it. The cotangent of that entry stays in a register,
+    /// because a store to `bars` and a load in the next turn would cost the latency of both.
     pub(super) fn sweep(&mut self, bars: &mut [R], inputs: usize) {
-        // Slices of one length, not vectors behind `self`: nothing is loaded again in the loop.
+        // Slices of one length, so that the loop does not load vectors behind `self` again.
         let (entries, long) = (self.entries.as_slice(), &mut self.long);
         let bars = &mut bars[..entries.len()];
         let Some(&(mut bar)) = bars.last() else {
             return;
         };
-        // Without inputs nothing is recorded. From 1 on `i - 1` exists, which saves bounds checks.
+        // Without inputs nothing is recorded. With `i >= 1` the entry `i - 1` exists, which saves bounds checks.
         let inputs = inputs.max(1);
         for i in (inputs..entries.len()).rev() {
             let Entry { partials, parents } = entries[i];
             let before = i - 1;
-            // Marks are above every index: one comparison tells the rare entries apart.
+            // Marks are larger than every index, so one comparison finds the rare entries.
             if parents[0] >= FUSED {
                 bars[i] = bar;
                 if long.is_doubtful(parents, bar) {
@@ -171,8 +171,7 @@ impl<R: Real> Arena<R> {
                 bars[i] = bar;
                 return Careful::sweep(entries, long, bars, inputs..i + 1);
             }
-            // A zero cotangent adds nothing through finite partials; neither does an entry that no
-            // result depends on.
+            // A zero cotangent adds nothing through finite partials. Entries that no result depends on have one.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {

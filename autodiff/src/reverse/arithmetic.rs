@@ -19,7 +19,7 @@ impl<R: Real> Real for Var<R> {
         |x, y, _, rule| x.apply2(y, rule),
     }
 
-    /// Records nothing, unless lanes disagree.
+    /// Records nothing unless lanes disagree.
     #[inline]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
@@ -63,7 +63,7 @@ impl<R: Real> Real for Var<R> {
         let product = self.product(factor, value);
         product.apply2(term, (value, [one, one]))
     }
-    /// At zero the slope is 0 by choice.
+    /// The slope at zero is 0 by choice.
     #[inline]
     fn abs(self) -> Self {
         let (value, partial) = rule::abs(self.value);
@@ -92,7 +92,7 @@ impl<R: Real> Real for Var<R> {
     fn detach(self) -> Self {
         Self::constant(self.value.detach())
     }
-    /// Records nothing: another value at the entry of `soft`.
+    /// Records nothing: the result is another value at the entry of `soft`.
     #[inline]
     fn straight_through(self, soft: Self) -> Self {
         Var {
@@ -111,7 +111,7 @@ impl<R: Real> Real for Var<R> {
         }
         partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
     }
-    /// One entry.
+    /// Records one entry.
     fn dot(a: &[Self], b: &[Self]) -> Self {
         let value = R::dot(&fused::values(a), &fused::values(b));
         let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
@@ -124,7 +124,7 @@ impl<R: Real> Real for Var<R> {
         let by_b = a.iter().zip(b).map(|(x, y)| term(y, x));
         Self::push_linear(value, by_a.chain(by_b), generation)
     }
-    /// One entry.
+    /// Records one entry.
     fn sum_of(terms: &[Self]) -> Self {
         let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
         let generation = terms.iter().fold(CONSTANT, Self::common);
@@ -135,14 +135,14 @@ impl<R: Real> Real for Var<R> {
         };
         Self::push_linear(value, terms.iter().map(term), generation)
     }
-    /// One entry, and one for each output.
+    /// Records one entry, plus one for each further output.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         fused::fused(function, inputs)
     }
 }
 
 impl<R: Real> Var<R> {
-    /// `self * factor + term` for a constant factor; `value` is the result.
+    /// `self * factor + term` for a constant factor. `value` is the result.
     #[inline(always)]
     fn times_constant_plus(self, factor: R, term: Self, value: R) -> Self {
         let one = R::one();
@@ -152,7 +152,7 @@ impl<R: Real> Var<R> {
         self.apply2(term, (value, [factor, one]))
     }
 
-    /// `self / divisor`. A constant zero counts as a choice here too, unless the quotient is NaN.
+    /// `self / divisor`. A constant zero counts as a choice here too unless the quotient is NaN.
     #[inline(always)]
     fn quotient(self, divisor: Self) -> Self {
         let (value, partials) = rule::div(self.value, divisor.value);

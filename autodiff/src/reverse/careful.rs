@@ -79,7 +79,7 @@ impl<'a, R: Real> Careful<'a, R> {
         }
     }
 
-    /// Zeros that a fused function passes count as choices.
+    /// Zeros that a fused function returns count as choices.
     fn reverse_fused(&mut self, i: usize, place: u32, long: &mut LongEntries<R>) {
         let fused = &mut long.fused[place as usize];
         let outputs = i..self.unknown.len().min(i + fused.outputs);

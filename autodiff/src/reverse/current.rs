@@ -1,8 +1,8 @@
-//! Which recordings are current on this thread.
+//! The recordings that are current on this thread.
 //!
-//! A variable is `Copy + 'static` and so cannot hold its tape. It finds it through a stack of
-//! frames, one per running [`enter`], innermost first. Rust has no generic thread-local, so the
-//! frames are type-erased; a generation says both which recording it is and of which type.
+//! A variable is `Copy + 'static`, so it cannot hold its tape. It finds the tape through a stack of frames, one
+//! for each running [`enter`], innermost first. Rust has no generic thread-local, so the frames are type-erased.
+//! A generation identifies both the recording and its type.
 //!
 //! `cargo bench -p benches --bench tapes` justifies the unsafe code: with a `RefCell` around a
 //! `Box<dyn Any>` every push would cost twice as much.
@@ -22,11 +22,11 @@ use crate::real::Real;
 /// The generation of constants; no recording has it.
 pub(super) const CONSTANT: u32 = 0;
 
-/// The low bits of a generation count the recordings of its number type; the others name the type.
+/// The low bits of a generation count the recordings of a number type. The other bits identify the type.
 const COUNT_BITS: u32 = 24;
 const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
-/// The name of a number type within generations, from 1 on. All tapes of the type share it.
+/// The number of a number type within generations, counted from 1. All tapes of the type share it.
 pub(super) fn name_of<R: Real>() -> u32 {
     static NAMED: Mutex<Vec<TypeId>> = Mutex::new(Vec::new());
     let number = TypeId::of::<R>();
@@ -37,7 +37,7 @@ pub(super) fn name_of<R: Real>() -> u32 {
     let place = place.unwrap_or_else(|| {
         assert!(
             named.len() < TYPES - 1,
-            "tapes of more than {} number types",
+            "a process cannot record on tapes of more than {} number types",
             TYPES - 1
         );
         named.push(number);
@@ -46,7 +46,7 @@ pub(super) fn name_of<R: Real>() -> u32 {
     place as u32 + 1
 }
 
-/// A generation that no other recording of this number type has had in its last 16 million.
+/// A generation that the last 16 million recordings of this number type did not have.
 pub(super) fn next_generation(name: u32) -> u32 {
     static COUNTS: [AtomicU32; TYPES] = [const { AtomicU32::new(0) }; TYPES];
     let count = COUNTS[name as usize].fetch_add(1, Ordering::Relaxed);
@@ -56,11 +56,11 @@ pub(super) fn next_generation(name: u32) -> u32 {
 /// The recording that a frame refers to.
 #[derive(Clone, Copy)]
 struct CurrentRecording {
-    /// `CONSTANT` where nothing is recorded.
+    /// `CONSTANT` if nothing is recorded.
     generation: u32,
     /// The capacity of `entries`.
     room: u32,
-    /// The arena's entries, `Entry<R>`, where `R` is the type that the generation names.
+    /// The entries of the arena, `Entry<R>`, where the generation identifies `R`.
     entries: *mut (),
     /// An `Arena<R>`.
     arena: *mut (),
@@ -68,8 +68,8 @@ struct CurrentRecording {
     outer: *const Frame,
 }
 
-/// A running recording. It counts the entries itself, so that an operation writes the next one
-/// without touching the arena; the length of the arena's vector is set in [`Frame::arena`].
+/// A running recording. It counts the entries, so that an operation can write the next one without touching the
+/// arena. [`Frame::arena`] sets the length of the arena's vector.
 #[derive(Clone)]
 struct Frame {
     recording: Cell<CurrentRecording>,
@@ -77,8 +77,8 @@ struct Frame {
 }
 
 thread_local! {
-    /// The innermost frame itself, not its address: one load less in every operation. The outer
-    /// frames lie on the stack, each in the [`enter`] that replaced it here.
+    /// The innermost frame itself, because its address would cost every operation another load. The outer frames
+    /// are on the stack, each in the [`enter`] that replaced it here.
     static INNERMOST: Frame = const {
         Frame {
             recording: Cell::new(CurrentRecording {
@@ -103,7 +103,7 @@ impl Frame {
     /// Appends an entry and returns its index.
     ///
     /// # Safety
-    /// The frame is of a recording of `R`, and no reference to its arena is alive.
+    /// The frame belongs to a recording of `R`, and no reference to its arena is alive.
     #[inline(always)]
     unsafe fn push<R: Real>(&self, entry: Entry<R>) -> u32 {
         if self.len.get() == self.recording.get().room {
@@ -112,8 +112,8 @@ impl Frame {
         }
         let len = self.len.get();
         let entries = self.recording.get().entries.cast::<Entry<R>>();
-        // SAFETY: `len < room`, and both `room` and `entries` are up to date, because whoever moves
-        // the entries does so through `Open`, which sets them when it is dropped.
+        // SAFETY: `len < room`, and both `room` and `entries` are up to date, because entries are only moved
+        // through `Open`, which sets both when it is dropped.
         unsafe { entries.add(len as usize).write(entry) };
         self.len.set(len + 1);
         len
@@ -133,12 +133,11 @@ impl Frame {
     /// The arena, after setting the length of its vector to the number of entries pushed.
     ///
     /// # Safety
-    /// The frame is of a recording of `R`, and while the result lives no other reference to the
-    /// arena does: no code from outside `reverse` runs.
+    /// The frame belongs to a recording of `R`. While the result lives, there is no other reference to the arena
+    /// and no code from outside `reverse` runs.
     unsafe fn arena<R: Real>(&self) -> Open<'_, R> {
-        // SAFETY: the generation names `R`, so this is an `Arena<R>`; `enter` holds the exclusive
-        // borrow it came from and does not touch it; by the contract above no other reference to
-        // it is alive.
+        // SAFETY: the generation identifies `R`, so this is an `Arena<R>`. `enter` holds the exclusive borrow of
+        // it and does not touch it. By the contract above no other reference to it is alive.
         let arena = unsafe { &mut *self.recording.get().arena.cast::<Arena<R>>() };
         // SAFETY: `push` has written the entries up to `len`, within the capacity.
         unsafe { arena.entries.set_len(self.len.get() as usize) };
@@ -146,8 +145,8 @@ impl Frame {
     }
 }
 
-/// A borrow of a frame's arena. When dropped, even by the panic of a full tape, it tells the frame
-/// where the entries are now, and how many.
+/// A borrow of a frame's arena. When it is dropped, even by the panic of a full tape, it updates the frame's
+/// pointer to the entries and their number.
 struct Open<'a, R: Real> {
     frame: &'a Frame,
     arena: &'a mut Arena<R>,
@@ -164,13 +163,13 @@ impl<R: Real> Drop for Open<'_, R> {
     }
 }
 
-/// Takes a frame off the stack, also when the closure panics.
+/// Removes a frame from the stack, also when the closure panics.
 struct Leave<'a, R: Real>(&'a Frame, PhantomData<R>);
 
 impl<R: Real> Drop for Leave<'_, R> {
     fn drop(&mut self) {
         INNERMOST.with(|innermost| {
-            // SAFETY: `enter` made this frame, of a recording of `R`.
+            // SAFETY: `enter` created this frame for a recording of `R`.
             drop(unsafe { innermost.arena::<R>() });
             innermost.set(self.0);
         });
@@ -195,40 +194,39 @@ pub(super) fn enter<R: Real, T>(
     INNERMOST.with(|innermost| {
         innermost.recording.set(recording);
         innermost.len.set(len);
-        // SAFETY: the frame is of a recording of `R`. Dropping this sets `entries` and `room`.
+        // SAFETY: the frame belongs to a recording of `R`. Dropping this sets `entries` and `room`.
         drop(unsafe { innermost.arena::<R>() });
     });
     let _leave = Leave::<R>(&outer, PhantomData);
     function()
 }
 
-/// Appends an entry to the recording of `generation`, a variable's and not `CONSTANT`.
+/// Appends an entry to the recording of `generation`, which must not be `CONSTANT`.
 ///
 /// # Safety
-/// `generation` was drawn for a recording of `R`.
+/// `generation` belongs to a recording of `R`.
 ///
 /// # Panics
 /// If that recording is not current on this thread.
 #[inline(always)]
 pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
-    // Two calls, not one with a reference to either frame: with that, recording takes two thirds
-    // longer.
+    // Two calls, because with one call on a reference to either frame recording takes two thirds longer.
     INNERMOST.with(|innermost| {
         if innermost.recording.get().generation == generation {
-            // SAFETY: the generation names `R`, and references to arenas live in `with` alone.
+            // SAFETY: the generation identifies `R`, and references to arenas live only in `with`.
             unsafe { innermost.push(entry) }
         } else {
-            // SAFETY: as above; the frame of a running `enter`.
+            // SAFETY: as above, for the frame of a running `enter`.
             unsafe { (*further_out(generation)).push(entry) }
         }
     })
 }
 
-/// Calls `action` with the arena of `generation`, which is a variable's and not `CONSTANT`.
+/// Calls `action` with the arena of `generation`, which must not be `CONSTANT`.
 ///
 /// # Safety
-/// `action` runs no code from outside `reverse`, so that no second `with` starts inside it, and
-/// `generation` was drawn for a recording of `R`.
+/// `generation` belongs to a recording of `R`. `action` runs no code from outside `reverse`, so no second `with`
+/// starts inside it.
 ///
 /// # Panics
 /// If that recording is not current on this thread.
@@ -243,19 +241,18 @@ pub(super) unsafe fn with<R: Real, T>(
             // SAFETY: the frame of a running `enter`.
             unsafe { &*further_out(generation) }
         };
-        // SAFETY: the generation names `R`; the rest is the contract of this function.
+        // SAFETY: the generation identifies `R`. The rest is the contract of this function.
         action(unsafe { frame.arena() }.arena)
     })
 }
 
-/// The frame of a recording that is not the innermost.
+/// The frame of a recording that is not the innermost one.
 #[cold]
 #[inline(never)]
 fn further_out(generation: u32) -> *const Frame {
     let mut place = INNERMOST.with(|innermost| innermost.recording.get().outer);
-    // SAFETY: a pointer in the list is null or the frame that an `enter` further up this thread's
-    // stack keeps: `Leave` takes the one that points to it out before it dies, whichever way
-    // `enter` ends.
+    // SAFETY: a pointer in the list is null or points to a frame in an `enter` further up this thread's stack.
+    // However `enter` ends, `Leave` first removes the frame that points to it.
     while let Some(frame) = unsafe { place.as_ref() } {
         if frame.recording.get().generation == generation {
             return place;
@@ -274,7 +271,7 @@ mod tests {
     use crate::dual::Dual;
 
     #[test]
-    fn a_generation_names_its_number_type() {
+    fn a_generation_identifies_its_number_type() {
         let (f64_name, f32_name) = (name_of::<f64>(), name_of::<f32>());
         assert_ne!(f64_name, f32_name);
         assert_ne!(f64_name, name_of::<Dual<f64, 1>>());

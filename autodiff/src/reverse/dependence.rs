@@ -1,14 +1,14 @@
-//! Which inputs the outputs of a recording depend on.
+//! The inputs that the outputs of a recording depend on.
 
 use super::arena::Arena;
 use super::index::{FUSED, NONE};
 use crate::real::Real;
 
-/// A search backwards through the entries, which visits each once for an output.
+/// A backward search through the entries, which visits each entry once for an output.
 pub(super) struct Dependence<'a, R: Real> {
     arena: &'a Arena<R>,
     inputs: usize,
-    /// For each entry the last search that came by, counted from 1.
+    /// The last search that visited each entry, counted from 1.
     visited: Vec<u32>,
     searches: u32,
     pending: Vec<u32>,

@@ -1,11 +1,11 @@
-//! What a recording consists of: entries, and the operands that do not fit into them.
+//! The entries of a recording, and the operands that do not fit into them.
 
 use super::fused_entry::FusedEntry;
 use super::index::{FUSED, LINEAR, NONE, SELECT};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
-/// One recorded operation of at most two variables: 24 bytes for f64.
+/// A recorded operation of at most two variables; 24 bytes for f64.
 #[derive(Clone, Copy)]
 pub(super) struct Entry<R> {
     pub(super) partials: [R; 2],
@@ -14,14 +14,14 @@ pub(super) struct Entry<R> {
 
 /// The operands that do not fit into an entry.
 pub(super) struct LongEntries<R: Real> {
-    /// The terms `(partial, parent)` of all linear entries, one entry after the other …
+    /// The terms `(partial, parent)` of all linear entries, one entry after the other.
     pub(super) terms: Vec<(R, u32)>,
-    /// … and where each entry's terms begin.
+    /// The first term of each linear entry.
     pub(super) linear: Vec<usize>,
-    /// Linear entries, ascending, and the parents to which they pass no derivative because the
-    /// factor is a constant zero.
+    /// Linear entries, ascending, and parents to which they pass no derivative because the factor is a constant
+    /// zero.
     pub(super) stopped: Vec<(u32, u32)>,
-    /// Masks, and the parents that pass where they hold and where they do not.
+    /// Masks, and the parents that are chosen where the mask is true and where it is false.
     pub(super) selects: Vec<(R::Mask, [u32; 2])>,
     pub(super) fused: Vec<FusedEntry<R>>,
 }
@@ -51,7 +51,7 @@ impl<R: Real> LongEntries<R> {
         }
     }
 
-    /// Forgets all operands and keeps the memory.
+    /// Removes all operands and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.terms.clear();
         self.linear.clear();
@@ -60,7 +60,7 @@ impl<R: Real> LongEntries<R> {
         self.fused.clear();
     }
 
-    /// The bytes allocated, without those that fused entries own.
+    /// The number of bytes allocated, without the memory that fused entries own.
     pub(super) fn bytes(&self) -> usize {
         allocated(&self.terms)
             + allocated(&self.linear)
@@ -76,17 +76,17 @@ impl<R: Real> LongEntries<R> {
         &self.terms[self.linear[place]..end.unwrap_or(self.terms.len())]
     }
 
-    /// Whether the cotangent is zero at an entry with many parents and a partial that is not finite.
+    /// Whether this is an entry with many parents, a zero cotangent, and a partial that is not finite.
     pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
         kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
     }
 
-    /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
+    /// Sweeps over the entry at place `i`, which has many parents or outputs, or no parents.
     #[inline(never)]
     pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         match kind {
-            // The outputs' entries follow this one: their cotangents are complete by now.
+            // The entries of the outputs follow this one, so their cotangents are complete.
             FUSED => self.fused[place as usize].reverse(i, bars),
             LINEAR if !bars[i].is_zero() => {
                 let bar = bars[i];

@@ -14,7 +14,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
     let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
     if generation == CONSTANT {
-        // Not `eval`: constants of this tape may carry a derivative of an inner mode.
+        // `eval` would be wrong, because constants of this tape may carry a derivative of an inner mode.
         let outputs = R::fused(function, &values);
         return outputs.into_iter().map(Var::constant).collect();
     }
@@ -36,7 +36,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
             .collect(),
     };
     let zero = R::zero();
-    // SAFETY: `push_fused` moves a finished entry and runs no foreign code.
+    // SAFETY: `push_fused` moves a finished entry and runs no code of others.
     #[allow(unsafe_code)]
     let first = unsafe { current::with(generation, |arena| arena.push_fused(entry, zero)) };
     let variable = |(i, value)| Var {
@@ -47,7 +47,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// The inner values of a slice; up to eight need no allocation.
+/// The inner values of a slice. Up to eight need no allocation.
 pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }

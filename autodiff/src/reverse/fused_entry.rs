@@ -5,12 +5,12 @@ use smallvec::SmallVec;
 use super::index::NONE;
 use crate::real::{Fused, Real};
 
-/// One call of a [`Fused`] function, as the tape keeps it.
+/// A call of a [`Fused`] function on the tape.
 pub(super) struct FusedEntry<R> {
     pub(super) call: Box<dyn Call<R>>,
     pub(super) outputs: usize,
-    /// Per input slice: its length, and whether any of it is a variable. Functions take few slices,
-    /// so these need no allocation.
+    /// For each input slice, its length and whether it contains a variable. Functions take few slices, so these
+    /// lists need no allocation.
     pub(super) lengths: SmallVec<[usize; 4]>,
     pub(super) wanted: SmallVec<[bool; 4]>,
     /// The indices of the inputs of each slice.
@@ -19,7 +19,7 @@ pub(super) struct FusedEntry<R> {
 
 /// The indices of a slice of inputs.
 pub(super) enum Parents {
-    /// Consecutive ones from this on, as the inputs of a recording are.
+    /// Consecutive indices from this one, such as the inputs of a recording.
     Run(u32),
     Each(Vec<u32>),
 }
@@ -47,7 +47,7 @@ impl Parents {
     }
 }
 
-/// A [`Fused`] function and the numbers it saved, with the types erased.
+/// A [`Fused`] function and the numbers that it saved, with erased types.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }
@@ -64,7 +64,7 @@ impl<F: Fused, R: Real> Call<R> for SavedCall<F, R> {
 }
 
 impl<R: Real> FusedEntry<R> {
-    /// Pulls the cotangents of the outputs, which begin at place `first`, back to the inputs.
+    /// Pulls the cotangents of the outputs back to the inputs. The outputs begin at place `first`.
     pub(super) fn reverse(&mut self, first: usize, bars: &mut [R]) {
         let y_bar = &bars[first..first + self.outputs];
         if y_bar.iter().all(R::is_zero) {
@@ -74,7 +74,7 @@ impl<R: Real> FusedEntry<R> {
         assert_eq!(
             x_bar.len(),
             self.lengths.len(),
-            "Fused::reverse must return one vector per input slice"
+            "`Fused::reverse` must return one vector for each input slice"
         );
         for (slice, x_bar) in x_bar.iter().enumerate() {
             if !self.wanted[slice] {
@@ -83,7 +83,7 @@ impl<R: Real> FusedEntry<R> {
             assert_eq!(
                 x_bar.len(),
                 self.lengths[slice],
-                "Fused::reverse must return one cotangent per input of a wanted slice"
+                "`Fused::reverse` must return one cotangent for each input of a wanted slice"
             );
             match &self.parents[slice] {
                 Parents::Run(first) => {

@@ -1,5 +1,4 @@
-//! Reverse mode: a [`Tape`] that records, [`Var`]s that are recorded, a sweep that pulls
-//! cotangents back.
+//! Reverse mode: a [`Tape`] records operations on [`Var`]s, and a sweep pulls cotangents back.
 
 mod index;
 mod fused_entry;

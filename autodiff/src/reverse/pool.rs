@@ -1,17 +1,17 @@
-//! Tapes that are done with, for the thread's next gradient.
+//! A pool of tapes, one for each thread and number type.
 //!
-//! A driver that is called in a loop reuses the memory of its last call: fresh pages would cost as much
-//! as a long recording and its sweep do.
+//! A driver that is called in a loop reuses the memory of its last call. Fresh pages would cost as much as a long
+//! recording and its sweep.
 
 use super::tape::Tape;
 use crate::pool::{self, Pooled};
 use crate::real::Real;
 
-/// Runs `work` with a tape that the thread keeps. If that panics, the tape is dropped.
+/// Runs `work` with the tape that the thread keeps. If `work` panics, the tape is dropped.
 pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
     let mut tape = pool::take::<Tape<R>>().unwrap_or_default();
     let result = work(&mut tape);
-    // Fused entries may own what belongs to the caller.
+    // Fused entries may own data of the caller.
     tape.forget();
     pool::keep(tape);
     result
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-    fn a_tape_that_was_left_in_a_panic_is_not_used_again() {
+    fn a_tape_is_not_used_again_after_a_panic() {
         let left = std::panic::catch_unwind(|| gradient(|_: &[Var<f64>]| panic!("left"), &[1.0]));
         assert!(left.is_err());
         assert_eq!(gradient(|x| x[0] * x[0], &[3.0]), [6.0]);

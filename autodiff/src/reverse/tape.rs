@@ -1,4 +1,4 @@
-//! The tape as a user holds it.
+//! The tape.
 
 use super::arena::Arena;
 use super::current::{self, CONSTANT};
@@ -9,13 +9,13 @@ use crate::real::Real;
 
 /// A record of one computation at a time, to be swept in reverse.
 ///
-/// A tape is an ordinary value: keep it and record again to reuse its memory, send it to another
-/// thread, nest it (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). It is current, that is, its
-/// variables can be computed with, only inside the closure of [`record`](Tape::record).
+/// A tape is an ordinary value. You can keep it and record again to reuse its memory, send it to another thread,
+/// or nest it (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). Its variables can only be used inside the closure of
+/// [`record`](Tape::record).
 ///
-/// An operation takes 24 bytes in f64 and 8 more in a reverse sweep; none of it is freed before the
-/// tape is dropped. Where the system has no more memory the process ends, as with any collection: for
-/// long loops use a [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
+/// An operation takes 24 bytes in f64 and 8 more in a reverse sweep. The memory is freed when the tape is
+/// dropped. If the system runs out of memory, the process ends, as with any collection. For long loops use a
+/// [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
 ///
 /// ```
 /// use autodiff::{Real, Tape};
@@ -26,7 +26,7 @@ use crate::real::Real;
 /// assert_eq!(tape.pullback(&[y], &[1.0]), [0.6, 0.8]);
 /// ```
 ///
-/// A variable that was kept from an earlier recording is refused, wherever it is used:
+/// Using a variable of an earlier recording panics:
 ///
 /// ```should_panic
 /// use autodiff::Tape;
@@ -37,7 +37,7 @@ use crate::real::Real;
 /// ```
 pub struct Tape<R: Real> {
     arena: Arena<R>,
-    /// The name of `R` within generations, see [`current::name_of`].
+    /// The number of `R` within generations, see [`current::name_of`].
     name: u32,
     generation: u32,
     inputs: Vec<Var<R>>,
@@ -56,10 +56,9 @@ impl<R: Real> Tape<R> {
         }
     }
 
-    /// Forgets the last recording, keeps its memory, and records `function` of `inputs`.
+    /// Replaces the last recording by a recording of `function` at `inputs`, and reuses its memory.
     ///
-    /// The variables that `function` returns serve [`pullback`](Tape::pullback) until the next
-    /// recording, and nothing else.
+    /// The variables that `function` returns are only for [`pullback`](Tape::pullback), until the next recording.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
         self.arena.restart(inputs.len());
         self.generation = current::next_generation(self.name);
@@ -76,8 +75,8 @@ impl<R: Real> Tape<R> {
         result
     }
 
-    /// The cotangents of the inputs, given the cotangents of the outputs: `sum_i cotangents_i d outputs_i
-    /// / d inputs` (a VJP). May be called any number of times after one recording.
+    /// Returns the cotangents of the inputs, given the cotangents of the outputs:
+    /// `sum_i cotangents_i d outputs_i / d inputs` (a VJP). It can be called any number of times after a recording.
     ///
     /// # Panics
     /// If an output belongs to another recording, or the lengths differ.
@@ -85,7 +84,7 @@ impl<R: Real> Tape<R> {
         assert_eq!(
             outputs.len(),
             cotangents.len(),
-            "pullback needs one cotangent per output"
+            "`pullback` needs one cotangent for each output"
         );
         self.bars.clear();
         self.bars.resize(self.arena.entries.len(), R::zero());
@@ -95,8 +94,8 @@ impl<R: Real> Tape<R> {
             }
             assert!(
                 output.generation == self.generation,
-                "pullback was given a variable of another recording, an earlier one of this tape \
-                 or another tape's; it takes those that the last `record` of this tape returned"
+                "`pullback` was given a variable of another tape or of an earlier recording; \
+                 it needs variables that the last `record` of this tape returned"
             );
             self.bars[output.index as usize] += cotangent;
         }
@@ -104,8 +103,8 @@ impl<R: Real> Tape<R> {
         &self.bars[..self.inputs.len()]
     }
 
-    /// For each output of the last recording, the inputs that it depends on, ascending: those from which
-    /// operations lead to it, even where their derivatives are zero.
+    /// For each output of the last recording, the inputs that it is computed from, ascending. Inputs with zero
+    /// derivatives are included.
     pub(crate) fn dependence(&self, outputs: &[Var<R>]) -> Vec<Vec<usize>> {
         let mut dependence = Dependence::new(&self.arena, self.inputs.len());
         let row = |output: &Var<R>| {
@@ -118,12 +117,12 @@ impl<R: Real> Tape<R> {
         outputs.iter().map(row).collect()
     }
 
-    /// How many entries the last recording made, including one for each input.
+    /// The number of entries of the last recording, including one for each input.
     pub fn len(&self) -> usize {
         self.arena.entries.len()
     }
 
-    /// Forgets the last recording and keeps its memory.
+    /// Removes the last recording and keeps its memory.
     pub(super) fn forget(&mut self) {
         self.arena.restart(0);
     }

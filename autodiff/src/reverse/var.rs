@@ -1,29 +1,26 @@
-//! The reverse variable, and how its operations are recorded.
+//! The reverse variable, and the recording of its operations.
 
 use super::current::{self, CONSTANT};
 use super::entries::{Entry, Term};
 use super::index::{NONE, STOPPED};
 use crate::operators::by_primal;
-use crate::real::Real;
-use crate::rule::one_answer;
+use crate::real::{Mask, Real};
 
 /// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
 ///
-/// Constants, and results of constants alone, have no history and are never recorded. `==`, `<`
-/// and [`Real::less`] compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity: a constant
-/// zero.
+/// Constants and results of constants have no history and are never recorded. `==`, `<` and [`Real::less`] compare
+/// primals. [`Zero::is_zero`](num_traits::Zero::is_zero) is only true for a constant zero.
 ///
 /// # Panics
-/// Every operation that records panics where the variable's tape is not recording or has begun
-/// another recording since, and where variables of two recordings meet. (Adding a constant records
-/// nothing, and so does not panic.) After 16 million recordings of its number type a stale variable
-/// may be taken for a current one.
+/// Every operation that records panics if the variable's tape is not recording or has begun another recording,
+/// and if variables of two recordings meet. Adding a constant records nothing, so it does not panic. After
+/// 16 million recordings of its number type a stale variable may be mistaken for a current one.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
-    /// The entry, `NONE` for a constant.
+    /// The entry; `NONE` for a constant.
     pub(super) index: u32,
-    /// The recording, `CONSTANT` for a constant.
+    /// The recording; `CONSTANT` for a constant.
     pub(super) generation: u32,
 }
 
@@ -50,7 +47,7 @@ impl<R: Real> Var<R> {
         self.generation == CONSTANT
     }
 
-    /// The generation of a result of this number and others, whose generation is `so_far`.
+    /// The generation of a result of a number and of others, which have the generation `so_far`.
     #[inline(always)]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
@@ -62,8 +59,8 @@ impl<R: Real> Var<R> {
         }
     }
 
-    // Always inlined, up to the operators: a variable passed through memory, and loaded in another
-    // width than it was stored in, stalls for longer than the rest of an operation takes.
+    // Everything up to the operators is always inlined. A variable that is stored in one width and loaded in
+    // another stalls for longer than the rest of an operation takes.
 
     /// A function of one number, given its value and partial.
     #[inline(always)]
@@ -94,13 +91,13 @@ impl<R: Real> Var<R> {
         mixed()
     }
 
-    /// Whether both stand for the same entry; their values may differ by added constants.
+    /// Whether both refer to the same entry. Their values may differ by added constants.
     #[inline(always)]
     pub(super) fn is(self, other: Self) -> bool {
         (self.index, self.generation) == (other.index, other.generation)
     }
 
-    /// The number plus a constant: another value at the same entry. Nothing is recorded.
+    /// The number plus a constant, which is another value at the same entry. Nothing is recorded.
     #[inline(always)]
     pub(super) fn moved_to(self, value: R) -> Self {
         Var { value, ..self }
@@ -124,7 +121,7 @@ impl<R: Real> Var<R> {
         self.apply2(factor, (value, [factor.value, self.value]))
     }
 
-    /// The product with a constant; its value is given. A constant zero counts as a choice.
+    /// The product with a constant, given its value. A constant zero counts as a choice.
     #[inline(always)]
     pub(super) fn times_constant(self, factor: R, value: R) -> Self {
         if is_choice(&factor) {
@@ -133,7 +130,7 @@ impl<R: Real> Var<R> {
         self.apply((value, factor))
     }
 
-    /// A value that depends on this number but, because of a choice, passes no derivative to it.
+    /// A value that depends on this number but passes no derivative to it, because of a choice.
     pub(super) fn stopped(self, value: R) -> Self {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
@@ -142,13 +139,13 @@ impl<R: Real> Var<R> {
         Self::record(value, entry, self.generation)
     }
 
-    /// Appends an entry of a value; of constants, none.
+    /// Appends an entry for a value, unless it is a constant.
     #[inline(always)]
     fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
         }
-        // SAFETY: variables of `R` have generations that were drawn for `R`.
+        // SAFETY: the generations of variables of `R` belong to recordings of `R`.
         #[allow(unsafe_code)]
         let index = unsafe { current::push(generation, entry) };
         Var {
@@ -158,7 +155,7 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms. Terms of constants, whose parent is `NONE`, are left out.
+    /// A value with many terms. Terms of constants, whose parent is `NONE`, are skipped.
     #[inline(always)]
     pub(super) fn push_linear(
         value: R,
@@ -170,7 +167,7 @@ impl<R: Real> Var<R> {
         }
         let terms = terms.filter(|term| term.parent != NONE);
         let zero = R::zero();
-        // SAFETY: both callers' iterators read slices of `Copy` numbers and run no foreign code.
+        // SAFETY: the iterators of both callers read slices of `Copy` numbers and run no code of others.
         #[allow(unsafe_code)]
         let index = unsafe { current::with(generation, |arena| arena.push_linear(terms, zero)) };
         Var {
@@ -181,20 +178,19 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Whether a constant factor and all derivatives that it carries are zero. False for lanes: each lane
-/// chooses separately, which one entry cannot represent.
+/// Whether a constant factor and all derivatives that it carries are zero. False for lanes, because each lane
+/// chooses separately and one entry cannot represent that.
 #[inline(always)]
 pub(super) fn is_choice<R: Real>(factor: &R) -> bool {
-    one_answer::<R>() && factor.is_zero()
+    R::Mask::IS_SINGLE && factor.is_zero()
 }
 
-/// Takes no arguments: to hand the two recordings over would cost every operation instructions.
+/// Has no arguments, because passing the two recordings would cost every operation instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(
-        "variables of two recordings met in one operation: one of them is of an earlier recording, \
-         which has ended, or two tapes are recording; then nest by type instead: a tape inside \
-         another's closure records `Var<Var<f64>>`"
+        "variables of two recordings met in one operation: one of them belongs to an earlier recording, \
+         or two tapes are recording; to nest tapes, record `Var<Var<f64>>` in the inner one"
     )
 }
 

@@ -1,8 +1,8 @@
-//! The registers of aarch64 as lanes: NEON, for f64 and f32. Every processor of the target has it, and
-//! its multiply-add is fused.
+//! The registers of aarch64 as lanes: NEON, for f64 and f32. Every processor of the target has NEON. Its
+//! multiply-add is fused.
 // `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
 #![allow(unsafe_code)]
-// Instructions that every processor of the target has are safe to call; the macro serves others too.
+// Instructions that every processor of the target has are safe to call, but the macro also serves others.
 #![allow(unused_unsafe)]
 
 use std::arch::aarch64::*;
@@ -35,7 +35,7 @@ fn fused_f32(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
     unsafe { vfmaq_f32(c, a, b) }
 }
 
-/// The bytes of a register at these places.
+/// The bytes of `a` at these places.
 #[inline(always)]
 fn looked_up(a: uint8x16_t, places: &[u8; 16]) -> uint8x16_t {
     // SAFETY: the reference covers the register.

@@ -1,9 +1,8 @@
 //! The code that all registers share, as lanes and as numbers.
 
-/// Defines a register as a lane type. The instructions named first differ between instruction sets in
-/// a prefix alone; the expressions after them differ in more, and are best read where they are used
-/// below. They are pasted in and not called: a closure that the compiler chose not to inline would be
-/// compiled without the instruction set.
+/// Defines a register as a lane type. The instructions that are named first differ between instruction sets only
+/// in a prefix. To understand the expressions after them, look where they are used below. Expressions are pasted
+/// in. A closure that the compiler did not inline would be compiled without the instruction set.
 macro_rules! define_lanes {
     (
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
@@ -130,7 +129,7 @@ macro_rules! define_lanes {
         }
 
         impl $name {
-            /// Calls a scalar function lane by lane: for functions that have no SIMD version.
+            /// Calls a scalar function for each lane. For functions that have no SIMD version.
             #[inline(always)]
             fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
                 let (mut a, mut b) = ([0.0; $n], [0.0; $n]);
@@ -189,7 +188,7 @@ macro_rules! define_lanes {
                 let one = lanes
                     .iter()
                     .all(|lane| lane.to_bits() == lanes[0].to_bits());
-                assert!(one, "lanes differ, and have no one primal: {lanes:?}");
+                assert!(one, "`primal` needs equal lanes, found {lanes:?}");
                 lanes[0].into()
             }
             #[inline(always)]

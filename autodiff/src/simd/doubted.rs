@@ -1,12 +1,11 @@
-//! The hyperbolic tangent in lanes that have no fused multiply-add: nearly always its bits, and word where
-//! they may be others.
+//! The hyperbolic tangent in lanes without a fused multiply-add. The result nearly always has the bits of fused
+//! multiply-adds, and it is known when the bits may differ.
 //!
-//! In software a fused multiply-add is some sixty instructions, and a hyperbolic tangent has seventeen of
-//! them. Here one is twenty instructions on all lanes: the product and the sum with what rounding took from
-//! them (Dekker 1971), and the sum of all that rounded twice, for a remainder that is a little larger and for
-//! one that is a little smaller (Ziv 1991). Where both are the same number, it is the fused one. Elsewhere,
-//! once in some ten thousand times, software does all of it again. In WebAssembly that makes 21 ns in place
-//! of 190.
+//! In software a fused multiply-add takes some sixty instructions, and a hyperbolic tangent needs seventeen of
+//! them. Here one takes twenty instructions for all lanes. The product and the sum are computed with their
+//! rounding errors (Dekker 1971). Then everything is rounded twice, with a slightly larger and a slightly smaller
+//! error (Ziv 1991). If both results are equal, they are the fused result. Otherwise, once in some ten thousand
+//! times, software computes all of it again. In WebAssembly this takes 21 ns instead of 190.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -15,13 +14,13 @@ use crate::real::{Mask, Real};
 
 /// Lanes without a fused multiply-add.
 pub(super) trait Unfused: Real + Primitive {
-    /// `self * b + c` rounded once, and where it may be another number. To be relied on, the product may not
-    /// be larger than `c`, unless `c` is zero or the sum of both exact; nothing overflows.
+    /// `self * b + c`, rounded once, and a mask of the lanes in which it may differ from that. The mask is only
+    /// valid if the product is not larger than `c`, or `c` is zero, or the sum is exact, and nothing overflows.
     fn fused(self, b: Self, c: Self) -> (Self, Self::Mask);
 }
 
-/// The hyperbolic tangents of several registers, with the bits of fused multiply-adds, or `None` if one may
-/// have others. Loops, here and below, not closures: some of these are not inlined.
+/// The hyperbolic tangents of several registers with the bits of fused multiply-adds, or `None` if a result may
+/// differ. Here and below there are loops instead of closures, because some closures are not inlined.
 #[inline(always)]
 pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<[L; N]> {
     let mut lanes = [Doubted::none(L::zero()); N];
@@ -37,15 +36,15 @@ pub(super) fn tanh_unfused<L: Unfused, const N: usize>(mut x: [L; N]) -> Option<
     if doubt.any() { None } else { Some(x) }
 }
 
-/// Lanes, and a mask of those that fused multiply-adds may have given other bits.
+/// Lanes, and a mask of those whose bits may differ from fused multiply-adds.
 #[derive(Clone, Copy)]
 struct Doubted<L: Real> {
     value: L,
     doubt: L::Mask,
 }
 
-/// The remainder is made larger and smaller by this share of it. That is more than its error, and a sum that
-/// lies so near the middle between two numbers is rare.
+/// The relative amount by which the error is made larger and smaller. It is more than the error's own error. Sums
+/// that are so near the middle between two numbers are rare.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// A number as a sum of two with half the digits each (Veltkamp 1968).
@@ -56,14 +55,14 @@ fn halves<L: Real>(a: L) -> [L; 2] {
     [high, a - high]
 }
 
-/// `a * b + c` in double precision, rounded once, for a remainder that is a little larger and one that is a little
-/// smaller; `upper` is `a` without the lower 27 of its 53 digits.
+/// `a * b + c` in double precision, rounded once, for a slightly larger and a slightly smaller error. `upper` is
+/// `a` without the lower 27 of its 53 digits.
 #[inline(always)]
 pub(super) fn around<L: Real>(a: L, upper: L, b: L, c: L) -> [L; 2] {
-    // Several products share their `b`, and so its halves. Those of `a` are fewer instructions.
+    // Several products share `b` and its halves. The halves of `a` take fewer instructions.
     let [high, low] = halves(b);
     let product = a * b;
-    // At most 2^-53 of the product, with an error below 2^-75 of it; exact where `a` is short.
+    // At most 2^-53 of the product, with an error below 2^-75 of it. It is exact if `a` is short.
     let lost = (upper * high - product + upper * low) + (a - upper) * b;
     let sum = c + product;
     let rest = (product - (sum - c)) + lost;
@@ -78,7 +77,7 @@ impl<L: Unfused> Doubted<L> {
         Self { value, doubt }
     }
 
-    /// A value that came of this and of those.
+    /// A value that was computed from this one and others.
     #[inline(always)]
     fn to<const N: usize>(mut self, value: L, others: [Self; N]) -> Self {
         self.value = value;
@@ -89,7 +88,7 @@ impl<L: Unfused> Doubted<L> {
     }
 }
 
-/// Operators of one rounding each.
+/// Operators with one rounding each.
 macro_rules! operator {
     ($($operator:ident $method:ident),*) => {$(
         impl<L: Unfused> $operator for Doubted<L> {
@@ -148,14 +147,15 @@ mod tests {
         }
     }
 
-    /// Of 200 000 arguments of all sizes, 400 at the most are in doubt, and the others have the bits of fused
+    /// Of 200 000 arguments of all sizes, at most 400 are doubtful. The others have the bits of fused
     /// multiply-adds.
     #[test]
-    fn it_is_the_fused_one_or_in_doubt() {
+    fn results_are_fused_or_doubtful() {
         let mut doubts = 0;
         for k in 0..100_000 {
             let t = f64::from(k) / 100_000.0;
-            // Beyond 20 it is 1; short numbers, whose sums are ties more often; the smallest there are.
+            // `tanh` is 1 beyond 20. The other arguments are short numbers, whose sums are ties more often, and
+            // the smallest numbers.
             let spread = 24.0 * (2.0 * t - 1.0) + 0.37e-3;
             let other = match k % 3 {
                 0 => f64::from(k % 640) / 32.0,

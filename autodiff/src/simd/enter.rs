@@ -1,5 +1,5 @@
-//! The only entry into code that works in lanes. On x86-64 that code is compiled for wider registers than
-//! the rest of the program.
+//! The only entry into code in lanes. On x86-64 that code is compiled for wider registers than the rest of the
+//! program.
 // `cargo bench -p benches --bench tapes` measures what it saves.
 #![cfg_attr(lanes = "x86", allow(unsafe_code))]
 

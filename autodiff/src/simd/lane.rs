@@ -1,11 +1,11 @@
-//! Every number as a lane of itself, and how many lanes there are.
+//! Every number as a single lane, and the number of lanes of a type.
 
 use crate::real::{Lane, Mask, Real, Vectorized};
 
-/// The most lanes that any type has.
+/// The most lanes of any type.
 pub(crate) const WIDEST: usize = 16;
 
-/// Every number is a lane of itself.
+/// Every number is a register of one lane.
 impl<R: Real> Lane<R> for R {
     const N: usize = 1;
     #[inline(always)]
@@ -54,13 +54,13 @@ impl<R: Real> Vectorized<R> for LaneCount {
     }
 }
 
-/// How many lanes a register of this type has on this machine.
+/// The number of lanes of this number type on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
     let lanes = R::vectorize(LaneCount);
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;
     assert!(
         fits,
-        "lanes of a number type are a power of two, {WIDEST} at most"
+        "a number type has {lanes} lanes; the number must be a power of two, at most {WIDEST}"
     );
     lanes
 }

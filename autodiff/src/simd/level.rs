@@ -1,13 +1,13 @@
-//! Which registers this machine has.
+//! The registers of this machine.
 
-/// Which registers lanes use.
+/// The registers that lanes use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// The instructions that every processor of the target has; scalar code.
+    /// Scalar code with the instructions that every processor of the target has.
     Baseline,
-    /// WebAssembly's 128-bit registers, where the crate is compiled for them.
+    /// The 128-bit registers of WebAssembly, if the crate is compiled for them.
     Simd128,
-    /// 128-bit registers and fused multiply-add, on every aarch64.
+    /// 128-bit registers and fused multiply-add of every aarch64 processor.
     Neon,
     /// 256-bit registers and fused multiply-add.
     Avx2,
@@ -15,7 +15,7 @@ pub enum Level {
     Avx512,
 }
 
-/// The widest level that this machine has.
+/// The widest registers of this machine.
 #[inline]
 pub fn level() -> Level {
     #[cfg(test)]
@@ -29,7 +29,7 @@ thread_local! {
     static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
 }
 
-/// Does work in registers no wider than this, on this thread.
+/// Does work in registers that are at most this wide, on this thread.
 #[cfg(test)]
 pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
     let before = CAP.replace(cap);
@@ -40,8 +40,8 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // Without optimisation, every inlined intermediate has its own stack slot: with wide registers,
-    // megabytes for a kernel.
+    // Without optimisation every inlined intermediate has a stack slot. With wide registers a kernel would
+    // need megabytes.
     if cfg!(unoptimised) {
         return Level::Baseline;
     }

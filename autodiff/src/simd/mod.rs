@@ -1,7 +1,11 @@
-//! SIMD lanes as a [`Real`](crate::Real): many evaluations at once. On x86-64 they are the widest
-//! registers that the processor has, chosen at run time; on aarch64 NEON. Nothing has to be set at compile
-//! time, except on wasm32, whose `simd128` is chosen by `-C target-feature=+simd128`. Elsewhere a lane is
-//! a scalar.
+//! SIMD lanes as a [`Real`](crate::Real): many evaluations at once.
+//!
+//! On x86-64 lanes are the widest registers of the processor, chosen at run time. On aarch64 they are NEON
+//! registers. On wasm32 they are `simd128` registers if the crate is compiled with
+//! `-C target-feature=+simd128`. Elsewhere a lane is a scalar.
+//!
+//! Each width of each float is a type, because the instructions differ. One macro, `define_lanes`, makes them
+//! numbers.
 
 mod lane;
 mod unchecked;

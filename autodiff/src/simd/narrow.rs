@@ -1,10 +1,10 @@
-//! Operations that no instruction set with registers of 128 bits has: loads and stores of a part of a
-//! register, and places of lanes as places of bytes.
+//! Operations that instruction sets with 128-bit registers lack: loads and stores of a part of a register, and
+//! tables of lanes as tables of bytes.
 
 use super::places::{RANK, SET_BIT};
 use crate::real::Lane;
 
-/// Fewer than `N` numbers, then zeros.
+/// Fewer than `N` numbers, followed by zeros.
 #[inline(always)]
 pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
     let mut numbers = [S::default(); N];
@@ -24,10 +24,10 @@ pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes
     }
 }
 
-/// [`RANK`] for each byte of four lanes of 32 bits. Where a lane's bit is not set, 255: no byte of a
-/// register has that place, and instructions that look places up give zero.
+/// [`RANK`] for each byte of four lanes of 32 bits. It is 255 where the bit of a lane is not set. A register has
+/// no such byte, and table look-ups then give zero.
 pub(super) static EXPANDED: [[u8; 16]; 16] = bytes(true);
-/// [`SET_BIT`] likewise.
+/// [`SET_BIT`] for each byte of four lanes of 32 bits.
 pub(super) static COMPRESSED: [[u8; 16]; 16] = bytes(false);
 
 const fn bytes(expand: bool) -> [[u8; 16]; 16] {

@@ -1,9 +1,8 @@
-//! Where the lanes of a register come from in `expand` and `compress`, as tables.
+//! Tables of the sources of lanes in `expand` and `compress`.
 
-/// For every byte, and each of its bits, how many bits below it are set: where `expand` takes a lane
-/// from.
+/// For each bit of every byte, the number of set bits below it: the source of a lane in `expand`.
 pub(super) static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
-/// For every byte, the bits that are set, in order: where `compress` takes a lane from.
+/// For every byte, its set bits in order: the sources of lanes in `compress`.
 pub(super) static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
 
 const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
@@ -24,10 +23,10 @@ const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
     both
 }
 
-/// Each of four bits twice, so that lanes of 64 bits are moved as pairs of 32.
+/// Doubles each of four bits, so that lanes of 64 bits are moved as pairs of 32 bits.
 #[inline(always)]
 pub(super) fn twice_each(bits: u16) -> u16 {
-    // Spread the bits to every other place; times 3 makes a pair of each.
+    // Spread the bits to every other place. Multiplication by 3 makes a pair of each.
     let apart = (bits | bits << 2) & 0b11_0011;
     ((apart | apart << 1) & 0b101_0101) * 3
 }

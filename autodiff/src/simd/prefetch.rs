@@ -1,7 +1,6 @@
-//! Hints to the cache.
+//! Prefetching, a hint to the cache.
 
-/// Prefetches `len` numbers from `first` on, which are soon to be read or written. A hint: the pointer
-/// need not be valid.
+/// Prefetches `len` numbers from `first`, which will be read or written soon. The pointer need not be valid.
 #[inline(always)]
 pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]

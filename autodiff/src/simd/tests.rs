@@ -1,4 +1,4 @@
-//! Every lane type against scalars, bit for bit.
+//! Every lane type is bit-identical to scalars.
 
 #[cfg(lanes = "neon")]
 use super::aarch64::{F32x4, F64x2};
@@ -8,7 +8,7 @@ use super::{Lane, Vectorized, WIDEST};
 use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
 
-/// All functions of one number, in lanes.
+/// The number of tested functions.
 const FUNCTIONS: usize = 27;
 
 #[inline(always)]
@@ -46,7 +46,7 @@ fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
     ]
 }
 
-/// All functions of all numbers, the last lane only partly filled.
+/// All functions of all numbers. The last register is only partly filled.
 struct All<'a, S>(&'a [S], &'a mut [Vec<S>; FUNCTIONS]);
 
 impl<S: Real> Vectorized<S> for All<'_, S> {
@@ -65,7 +65,7 @@ impl<S: Real> Vectorized<S> for All<'_, S> {
     }
 }
 
-/// Numbers of all sizes and both signs, and the special ones; a prime number of them.
+/// A prime number of arguments: numbers of all sizes and both signs, and special values.
 fn arguments() -> Vec<f64> {
     let spread = (0..4000).map(|k| 750.0 * (f64::from(k) / 2000.0 - 1.0) + 0.37e-3);
     let small = (0..4000).map(|k| 1e-30_f64.powf(f64::from(k) / 4000.0) * f64::from(1 - k % 2 * 2));
@@ -96,14 +96,13 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
             let (x, same) = (x[place], nan || bits(*w) == bits(*n));
             assert!(
                 same,
-                "function {k} at {x:?}: {w:?} in {lanes} lanes, {n:?} alone"
+                "function {k} at {x:?}: {w:?} in {lanes} lanes, {n:?} as a scalar"
             );
         }
     }
 }
 
-/// On a stack of its own where there are threads: without optimisation each of the many lanes has a
-/// place there.
+/// Runs in a thread with a large stack if there are threads: without optimisation every lane takes room on it.
 #[cfg(lanes)]
 #[test]
 fn every_register_has_the_bits_of_scalars() {
@@ -124,7 +123,7 @@ fn single_bits(x: f32) -> u64 {
 fn registers_have_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
-    // SAFETY: the processor is asked first.
+    // SAFETY: the processor has the instructions.
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         check(|all| unsafe { f64_avx2(all) }, f64::to_bits);
         check(|all| unsafe { f32_avx2(all) }, single_bits);
@@ -141,8 +140,8 @@ fn registers_have_the_bits_of_scalars() {
     check(|all| all.run::<F32x4>(), single_bits);
 }
 
-/// Masking, expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one
-/// by one.
+/// Masks, expands, compresses and interleaves the numbers 1, 2, ... with all bits, and compares each with the
+/// expected number.
 struct MoveLanes;
 
 impl<S: Real> Vectorized<S> for MoveLanes {
@@ -193,7 +192,7 @@ fn is<S: Real>(number: S, expected: S) -> bool {
 fn lanes_move_to_set_bits_and_back() {
     #![allow(unsafe_code)]
     assert_eq!(MoveLanes.run::<f64>(), 1);
-    // SAFETY: the processor is asked first.
+    // SAFETY: the processor has the instructions.
     #[cfg(lanes = "x86")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         assert_eq!(unsafe { super::enter::f64_avx2(MoveLanes) }, 4);

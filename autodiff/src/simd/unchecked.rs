@@ -1,10 +1,10 @@
-//! Loads and stores without a check, for loops whose bounds were checked once.
+//! Loads and stores without bounds checks, for loops whose bounds were checked once.
 
 use crate::real::Lane;
 
 /// Loads and stores of registers without bounds checks.
 pub(crate) trait Unchecked<S>: Lane<S> {
-    /// [`load`](Lane::load) from place `at` on, without a check.
+    /// [`load`](Lane::load) from place `at`, without a check.
     ///
     /// # Safety
     /// The slice holds at least `at + N` scalars.
@@ -15,7 +15,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
         // SAFETY: the caller's promise.
         Self::load(unsafe { from.get_unchecked(at..at + Self::N) })
     }
-    /// [`store`](Lane::store) from place `at` on, without a check.
+    /// [`store`](Lane::store) from place `at`, without a check.
     ///
     /// # Safety
     /// The slice holds at least `at + N` scalars.
@@ -26,7 +26,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
         // SAFETY: the caller's promise.
         self.store(unsafe { to.get_unchecked_mut(at..at + Self::N) });
     }
-    /// The `n` scalars from place `at` on, then zeros, without a check.
+    /// Loads `n` scalars from place `at`, followed by zeros, without a check.
     ///
     /// # Safety
     /// The slice holds at least `at + n` scalars, and `n` is at most `N`.
@@ -43,10 +43,10 @@ pub(crate) trait Unchecked<S>: Lane<S> {
             }
         }
     }
-    /// Writes the first `n` lanes from place `at` on, without a check.
+    /// Writes the first `n` lanes from place `at`, without a check.
     ///
     /// # Safety
-    /// See [`load_n`](Unchecked::load_n).
+    /// As for [`load_n`](Unchecked::load_n).
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
     unsafe fn store_n(self, to: &mut [S], at: usize, n: usize) {

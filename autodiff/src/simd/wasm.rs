@@ -1,12 +1,12 @@
-//! The registers of WebAssembly as lanes: `simd128`, for f64 and f32, where the crate is compiled with
-//! `-C target-feature=+simd128`. A module that has these instructions runs only where they are.
+//! The registers of WebAssembly as lanes: `simd128`, for f64 and f32, if the crate is compiled with
+//! `-C target-feature=+simd128`. A module with these instructions only runs on engines that support them.
 //!
-//! There is no fused multiply-add among them. [`Real::fma`] has two roundings, as for scalars. The
-//! elementary functions need a single one, for the same bits as everywhere: software does it, lane by
-//! lane, as it does for scalars. The hyperbolic tangent, which controllers wait for, does without: `doubted.rs`.
+//! There is no fused multiply-add. [`Real::fma`] rounds twice, as for scalars. Elementary functions need a single
+//! rounding to have the same bits everywhere, so software computes it for each lane. The hyperbolic tangent, which
+//! takes most of the time of controllers, avoids that; see `doubted.rs`.
 #![allow(unsafe_code)]
-// Loads and stores through a pointer.
-// The other instructions are safe to call; the macro serves instruction sets whose are not.
+// Loads and stores use pointers. Other instructions are safe to call, but the macro also serves instruction sets
+// in which they are not.
 #![allow(unused_unsafe)]
 
 use std::arch::wasm32::*;
@@ -31,15 +31,15 @@ pub(crate) struct Mask64(v128);
 pub(crate) struct Mask32(v128);
 
 /// # Safety
-/// A register can be read there.
+/// `from` points to the numbers of a register.
 #[inline(always)]
 unsafe fn load<S>(from: *const S) -> v128 {
-    // SAFETY: the caller's promise; the instruction asks for no alignment.
+    // SAFETY: the caller's promise. The instruction needs no alignment.
     unsafe { v128_load(from.cast()) }
 }
 
 /// # Safety
-/// A register can be written there.
+/// `to` points to room for a register.
 #[inline(always)]
 unsafe fn store<S>(to: *mut S, a: v128) {
     // SAFETY: as above.
@@ -78,7 +78,7 @@ fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
     f32x4(fused(0), fused(1), fused(2), fused(3))
 }
 
-/// The bytes of a register at these places.
+/// The bytes of `a` at these places.
 #[inline(always)]
 fn looked_up(a: v128, places: &[u8; 16]) -> v128 {
     // SAFETY: the reference covers the register.

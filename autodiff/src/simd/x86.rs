@@ -1,8 +1,7 @@
 //! The registers of x86-64 as lanes: AVX-512 and AVX2 with FMA, for f64 and f32.
 //!
-//! The types are private to the crate and named only in [`enter`](super::enter), where the processor
-//! has been asked for the instructions they use. So a value of such a type exists only where its
-//! instructions do.
+//! The types are private to the crate and named only in [`enter`](super::enter), which checks that the processor
+//! has their instructions. So a value of such a type exists only where its instructions do.
 // `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
 #![allow(unsafe_code)]
 
@@ -35,7 +34,7 @@ fn first_bits(n: usize) -> u16 {
 #[inline(always)]
 fn first_i64(n: usize) -> __m256i {
     const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
-    // A window that slides over the ones: with `n` of them in it.
+    // A window with `n` of the ones in it.
     let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
     // SAFETY: the reference covers the register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
@@ -98,7 +97,7 @@ define_lanes!(
     |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
     |a, b| {
-        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        // A test of the bits below the sign. Unlike a comparison it is folded for constants.
         let bits = _mm512_set1_epi64(i64::MAX);
         _mm512_maskz_mov_pd(_mm512_test_epi64_mask(_mm512_castpd_si512(a), bits), b)
     },
@@ -138,7 +137,7 @@ define_lanes!(
     |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
     |a, b| {
-        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        // A test of the bits below the sign. Unlike a comparison it is folded for constants.
         let bits = _mm512_set1_epi32(i32::MAX);
         _mm512_maskz_mov_ps(_mm512_test_epi32_mask(_mm512_castps_si512(a), bits), b)
     },

@@ -1,7 +1,7 @@
-//! Rollouts from several starts at once, in lanes.
+//! Rollouts from one start or from several at once, in lanes.
 //!
-//! The starts are divided into groups: as many as a register has lanes, or two, which run interleaved in
-//! one [`Program`](crate::Program), or one alone.
+//! The starts are divided into groups. The starts of a group run interleaved in one
+//! [`Program`](crate::Program): one for each lane of a register, or two, or one alone.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,13 +12,40 @@ use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
 impl<M: Model> Rollout<M> {
-    /// A batch: runs from several starts. All starts share the matrices; each may have its own values of the
-    /// other parameters. Each result has the bits that [`run`](Rollout::run) gives, in less time, because as
-    /// many starts as a register has lanes run together and share each weight read.
+    /// Runs all steps. Returns the observed states one after the other, or the chosen
+    /// [`entries`](Rollout::entries) of each.
     ///
-    /// On the tape this too is one fused entry. The cotangents of starts and of their own parameters have the
-    /// same bits as from `run`. The cotangents of shared parameters are summed over steps and starts in
-    /// another order, and so differ by rounding from a sum over calls of `run`.
+    /// `start` is the initial state: its parts in the order in which the model declares them. `parameters` has
+    /// one slice for each parameter, in the order of their declarations: an array, a matrix row by row, or a
+    /// [control](crate::Program::control) step by step.
+    ///
+    /// On the tape the whole rollout is one fused entry.
+    ///
+    /// # Panics
+    /// - If a length differs from the model's declaration, or there are too few inputs for all steps.
+    /// - If an observed step or an entry is out of range, or the observed steps do not ascend.
+    /// - If a bound is negative or NaN, or is checked every 0 steps.
+    /// - On a tape, if the [`Memory`](crate::Memory) budget is too small for a step.
+    /// - If the model does not advance a part of its state, or a method of [`Program`](crate::Program) panics.
+    pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
+        let inputs: Vec<&[R]> = [&[start], parameters].concat();
+        R::fused(Batched::of_one(self, parameters.len()), &inputs)
+    }
+
+    /// [`run`](Rollout::run), except that on a tape every operation of every step is an entry.
+    pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
+        let one = Starts { count: 1, own: &[] };
+        self.recorded(one, &[&[start], parameters].concat(), false)
+            .0
+    }
+
+    /// Runs a batch of starts. All starts share the matrices. Each may have its own values of the other
+    /// parameters. The results are bit-identical to those of [`run`](Rollout::run), but faster: the starts of a
+    /// register run together and share each weight that is read.
+    ///
+    /// On the tape a batch is one fused entry too. The cotangents of starts, and of the parameters that each
+    /// start has for itself, are bit-identical to those of `run`. The cotangents of shared parameters are
+    /// summed over steps and starts in another order. They differ by rounding from a sum over calls of `run`.
     ///
     /// ```
     /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient};
@@ -60,7 +87,7 @@ impl<M: Model> Rollout<M> {
     /// ```
     ///
     /// # Panics
-    /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
+    /// As [`run`](Rollout::run). Also if a [`Given::Each`] is for a matrix or does not have one slice per start.
     pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
@@ -73,7 +100,7 @@ impl<M: Model> Rollout<M> {
                     assert_eq!(
                         given.len(),
                         starts.len(),
-                        "Given::Each needs one slice for each start"
+                        "Given::Each must have one slice for each start"
                     );
                     inputs.extend(*given);
                 }
@@ -93,18 +120,18 @@ impl<M: Model> Rollout<M> {
     }
 }
 
-/// A rollout from several starts. The inputs are the starts, then, parameter by parameter, the one that
-/// all share or every start's own; the outputs are the observed states, one start after the other.
+/// A rollout as a fused function. Its inputs are the starts, then for each parameter either the shared one or
+/// one for each start. Its outputs are the observed states, one start after the other.
 #[derive(Clone)]
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
-    /// For every parameter, whether each start has its own.
+    /// Whether each start has its own value, for every parameter.
     pub(super) own: Vec<bool>,
 }
 
-/// Starts that run interleaved: one for each of a register's lanes, two, or one alone. Lanes left over
-/// repeat the last start.
+/// Starts that run interleaved: one for each lane of a register, or two, or one alone. Unused lanes repeat
+/// the last start.
 #[derive(Clone)]
 pub(super) struct StartGroup {
     pub(super) starts: Range<usize>,
@@ -112,7 +139,7 @@ pub(super) struct StartGroup {
 }
 
 impl StartGroup {
-    /// Interleaves the numbers of all lanes; missing ones are zero.
+    /// Interleaves the numbers of all lanes. Missing numbers are zero.
     fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
@@ -124,7 +151,7 @@ impl StartGroup {
         interleaved
     }
 
-    /// The parameters of which each start of this group has its own, interleaved.
+    /// The interleaved values of the starts of this group.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];
@@ -132,15 +159,15 @@ impl StartGroup {
             assert_eq!(
                 own.len(),
                 len,
-                "the starts of a rollout, or what each has of its own, differ in length: one has {} \
-                 numbers, the first {len}",
+                "the starts of a batch, or their own parameters, differ in length: expected {len} numbers \
+                 as for the first start, found {}",
                 own.len()
             );
         }
         self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
     }
 
-    /// The numbers of each start, from interleaved ones.
+    /// The numbers of each start, taken from the interleaved ones.
     fn parted<R: Real>(&self, interleaved: &[R]) -> Vec<Vec<R>> {
         let of_lane = |lane| interleaved.iter().skip(lane).step_by(self.lanes).copied();
         (0..self.starts.len())
@@ -150,8 +177,17 @@ impl StartGroup {
 }
 
 impl<M: Model> Batched<M> {
-    /// Whole registers of starts. The rest runs as one more register if it fills more than three quarters of
-    /// it, from where that pays, and in pairs otherwise.
+    /// A single start, which shares its parameters with no other.
+    pub(super) fn of_one(rollout: &Rollout<M>, parameters: usize) -> Self {
+        Self {
+            rollout: rollout.clone(),
+            starts: 1,
+            own: vec![false; parameters],
+        }
+    }
+
+    /// Divides the starts into whole registers. The rest is one more register if it fills more than three
+    /// quarters of it, because that pays from there on, and pairs otherwise.
     pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
@@ -176,7 +212,8 @@ impl<M: Model> Batched<M> {
         }
     }
 
-    /// Sorts one item per input by parameter: one item if it is shared, else one for each start.
+    /// Sorts the items of the inputs by parameter: a shared parameter has one item, others have one for each
+    /// start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {
@@ -187,7 +224,7 @@ impl<M: Model> Batched<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Calls `run` with the inputs of a group: its interleaved starts, then each parameter.
+    /// Calls `run` with the inputs of a group: the interleaved starts, then each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
         group: &StartGroup,
@@ -216,7 +253,11 @@ impl<M: Model> Fused for Batched<M> {
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut seen = Vec::new();
         for group in self.groups::<R>() {
-            let forward = |inputs: &[&[R]]| self.rollout.forward(self.of_group(&group), inputs);
+            let forward = |inputs: &[&[R]]| {
+                self.rollout
+                    .recorded(self.of_group(&group), inputs, false)
+                    .0
+            };
             let of_group = self.with_inputs(&group, inputs, forward);
             seen.extend(group.parted(&of_group).concat());
         }
@@ -226,7 +267,8 @@ impl<M: Model> Fused for Batched<M> {
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in self.groups::<R>() {
-            let record = |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs);
+            let record =
+                |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs, true);
             let (of_group, recorded) = self.with_inputs(&group, inputs, record);
             seen.extend(group.parted(&of_group).concat());
             saved.push((group, recorded));

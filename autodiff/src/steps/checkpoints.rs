@@ -1,14 +1,14 @@
-//! Which states are kept, and from where the reverse sweep runs forward again.
+//! Which states a rollout keeps, and from which of them the reverse sweep runs forward again.
 //!
-//! With fewer checkpoints than steps, a stretch of steps is divided by the binomial rule: A. Griewank,
+//! With fewer checkpoints than steps, the steps are divided by the binomial rule: A. Griewank,
 //! "Achieving logarithmic growth of temporal and spatial complexity in reverse automatic
-//! differentiation", Optimization Methods and Software 1 (1992). With `s` checkpoints no step is run
-//! again more than `t` times, as long as there are at most `(s + t)! / (s! t!)` leaves, stretches
-//! short enough for the rows of all their steps to be kept.
+//! differentiation", Optimization Methods and Software 1 (1992). A leaf is a stretch of steps whose rows
+//! are all kept at once. With `s` checkpoints and at most `(s + t)! / (s! t!)` leaves, no step is run again
+//! more than `t` times.
 
 use std::ops::Range;
 
-/// How many states the forward run of a rollout keeps for the reverse sweep. The gradient does not depend on it.
+/// The memory that a rollout uses for its reverse sweep. The gradient does not depend on it.
 ///
 /// ```
 /// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
@@ -44,38 +44,43 @@ pub enum Memory {
     /// Every step: the fastest.
     #[default]
     All,
-    /// No more numbers than this many states have; the sweep then runs parts of the rollout again. The
-    /// least budget is the record of one step, that is its state and the outputs of its operations, and
-    /// two more states. With that any number of steps is possible; with more, steps are run again less
-    /// often.
+    /// As many numbers as this many states have. The sweep then runs parts of the rollout again. The smallest
+    /// budget is the row of one step, which is its state and the outputs of its operations, plus two states.
+    /// It is enough for any number of steps. With a larger budget fewer steps are run again.
     ///
-    /// Ten states are enough if the operations of a step put out no more than seven times the numbers
-    /// of a state, rounded up: each operation begins at a whole register, of up to 16 numbers, so that
-    /// small states take more, and in single precision more than in double. What is enough for one start
-    /// is enough for several. A smaller budget is refused when a tape records the rollout, with a message
-    /// that says how many states are needed.
+    /// Ten states are enough if the outputs of a step have at most seven times the numbers of a state. Outputs
+    /// are rounded up to whole registers of up to 16 numbers, so small states need more. A budget that is
+    /// enough for one start is enough for several. If the budget is too small, recording the rollout on a tape
+    /// panics with a message that says how many states are needed.
     States(usize),
-    /// As [`States`](Memory::States), with the budget in bytes; below the least budget it is the least.
+    /// As [`States`](Memory::States), with the budget in bytes. A budget that is too small is raised to the
+    /// smallest possible.
     Bytes(usize),
 }
 
 /// The schedule of a reverse sweep.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub(super) struct CheckpointSchedule {
-    /// How many steps have their rows kept at once.
+    /// The number of steps whose rows are kept at once.
     pub(super) leaf: usize,
-    /// Checkpoints that may be held at once, the start's included.
+    /// The number of checkpoints that may be held at once, including the start.
     checkpoints: usize,
 }
 
 impl CheckpointSchedule {
+    /// Keeps one step at a time and no checkpoints.
+    pub(super) const NOTHING: Self = Self {
+        leaf: 1,
+        checkpoints: 0,
+    };
+
     /// From the lengths of a state and of a row, in numbers of type `R`.
     pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
             checkpoints: 1,
         };
-        // The record of a step, its start, and one more checkpoint if there is more than one step.
+        // The row of a step, the start, and one more checkpoint if there are several steps.
         let least = steps.min(2) + row.div_ceil(state.max(1));
         let budget = match memory {
             Memory::All => return all,
@@ -90,22 +95,22 @@ impl CheckpointSchedule {
         let checkpoints = budget.saturating_sub(leaf * row) / state;
         assert!(
             checkpoints >= 2,
-            "a memory of {} states cannot hold two of them and the record of a step, \
-             {row} numbers: {least} states do",
+            "a memory of {} states is too small: it must hold two states and the row of a step, \
+             {row} numbers; give it {least} states",
             budget / state
         );
         Self { leaf, checkpoints }
     }
 
-    /// Where a stretch gets its next checkpoint, if it is longer than a leaf and a checkpoint is free
-    /// beside those `held`.
+    /// The step at which a stretch of steps gets its next checkpoint; `None` if the stretch is a leaf or all
+    /// checkpoints are held.
     pub(super) fn split(&self, steps: Range<usize>, held: usize) -> Option<usize> {
         let leaves = steps.len().div_ceil(self.leaf);
         let free = self.checkpoints.saturating_sub(held);
         if leaves <= 1 || free == 0 {
             return None;
         }
-        // The least number of repetitions possible with the checkpoint below and the free ones.
+        // The fewest repetitions that are possible with the checkpoint below and the free ones.
         let repeats = (1..)
             .find(|&t| binomial(free + 1, t) >= leaves)
             .unwrap_or(1);
@@ -113,13 +118,13 @@ impl CheckpointSchedule {
         Some(steps.start + (leaves - upper) * self.leaf)
     }
 
-    /// Where the last leaf of a stretch begins.
+    /// The first step of the last leaf of a stretch.
     pub(super) fn leaf_start(&self, steps: Range<usize>) -> usize {
         steps.end.saturating_sub(self.leaf).max(steps.start)
     }
 }
 
-/// `(s + t)! / (s! t!)`, or the largest integer if that overflows.
+/// `(s + t)! / (s! t!)`, or the largest integer on overflow.
 fn binomial(s: usize, t: usize) -> usize {
     (1..=t)
         .try_fold(1_usize, |product, k| Some(product.checked_mul(s + k)? / k))
@@ -130,15 +135,14 @@ fn binomial(s: usize, t: usize) -> usize {
 mod tests {
     use super::{CheckpointSchedule, Memory};
 
-    /// Runs the schedule of the sweep on step numbers alone: the steps done forward, and the most
-    /// numbers held.
+    /// Runs the schedule on step numbers only. Returns the number of forward steps and the most numbers held.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
         let schedule = CheckpointSchedule::new::<f64>(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
         while schedule.leaf < steps && end > 0 {
             let top = *stack.last().expect("the start is below all");
             let to = schedule.split(top..end, stack.len());
-            // The first descent happens while the rollout runs forward anyway.
+            // The first descent is part of the forward run.
             done += if end == steps {
                 0
             } else {
@@ -161,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn budgets_are_kept_at_the_price_they_must_cost() {
+    fn budgets_are_kept_with_the_fewest_repetitions() {
         for states in [10, 11, 16, 40, 300] {
             let (done, most) = simulate(Memory::States(states), 4096, [144, 358]);
             println!(
@@ -189,10 +193,10 @@ mod tests {
 
     #[test]
     #[should_panic(
-        expected = "a memory of 3 states cannot hold two of them and the record of a step, \
-                               25 numbers: 5 states do"
+        expected = "a memory of 3 states is too small: it must hold two states and the row of a \
+                               step, 25 numbers; give it 5 states"
     )]
-    fn too_small_a_budget_is_told() {
+    fn a_budget_that_is_too_small_panics() {
         CheckpointSchedule::new::<f64>(Memory::States(3), 100, [10, 25]);
     }
 }

@@ -2,11 +2,10 @@
 
 use crate::real::{Mask, Real};
 
-/// A bound on the norm of the state's cotangent in the reverse sweep (gradient clipping): where it is
-/// exceeded, the cotangent is scaled back to it. The result is then no longer the exact gradient. The
-/// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN. Derivatives of
-/// such a gradient take the factor of the scaling for a constant: Hessians are not exact either, and
-/// need not be symmetric.
+/// Gradient clipping: a bound on the norm of the state's cotangent in the reverse sweep. A cotangent with a
+/// larger norm is scaled down to the bound. The result is then no longer the exact gradient. The norm does
+/// not overflow. A cotangent with an infinite number or NaN in it becomes NaN. Derivatives of a clipped
+/// gradient treat the scaling factor as a constant, so Hessians are not exact and may not be symmetric.
 ///
 /// ```
 /// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient};
@@ -38,15 +37,14 @@ use crate::real::{Mask, Real};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
-    /// The largest Euclidean norm, not below 0.
+    /// The largest Euclidean norm; 0 or more.
     pub norm: f64,
-    /// The cotangent is checked after every `every` steps, counted from the start, and at the start
-    /// itself; 1 or more.
+    /// The cotangent is checked at the start and after every `every` steps from there; 1 or more.
     pub every: usize,
 }
 
 impl CotangentBound {
-    /// Scales the cotangent of each start back where it exceeds the bound, after `step` steps.
+    /// Scales the cotangent of each start down if it exceeds the bound, after `step` steps.
     pub(super) fn clip<R: Real>(self, step: usize, starts: usize, state_bar: &mut [R]) {
         if !step.is_multiple_of(self.every) || state_bar.is_empty() {
             return;
@@ -58,7 +56,7 @@ impl CotangentBound {
             let (squared, unit) = measure(&mut of_start);
             let in_units = limit / unit;
             let exceeds = (in_units * in_units).less(squared) | !squared.finite();
-            // With infinite numbers among them, a factor of zero would hide the others.
+            // If a number is infinite, a factor of zero would hide the other numbers.
             let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
             let bars = state_bar[start..].iter_mut().step_by(starts);
@@ -69,11 +67,11 @@ impl CotangentBound {
     }
 }
 
-/// Divides numbers by a unit, 1 or the largest magnitude, with which their squares neither overflow
-/// nor lose to underflow more than rounding does. Returns the sum of squares, and the unit.
+/// Divides numbers by a unit, which is 1 or the largest magnitude, so that their squares neither overflow nor
+/// underflow noticeably. Returns the sum of squares and the unit.
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();
-    // Squares that underflow, even in single precision, are below 1e-38: nothing beside this.
+    // Squares that underflow, even in single precision, are below 1e-38 and so negligible.
     let fits = R::lit(1e-30).less_equal(squared) & squared.finite();
     if fits.all() {
         return (squared, R::one());

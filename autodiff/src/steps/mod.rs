@@ -1,23 +1,24 @@
-//! Steps and rollouts: what one step of a simulation computes is recorded once as a [`Program`], and a
-//! [`Rollout`] runs it many times, forward and in reverse.
+//! Steps and rollouts. A [`Program`] is the record of one step of a simulation. A [`Rollout`] runs it many
+//! times, forward and in reverse.
 //!
-//! A step is written once as a generic function over `R: Real` that calls the methods of [`Program`]. There is
-//! no control flow inside a program: kernels select, and what a model does not need is not recorded.
+//! A step is a generic function over `R: Real` that calls the methods of [`Program`]. A program has no control
+//! flow: kernels select, and a model records only the operations that it needs.
 //!
-//! All arrays of a step but the parameters lie one after the other in its **row**. If the state comes
-//! first, the row of the next step begins where this one puts its new state, so that a rollout that
-//! keeps its rows copies nothing: they are the record from which the reverse sweep works. The sweep goes back
-//! one step at a time and recomputes what happens inside operations. Memory: `steps` rows, or what a
-//! [`Memory`] budget allows.
+//! A step keeps its arrays, except for the parameters, one after the other in a **row**. If the state comes
+//! first, the next row begins at the new state of this one. A rollout that keeps all rows then copies nothing.
+//! The reverse sweep reads the rows. It goes back one step at a time and recomputes the values inside
+//! operations. The memory is `steps` rows, or less with a [`Memory`] budget.
 //!
-//! A program may run from several **starts** at once: from two, or from a register's lanes of them.
-//! Their numbers are interleaved: every number of a row stands there once for each start, so that an
-//! array is that many times as long, and a graph is that many graphs interleaved. Operations treat the
-//! longer arrays like any others; only products with matrices, which all starts share, are different.
-//! Parameters other than matrices may differ from start to start.
+//! A program can run from several **starts** at once: two, or one for each lane of a register. Two starts have
+//! code of their own because most design gradients run two, and it saves a tenth of their time. The numbers of
+//! the starts are interleaved. An array is then two (or `lanes`) times as long, and so is a graph. Most
+//! operations treat a longer array like any other. Only matrix products differ, because all starts share
+//! the matrices. Other parameters may differ from start to start.
 
+mod operation;
 mod program;
 mod recording;
+mod any_program;
 mod run;
 mod watch;
 mod checkpoints;
@@ -25,11 +26,12 @@ mod cotangent_bound;
 mod settings;
 mod progress;
 mod sweep;
-mod single;
+mod interleaved;
 mod batched;
 #[cfg(test)]
 mod tests;
 
+pub use any_program::AnyProgram;
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
 pub use program::Program;

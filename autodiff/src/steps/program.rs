@@ -1,43 +1,44 @@
 //! The recording of a step.
 
-use crate::arrays::{Array, Matrix, Operation, Parameter, RowLayout, TOO_LONG, checked_sum};
+use super::operation::StepOperation;
+use crate::arrays::{Array, Matrix, Parameter, RowLayout, TOO_LONG, checked_sum};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// An array with other values in every step, and their cotangents.
+/// An array with different values in every step, and their cotangents.
 pub(super) struct Control<R> {
     pub(super) array: Array,
     /// `array.len` numbers for each step, one step after the other.
     pub(super) values: Vec<R>,
-    /// Their cotangents in the same order; `None` where they are not asked for.
+    /// The cotangents in the same order; `None` if they are not needed.
     pub(super) bars: Option<Vec<R>>,
 }
 
 /// A recorded step. See the [module](super).
 ///
-/// Parameters, states, inputs and controls are declared in any order, before what reads them. Any
-/// array may be empty.
+/// Parameters, states, inputs and controls are declared in any order, before the operations that read them. Arrays
+/// may be empty.
 pub struct Program<R: Real> {
     pub(super) arrays: Vec<Array>,
     pub(super) parameters: Vec<Parameter>,
-    /// For each parameter, whether every start has its own; set by `load`.
+    /// Whether every start has its own value, for each parameter; set by `load`.
     pub(super) own: Vec<bool>,
     pub(super) states: Vec<Array>,
     /// The new value of each part of the state.
     pub(super) next: Vec<Option<Array>>,
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
-    /// How many numbers the inputs of a step have, which all starts share.
+    /// The number of inputs of a step. All starts share them.
     pub(crate) inputs_len: usize,
-    pub(super) operations: Vec<Box<dyn Operation<R>>>,
-    /// From how many starts it runs at once, their numbers interleaved.
+    pub(super) operations: Vec<StepOperation<R>>,
+    /// The number of starts that run at once, with interleaved numbers.
     pub(crate) starts: usize,
-    /// How many numbers the parameters' arrays and a step's row take so far.
+    /// The numbers in the parameters' arrays and in a row so far.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,
-    /// How many numbers of a later row each operation prefetches, in whole cache lines.
+    /// The numbers of a later row that each operation prefetches, in whole cache lines.
     pub(super) prefetch_len: usize,
-    /// How far past the arrays lanes may reach, beyond their own width.
+    /// How far past the arrays lanes may reach, in addition to their own width.
     pub(super) margin: usize,
 }
 
@@ -62,14 +63,14 @@ impl<R: Real> Default for Program<R> {
     }
 }
 
-/// Declaring what a step works on.
+/// Declarations of parameters, states, inputs and controls.
 impl<R: Real> Program<R> {
-    /// A program that runs from this many starts at once: one, two, or one for each lane.
+    /// A program for this many starts at once: one, two, or one for each lane.
     pub(crate) fn side_by_side(starts: usize) -> Self {
         let most = lanes::<R>();
         assert!(
             starts == 1 || starts == most || starts == 2 && most > 2,
-            "a program runs from one start, from two or from one for each lane"
+            "a program cannot run {starts} starts at once; it runs one, two, or one for each lane"
         );
         Self {
             starts,
@@ -77,7 +78,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// A parameter: an array of `len` numbers that stays the same for all steps.
+    /// Declares a parameter: an array of `len` numbers that is the same for all steps.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -85,7 +86,7 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// A matrix parameter, given row by row; for [`dense`](Program::dense) layers.
+    /// Declares a matrix parameter for [`dense`](Program::dense) layers. It is given row by row.
     pub fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
         let matrix = Matrix {
             parameter: self.parameters.len(),
@@ -96,7 +97,7 @@ impl<R: Real> Program<R> {
         matrix
     }
 
-    /// A part of the state: an array of `len` numbers that one step hands to the next, see
+    /// Declares a part of the state: an array of `len` numbers that each step passes to the next, see
     /// [`advance`](Program::advance).
     pub fn state(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
@@ -105,24 +106,23 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// A per-step input: `len` constants for every step, without derivatives, from
-    /// [`Rollout::inputs`](crate::Rollout::inputs). Where derivatives by them are wanted, declare a
-    /// [control](Program::control).
+    /// Declares an input: `len` constants for every step, from [`Rollout::inputs`](crate::Rollout::inputs). Inputs
+    /// carry no derivatives. If you need derivatives, declare a [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
-        // Cannot overflow: `allocate` has checked the row, which holds them too.
+        // This cannot overflow, because `allocate` has checked the row, which holds the inputs too.
         self.inputs_len += len;
         array
     }
 
-    /// A control: an array with values of its own in every step, which carry derivatives. A rollout
-    /// takes them as one parameter of `steps * len` numbers, one step after the other.
+    /// Declares a control: an array of `len` numbers with different values in every step, which carry derivatives. In
+    /// a rollout it is one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
     /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
-    /// /// A mass of 1 that a force pushes, in steps of 0.1 s.
+    /// /// A mass of 1 on a spring, pushed by a force, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
     /// struct Push;
     ///
@@ -166,17 +166,20 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Says which array a part of the state becomes at the end of the step: the output of an
-    /// operation, a part of the state as it was at the beginning, a parameter, an input or a control.
+    /// Sets the array that a part of the state becomes at the end of the step: the output of an operation, a part of
+    /// the state at the beginning of the step, a parameter, an input or a control.
     ///
     /// # Panics
-    /// If `state` is no part of the state or has been advanced before, the two differ in length, or
-    /// `next` is of another program.
+    /// If `state` is not a part of the state or was advanced before, if the lengths differ, or if `next` belongs to
+    /// another program.
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
-        let part = part.expect("advance: the first array is no part of the state");
+        let part = part.expect("advance: the first array must be a part of the state");
         self.assert_known(&[next]);
-        assert_eq!(state.len, next.len, "advance: the arrays differ in length");
+        assert_eq!(
+            state.len, next.len,
+            "advance: the arrays must have the same length"
+        );
         let before = self.next[part].replace(next);
         assert!(
             before.is_none(),
@@ -184,14 +187,17 @@ impl<R: Real> Program<R> {
         );
     }
 
-    /// An operation reads arrays that are there, and come before its outputs: steps rely on that
-    /// without checks.
+    /// # Panics
+    /// If an array does not belong to this program. Steps read the inputs of operations without checks.
     pub(super) fn assert_known(&self, arrays: &[Array]) {
         let known = |array: &Array| self.arrays.get(array.id) == Some(array);
-        assert!(arrays.iter().all(known), "an array is of another program");
+        assert!(
+            arrays.iter().all(known),
+            "an array belongs to another program"
+        );
     }
 
-    /// A new array behind all others of its part.
+    /// A new array behind all other parameters, or behind all other arrays of the row.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
         let starts = self.starts;
         let len = len.checked_mul(starts).expect(TOO_LONG);
@@ -208,13 +214,13 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// Makes the next array begin at a multiple of the lanes.
+    /// Lets the next array begin at a multiple of the lanes.
     pub(super) fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
         *end = checked_sum(0, end.next_multiple_of(lanes::<R>()));
     }
 
-    /// New arrays for the outputs of an operation, one after the other.
+    /// New adjacent arrays for the outputs of an operation.
     pub(super) fn outputs(&mut self, len: usize, count: usize) -> Vec<Array> {
         self.align(false);
         (0..count).map(|_| self.allocate(false, len)).collect()

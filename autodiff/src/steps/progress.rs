@@ -1,4 +1,4 @@
-//! Which step is running, for [`trace`](crate::trace), which says in which step a NaN arose.
+//! The step that is running. [`trace`](crate::trace) reports in which step a NaN arose.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,7 @@ thread_local! {
     static STEP: RefCell<Option<usize>> = const { RefCell::new(None) };
 }
 
-/// The step of the innermost rollout that runs on this thread; `None` outside of rollouts.
+/// The step of the innermost rollout that runs on this thread, or `None` outside of rollouts.
 pub(crate) fn step() -> Option<usize> {
     STEP.with_borrow(|step| *step)
 }
@@ -17,7 +17,7 @@ pub(super) fn begin_step(step: usize) {
     STEP.set(Some(step));
 }
 
-/// A run of a rollout: when it ends, the step of the rollout around it is back.
+/// Marks the run of a rollout. When it ends, the step of the enclosing rollout is current again.
 pub(super) fn running() -> Restored<Option<usize>> {
     Restored::set(&STEP, step())
 }

@@ -1,28 +1,28 @@
-//! Recording what a step does with its arrays.
+//! The methods of [`Program`] that record operations.
 
+use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, EdgeMap, Gather, Graph, Kernel, Layer, Map, Matrix, Operation, Parameter,
+    Array, DenseLayer, EdgeMap, Gather, Graph, InLanes, Kernel, Layer, Map, Matrix, Parameter,
     UniformKernel, Weighted, repeated,
 };
 use crate::real::Real;
 
-/// The operations. Each panics if it is given an array or a matrix of another program, unless this
-/// program has one of the same shape in the same place: those two cannot be told apart.
+/// The operations. Each panics if it is given an array or a matrix of another program, unless this program has one
+/// of the same shape in the same place, which cannot be distinguished.
 impl<R: Real> Program<R> {
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
         let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
-        assert!(is_known, "a matrix is of another program");
+        assert!(is_known, "this matrix belongs to another program");
     }
 
-    /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel of the elements
-    /// `k` of `x`.
+    /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel at the elements `k` of `x`.
     ///
     /// Numbers that all elements share are [uniform inputs](Program::map_with).
     ///
     /// # Panics
-    /// If the arrays differ in length, or one is of another program; if the kernel has no inputs or no
+    /// If the arrays differ in length, if one belongs to another program, or if the kernel has no inputs or no
     /// results.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
@@ -31,13 +31,13 @@ impl<R: Real> Program<R> {
         self.map_with(kernel, x, &[])
     }
 
-    /// As [`map`](Program::map), for a kernel with [uniform inputs](UniformKernel): arrays of one number,
-    /// which all elements share. The cotangent of such a number is the sum over all elements, in their order. It is
-    /// only computed for numbers that carry derivatives.
+    /// [`map`](Program::map) for a kernel with [uniform inputs](UniformKernel): arrays of one number, which
+    /// all elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only
+    /// computed for inputs that carry derivatives.
     ///
     /// # Panics
-    /// As [`map`](Program::map); and unless there are as many uniform inputs as the kernel needs, each of one
-    /// number.
+    /// As [`map`](Program::map). Also if the number of uniform inputs is not that of the kernel, or one of them does
+    /// not have one number.
     pub fn map_with<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
@@ -48,46 +48,49 @@ impl<R: Real> Program<R> {
         K: UniformKernel<I, O>,
     {
         self.assert_uniform(uniforms);
-        let map = |outputs: &[Array]| Map::new(kernel, x, uniforms, arrays(outputs));
+        let map = |outputs: &[Array]| {
+            let map = Map::new(kernel, x, uniforms, arrays(outputs));
+            StepOperation::Kernel(Box::new(InLanes(map)))
+        };
         arrays(&self.map_by(&x, O, map))
     }
 
     pub(crate) fn assert_uniform(&self, arrays: &[Array]) {
         self.assert_known(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
-        assert!(is_one, "a uniform input is an array of one number");
+        assert!(is_one, "a uniform input must be an array of one number");
     }
 
-    /// Maps by an operation that is made for the outputs, one for each of so many results.
-    pub(crate) fn map_by<M: Operation<R> + 'static>(
+    /// Maps by the operation that `map` makes for the outputs, one for each of the results.
+    pub(crate) fn map_by(
         &mut self,
         x: &[Array],
         results: usize,
-        map: impl FnOnce(&[Array]) -> M,
+        map: impl FnOnce(&[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
         self.assert_known(x);
-        let len = x.first().expect("map: a kernel without inputs").len();
-        assert!(results > 0, "map: a kernel without results");
+        let len = x.first().expect("map: the kernel must have inputs").len();
+        assert!(results > 0, "map: the kernel must have results");
         assert!(
             x.iter().all(|a| a.len() == len),
-            "map: the arrays differ in length"
+            "map: the arrays must have the same length"
         );
         let outputs = self.outputs(len, results);
-        self.operations.push(Box::new(map(&outputs)));
+        self.operations.push(map(&outputs));
         outputs
     }
 
-    /// `matrix * (x_0, x_1, ...) + bias`, the arrays of `x` taken as one vector.
+    /// `matrix * (x_0, x_1, ...) + bias`, where the arrays of `x` are one vector.
     ///
     /// # Panics
-    /// Unless the matrix has as many columns as the arrays have numbers together and as many rows
-    /// as the bias, or if one of them is of another program.
+    /// If the columns of the matrix are not as many as the numbers of all arrays, if its rows are not as many as the
+    /// numbers of the bias, or if one of them belongs to another program.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes its slope is the slope of
-    /// [`layer_tanh`](Real::layer_tanh): `1 - y^2`, where `y` is the result.
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)`. Its slope is that of [`layer_tanh`](Real::layer_tanh), `1 - y^2`, in
+    /// all modes, where `y` is the result.
     ///
     /// # Panics
     /// As [`dense`](Program::dense).
@@ -95,11 +98,11 @@ impl<R: Real> Program<R> {
         self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
     }
 
-    /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros: an array as long as `places`, with the
-    /// entries in their order where `places` is true.
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros. The result is as long as `places` and has the entries of
+    /// the layer, in order, where `places` is true.
     ///
     /// # Panics
-    /// As [`dense`](Program::dense), and unless as many places are true as the matrix has rows.
+    /// As [`dense`](Program::dense). Also if the number of true places is not the number of rows.
     pub fn dense_tanh_spread(
         &mut self,
         matrix: Matrix,
@@ -124,20 +127,20 @@ impl<R: Real> Program<R> {
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
-            "dense: the inputs together have another length than the matrix has columns"
+            "dense: the inputs together must be as long as the matrix has columns"
         );
         assert_eq!(
             bias.len(),
             matrix.rows,
-            "dense: the bias has another length than the matrix has rows"
+            "dense: the bias must be as long as the matrix has rows"
         );
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(
             rows, matrix.rows,
-            "dense: another number of places is true than the matrix has rows"
+            "dense: as many places must be true as the matrix has rows"
         );
         let output = self.output(places.len());
-        // The last register of a spread output is written whole: nothing else may lie there.
+        // The last register of a spread output is written whole, so nothing else may follow in it.
         self.align(false);
         let places = repeated(places, self.starts);
         let layer = Layer {
@@ -149,22 +152,21 @@ impl<R: Real> Program<R> {
             tanh,
         };
         let layer = DenseLayer::new(layer);
-        self.operations.push(Box::new(layer));
+        self.operations.push(StepOperation::Dense(Box::new(layer)));
         output
     }
 
-    /// Maps a kernel over the edges of a graph and sums its results up at the nodes, as springs pull on
-    /// masses.
+    /// Maps a kernel over the edges of a graph and sums its results at the nodes, as springs pull on masses.
     ///
-    /// The kernel's inputs are, per edge, first the differences of `ends`, arrays over the nodes: the
-    /// value at the head minus that at the tail; then the values of `per_edge`, arrays in the slot
-    /// layout of the [`Graph`]. Each result is added at the edge's tail and subtracted at its head: the
-    /// outputs are arrays over the nodes.
+    /// For each edge, the inputs of the kernel are first the differences of `ends`, which are arrays over the nodes:
+    /// the value at the head minus the value at the tail. Then follow the values of `per_edge`, which are arrays in
+    /// the slot layout of the [`Graph`]. Each result is added at the tail of the edge and subtracted at its head, so
+    /// the outputs are arrays over the nodes.
     ///
     /// ```
     /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
     ///
-    /// /// What a warmer head gives its tail in a step.
+    /// /// The heat that flows from head to tail in a step.
     /// #[derive(Clone, Copy)]
     /// struct Conduction;
     ///
@@ -203,7 +205,7 @@ impl<R: Real> Program<R> {
     /// let bar = Rollout::new(Bar(graph.clone()), 1);
     /// let conductivity = graph.to_slots(&[0.5, 0.25]);
     /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
-    /// // How warm the body in the middle gets, by what both edges conduct.
+    /// // The derivative of the middle temperature by the conductivities of both edges.
     /// let middle = |k: &[Var<f64>]| {
     ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
     ///     bar.run(&t, &[&graph.to_slots(k)])[1]
@@ -212,8 +214,8 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// Unless the arrays of `ends` are as long as the graph has nodes, those of `per_edge` as it has
-    /// slots, and both together as many as the kernel has inputs; if an array is of another program, or
+    /// If an array of `ends` is not as long as the graph has nodes, if an array of `per_edge` is not as long as it has
+    /// slots, if both together are not as many as the kernel's inputs, if an array belongs to another program, or if
     /// the kernel has no results.
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
@@ -228,10 +230,10 @@ impl<R: Real> Program<R> {
         self.map_edges_with(graph, kernel, ends, per_edge, &[])
     }
 
-    /// As [`map_edges`](Program::map_edges), for a kernel with [uniform inputs](Program::map_with).
+    /// [`map_edges`](Program::map_edges) for a kernel with [uniform inputs](Program::map_with).
     ///
     /// # Panics
-    /// As both.
+    /// As these two methods.
     pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -245,42 +247,45 @@ impl<R: Real> Program<R> {
     {
         self.assert_uniform(uniforms);
         let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
-            EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs))
+            let map = EdgeMap::new(kernel, graph, ends, per_edge, uniforms, arrays(outputs));
+            StepOperation::Kernel(Box::new(InLanes(map)))
         });
         arrays(&outputs)
     }
 
-    /// Maps over edges by an operation that is made for the graph of all starts and the outputs, one for
-    /// each of so many results.
-    pub(crate) fn map_edges_by<M: Operation<R> + 'static>(
+    /// Maps over edges by the operation that `map` makes for the graph of all starts and the outputs, one for each of
+    /// the results.
+    pub(crate) fn map_edges_by(
         &mut self,
         graph: &Graph,
         ends: &[Array],
         per_edge: &[Array],
         results: usize,
-        map: impl FnOnce(&Graph, &[Array]) -> M,
+        map: impl FnOnce(&Graph, &[Array]) -> StepOperation<R>,
     ) -> Vec<Array> {
         self.assert_known(ends);
         self.assert_known(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
-        assert!(fits, "map_edges: an array of ends needs one value per node");
+        assert!(
+            fits,
+            "map_edges: an array of `ends` needs one value for each node"
+        );
         let fits = per_edge.iter().all(|a| a.len() == graph.slots());
         assert!(
             fits,
-            "map_edges: an array per edge needs one value per slot"
+            "map_edges: an array of `per_edge` needs one value for each slot"
         );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let outputs = self.outputs(graph.nodes(), results);
-        self.operations.push(Box::new(map(&interleaved, &outputs)));
+        self.operations.push(map(&interleaved, &outputs));
         outputs
     }
 
-    /// `x[index]` for every index, and zero for `None`. With `&[Some(0); 8]` an array of one number
-    /// becomes one of eight copies of it.
+    /// `x[index]` for every index, and zero for `None`. `&[Some(0); 8]` makes eight copies of a single number.
     ///
     /// # Panics
-    /// If an index is out of range, or the array is of another program.
+    /// If an index is out of range, or the array belongs to another program.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.assert_known(&[x]);
         assert!(
@@ -289,15 +294,17 @@ impl<R: Real> Program<R> {
         );
         let output = self.output(indices.len());
         self.operations
-            .push(Box::new(Gather::new(x, indices, output)));
+            .push(StepOperation::Gather(InLanes(Gather::new(
+                x, indices, output,
+            ))));
         output
     }
 
-    /// Weights arrays entry by entry: the `weights` times the offsets of each of `offsets` from its weighted
-    /// mean, then times each of `values`; then `others` unchanged, all as one array. Also returns the means, as
-    /// an array of one number for each of `offsets`.
+    /// Weights arrays entry by entry. The first result is one array: the `weights` times the offset of each array of
+    /// `offsets` from its weighted mean, then the `weights` times each array of `values`, then `others` unchanged. The
+    /// second result is the means of the arrays of `offsets`.
     ///
-    /// An entry of weight 0 counts nowhere. The mean is `sum w x / sum w`; it is NaN if no weight is left.
+    /// The mean is `sum w x / sum w`, so an entry with weight 0 does not count. The mean is NaN if all weights are 0.
     ///
     /// ```
     /// use autodiff::{Model, Program, Real, Rollout};
@@ -309,7 +316,7 @@ impl<R: Real> Program<R> {
     /// impl Model for Spread {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {
     ///         let (weights, x) = (program.parameter(3), program.state(3));
-    ///         let [offsets, _mean] = program.weighted(weights, [x], [], &[]);
+    ///         let [offsets, _mean] = program.weighted(weights, &[x], &[], &[]);
     ///         program.advance(x, offsets);
     ///     }
     /// }
@@ -319,31 +326,32 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// Unless `offsets` and `values` are as long as the weights; if an array is of another program.
-    pub fn weighted<const C: usize, const V: usize>(
+    /// If an array of `offsets` or `values` is not as long as the weights, or an array belongs to another program.
+    pub fn weighted(
         &mut self,
         weights: Array,
-        offsets: [Array; C],
-        values: [Array; V],
+        offsets: &[Array],
+        values: &[Array],
         others: &[Array],
     ) -> [Array; 2] {
-        let weighed = [&offsets[..], &values].concat();
+        let weighed = [offsets, values].concat();
         self.assert_known(&[&[weights][..], &weighed, others].concat());
         assert!(
             weighed.iter().all(|array| array.len() == weights.len()),
-            "weighted: an array needs one number per weight"
+            "weighted: an array needs one number for each weight"
         );
         let appended: usize = others.iter().map(|array| array.len()).sum();
         self.align(false);
-        let lengths = [weighed.len() * weights.len() + appended, C, 1];
+        let lengths = [weighed.len() * weights.len() + appended, offsets.len(), 1];
         let outputs = lengths.map(|len| self.unaligned_output(len));
-        let operation = Weighted::new(weights, offsets, values, others, outputs);
-        self.operations.push(Box::new(operation));
+        let operation = Weighted::new(weights, [offsets, values], others, outputs);
+        self.operations
+            .push(StepOperation::Weighted(InLanes(operation)));
         [outputs[0], outputs[1]]
     }
 }
 
-/// Handles by their number, which is known.
+/// As many handles as the kernel has results.
 fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
     std::array::from_fn(|k| handles[k])
 }

@@ -5,7 +5,7 @@ use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repe
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
-/// Numbers that are set to zero at once.
+/// The numbers that are set to zero at once.
 const ZEROED: usize = 128;
 
 impl<R: Real> Program<R> {
@@ -15,29 +15,30 @@ impl<R: Real> Program<R> {
     /// If a part of the state was not advanced.
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
-        let next = next.expect("a part of the state is never advanced");
+        let next =
+            next.expect("a part of the state is never advanced: call `Program::advance` for it");
         self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
         let share = self.layout.stride.div_ceil(self.operations.len().max(1));
         self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
         self
     }
 
-    /// Room for the parameters' arrays, and for reads past the last of them.
+    /// Zeros for the parameters' arrays and for reads past the last of them.
     pub(crate) fn parameters(&self) -> Aligned<R> {
         Aligned::zeros(self.ends[0] + self.padding())
     }
 
-    /// Zeros for all cotangents: of the parameters, and of a row.
+    /// Zeros for the cotangents of the parameters and of a row.
     pub(crate) fn bars(&self) -> [Aligned<R>; 2] {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    /// How far past the last array registers may reach.
+    /// The number of places past the last array that registers may touch.
     fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }
 
-    /// How many numbers a step may touch, from the start of its row on.
+    /// The number of places that a step may touch, from the start of its row.
     pub(crate) fn row_len(&self) -> usize {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
@@ -47,13 +48,13 @@ impl<R: Real> Program<R> {
         self.layout.stride
     }
 
-    /// The number of scalars in a state, over all starts.
+    /// The number of scalars in a state, all starts together.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
     }
 
-    /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
-    /// says so, every start has an array of its own, given interleaved; all others are shared.
+    /// Loads the parameters of a rollout over `steps` steps and checks their lengths. Where `own` is true, the
+    /// values of the starts are given interleaved. Other parameters are shared.
     pub(crate) fn load(
         &mut self,
         values: &mut [R],
@@ -64,7 +65,7 @@ impl<R: Real> Program<R> {
         let [given, declared] = [parameters.len(), self.parameters.len()];
         assert_eq!(
             given, declared,
-            "a program has {declared} parameters: {given} are given"
+            "the program has {declared} parameters, but {given} were given"
         );
         self.own = vec![false; parameters.len()];
         self.own[..own.len()].copy_from_slice(own);
@@ -75,7 +76,7 @@ impl<R: Real> Program<R> {
                 Parameter::Array(a) => a.len(),
                 Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.len()),
                 Parameter::Matrix(_) if own => {
-                    panic!("parameter {at} of a program is a matrix, which all starts share")
+                    panic!("parameter {at} of the program is a matrix: all starts must share it")
                 }
                 Parameter::Matrix(m) => m.len(),
             };
@@ -86,7 +87,7 @@ impl<R: Real> Program<R> {
             let numbers = given.len() / given_starts;
             assert_eq!(
                 numbers, len,
-                "parameter {at} of a program has {len} numbers{over}: {numbers} are given"
+                "parameter {at} of the program has {len} numbers{over}, but {numbers} were given"
             );
             let times = self.starts / given_starts;
             match declared {
@@ -102,7 +103,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks the arrays that carry derivatives, given which parameters do; the state always does.
+    /// Marks the arrays that carry derivatives, given which parameters do. The state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -143,7 +144,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Writes the inputs of one step, from `all` steps' inputs, and its controls into its row.
+    /// Writes the inputs and the controls of a step into its row. `all` holds the inputs of all steps.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
@@ -157,7 +158,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Keeps the cotangents of a step's controls, after the reverse of that step.
+    /// Stores the cotangents of a step's controls after the reverse of that step.
     pub(crate) fn note_controls(&mut self, row_bars: &[R], step: usize) {
         for Control { array, bars, .. } in &mut self.controls {
             if let Some(bars) = bars {
@@ -166,8 +167,8 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Prefetches a part of a row that is soon to be touched, one part before every operation: if all
-    /// of the row were asked for at once, the operation's own loads would wait behind it.
+    /// Prefetches a part of a row that is needed soon, one part before every operation. If the whole row were
+    /// requested at once, the operation's own loads would have to wait.
     #[inline(always)]
     fn prefetch(&self, operation: usize, row: *const R) {
         let first = operation * self.prefetch_len;
@@ -175,8 +176,8 @@ impl<R: Real> Program<R> {
         prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
     }
 
-    /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
-    /// next step touches, to be prefetched, if it is another.
+    /// Computes a step. The new state is written where the next row begins. `soon` is the row of the next step,
+    /// to be prefetched, unless it is the same row.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
         for k in 0..self.operations.len() {
             if let Some(soon) = soon {
@@ -194,21 +195,21 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Moves the new state to the start of the same row, for a rollout that keeps no rows.
+    /// Moves the new state to the start of the row, for a rollout that does not keep its rows.
     pub(crate) fn rewind(&self, row: &mut [R]) {
         let RowLayout { stride, reach, .. } = self.layout;
         row.copy_within(stride..reach, 0);
     }
 
-    /// Where a part of the state begins in the state.
+    /// The place in the state where one of its parts begins.
     fn place_in_state(&self, part: Array) -> usize {
         let before = self.states.iter().take_while(|state| **state != part);
         before.map(|state| state.len).sum()
     }
 
-    /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the new state to that
-    /// of the old one, and the bars of the parameters grow by this step's part. `soon` is the row of
-    /// the step before, to be prefetched: the processor does not foresee rows read backwards.
+    /// The reverse of a step, from its row. `state_bar` is the cotangent of the new state and becomes that of
+    /// the old state. The step's part is added to the parameters' cotangents. `soon` is the row of the step
+    /// before, to be prefetched, because the processor does not predict rows that are read backwards.
     pub(crate) fn reverse_step(
         &mut self,
         parameters: &[R],
@@ -221,9 +222,9 @@ impl<R: Real> Program<R> {
             parameters: &mut parameter_bars[..],
             row: &mut row_bars[..],
         };
-        // Only up to the next row: past that, the new state's cotangents are set below.
+        // Only up to the next row: the new state's cotangents, which lie past that, are set below.
         let RowLayout { stride, state, .. } = &self.layout;
-        // Piece by piece: for longer ones `memset` takes a slower start.
+        // Piece by piece, because `memset` starts more slowly for longer ranges.
         for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
             piece.fill(R::zero());
         }
@@ -251,8 +252,8 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// The cotangents of all parameters after the last reverse step: interleaved where each start has
-    /// its own, else summed over the starts from the first to the last.
+    /// The cotangents of all parameters after the last reverse step. They are interleaved where each start has
+    /// its own values, and otherwise summed over the starts from first to last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let sum = |of_starts: &[R]| {
             of_starts[1..]

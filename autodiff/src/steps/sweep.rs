@@ -1,4 +1,4 @@
-//! A rollout's run forward, and its reverse sweep.
+//! The forward run of a rollout and its reverse sweep.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,27 +16,22 @@ use crate::real::Real;
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// For the first parameters, whether each start has its own; the others are shared.
+    /// Whether each start has its own values, for the first parameters. Other parameters are shared.
     pub(super) own: &'a [bool],
-}
-
-impl Starts<'_> {
-    /// One alone.
-    pub(super) const ONE: Self = Self { count: 1, own: &[] };
 }
 
 /// A program with its parameters.
 pub(super) struct Stepper<R: Real> {
     program: Program<R>,
     parameters: Aligned<R>,
-    /// The inputs of all steps.
+    /// The inputs of all steps, one step after the other.
     inputs: Arc<[f64]>,
-    /// Checks every state but the start, if there is a bound.
+    /// Checks every state except the start, if there is a bound.
     watch: Option<Watch<R>>,
 }
 
 impl<R: Real> Stepper<R> {
-    /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
+    /// Records the program and loads the inputs: the start or the interleaved starts, then the parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
         R::by_type(RecordModel(&rollout.model), &mut program);
@@ -47,8 +42,7 @@ impl<R: Real> Stepper<R> {
         assert_eq!(
             start.len(),
             program.state_len(),
-            "the start of a rollout has {} numbers, where the parts of the model's state have {} \
-             together",
+            "the start of a rollout has {} numbers, but the parts of the model's state have {} together",
             start.len() / starts.count,
             program.state_len() / starts.count
         );
@@ -65,7 +59,7 @@ impl<R: Real> Stepper<R> {
         self.program.state_len()
     }
 
-    /// A row with a state in it.
+    /// A row that begins with this state.
     pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
         let mut row = Aligned::zeros(self.program.row_len());
         self.program.set_state(&mut row, state);
@@ -79,19 +73,19 @@ impl<R: Real> Stepper<R> {
         state
     }
 
-    /// Does a step; the new state stands where the next row begins. Meanwhile prefetches the row `soon`.
+    /// Does a step and prefetches the row `soon`. The new state is written where the next row begins.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         begin_step(step);
         self.program.set_inputs(row, &self.inputs, step);
         self.program.step(&self.parameters, row, soon);
-        // The old state, not the new one: its loads would wait for the stores just made.
+        // The old state is checked: loads of the new one would wait for the stores just made.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
             watch.look(&self.program, row);
         }
     }
 
     /// Replaces a start's observations by NaN if one of its states was not below the bound. `row` holds the
-    /// last state, after `steps` steps, which is still to be checked.
+    /// last state, after `steps` steps, which is checked here.
     pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
@@ -112,43 +106,55 @@ impl<R: Real> Stepper<R> {
     }
 }
 
-/// A state and how many steps were done before it.
+/// A state and the number of steps before it.
 #[derive(Clone)]
 struct Checkpoint<R> {
     step: usize,
     state: Vec<R>,
 }
 
-/// The record of a forward run, which the reverse sweep reads.
-pub struct Recorded<R: Real> {
+/// A forward run, and its record for the reverse sweep.
+pub(super) struct Recorded<R: Real> {
     stepper: Stepper<R>,
     schedule: CheckpointSchedule,
     steps: usize,
-    /// States from which the reverse sweep runs forward again; the start is the first.
+    /// States from which the reverse sweep runs forward again. The start is the first.
     checkpoints: Vec<Checkpoint<R>>,
-    /// The rows of the last steps run, one after the other; of all steps where memory allows.
+    /// The rows of the last steps, one after the other; of all steps if memory allows.
     rows: Aligned<R>,
-    /// The single row for steps whose rows are not kept.
+    /// The row of steps whose rows are not kept.
     row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
-    /// Arguments as for [`Stepper::new`].
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+    /// Prepares a forward run. The arguments are those of [`Stepper::new`], and whether the run keeps what a reverse
+    /// sweep needs.
+    pub(super) fn new<M: Model>(
+        rollout: &Rollout<M>,
+        starts: Starts,
+        inputs: &[&[R]],
+        keeps: bool,
+    ) -> Self {
         let stepper = Stepper::new(rollout, starts, inputs);
         let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
         let lengths = [stepper.state_len(), stride];
-        let schedule = CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths);
+        let schedule = match keeps {
+            true => CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths),
+            false => CheckpointSchedule::NOTHING,
+        };
         let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
             panic!(
-                "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::Bytes"
+                "the rows of {leaf} steps do not fit into memory: give the rollout a budget, `Memory::Bytes`"
             );
         };
-        let mut rows = pooled_rows(kept);
+        let mut rows = match keeps {
+            true => pooled_rows(kept),
+            false => Aligned::zeros(kept),
+        };
         stepper.program.set_state(&mut rows, inputs[0]);
         Self {
             checkpoints: vec![Checkpoint {
@@ -167,8 +173,8 @@ impl<R: Real> Recorded<R> {
         self.stepper.state_len()
     }
 
-    /// [`Stepper::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
-    /// are not checked again.
+    /// [`Stepper::apply_state_bound`] after the forward run. Steps that the reverse sweep repeats are not
+    /// checked again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
         self.stepper.apply_state_bound(self.steps, last, seen);
@@ -180,7 +186,7 @@ impl<R: Real> Recorded<R> {
         self.schedule.leaf >= self.steps
     }
 
-    /// During the first run forward: the row that begins with the state after `step` steps.
+    /// During the forward run: the row that begins with the state after `step` steps.
     fn row_after(&self, step: usize) -> &[R] {
         if self.keeps_all() {
             &self.rows[step * self.stepper.program.stride()..]
@@ -189,12 +195,12 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// During the first run forward: the state after `step` steps.
+    /// During the forward run: the state after `step` steps.
     pub(super) fn state(&self, step: usize) -> Vec<R> {
         self.stepper.state(self.row_after(step))
     }
 
-    /// A step of the first run forward. Keeps its row, or the checkpoint that the schedule has before it.
+    /// Does a step of the forward run. Keeps its row, or the checkpoint that the schedule sets before it.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -207,7 +213,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step_in_place(step, &mut self.row);
     }
 
-    /// Does a step in the row with this index, and prefetches the next.
+    /// Does a step in the row with this index and prefetches the next row.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (
             self.stepper.program.stride(),
@@ -218,7 +224,7 @@ impl<R: Real> Recorded<R> {
         self.stepper.step(step, &mut row[..len], Some(next));
     }
 
-    /// The state in the single row.
+    /// A checkpoint of the state in [`row`](Self::row).
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
@@ -226,9 +232,9 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// Goes back from the last step to the first and returns the cotangents of the parameters. Calls
-    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, from the last step down
-    /// to 0, the start; there it may add to the cotangent and clip it.
+    /// Sweeps back from the last step to the first and returns the cotangents of the parameters. Calls
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, for every step from the last
+    /// down to 0, the start. The callback may add to the cotangent and clip it.
     pub(super) fn reverse(
         &mut self,
         wanted: &[bool],
@@ -240,9 +246,9 @@ impl<R: Real> Recorded<R> {
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
-        // Each turn either sets a checkpoint in the last stretch of steps, or reverses the last leaf of it.
+        // Each turn sets a checkpoint in the last stretch of steps, or reverses the last leaf of the stretch.
         while end > 0 {
-            let top = stack.last().expect("the start is below all");
+            let top = stack.last().expect("the start is never removed");
             let first = self.schedule.leaf_start(top.step..end);
             if let Some(middle) = self.schedule.split(top.step..end, stack.len()) {
                 let top = top.clone();
@@ -261,13 +267,13 @@ impl<R: Real> Recorded<R> {
             }
             self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
-            // Checkpoints of steps that are done serve nothing any more.
+            // Checkpoints of reversed steps are no longer needed.
             stack.retain(|checkpoint| checkpoint.step < end);
         }
         self.stepper.program.parameter_bars(&bars[0])
     }
 
-    /// Steps on from a checkpoint, within the single row.
+    /// Runs from a checkpoint to a later step in [`row`](Self::row).
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.stepper.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
@@ -295,18 +301,21 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// At least `len` numbers with any values: the buffer of the thread's last sweep, if it is long enough.
+/// A buffer of at least `len` numbers with arbitrary values. It is the buffer of the thread's last sweep if
+/// that is long enough.
 fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
-        // A quarter more, for longer sweeps to come: pages that are never touched take no memory.
+        // A quarter more, for longer sweeps to come. Pages that are never touched use no memory.
         _ => Aligned::zeros(len + len / 4),
     }
 }
 
 impl<R: Real> Drop for Recorded<R> {
     fn drop(&mut self) {
-        let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
-        pool::keep(Box::new(rows));
+        if self.schedule != CheckpointSchedule::NOTHING {
+            let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
+            pool::keep(Box::new(rows));
+        }
     }
 }

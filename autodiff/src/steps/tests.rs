@@ -1,4 +1,4 @@
-//! Several starts at once against each alone, in every register that the machine has.
+//! Several starts at once give the results of single starts, in all registers of the machine.
 
 #[path = "../../tests/net/mod.rs"]
 mod net;
@@ -9,15 +9,15 @@ use num_traits::Zero;
 use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
-    CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real, Rollout,
-    Tape, Var, gradient,
+    CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
+    Var, gradient,
 };
 
-/// Starts near one another, and the parameters of all of them.
+/// Starts that are near each other, and their parameters.
 struct Several<R> {
     loss: Loss,
     starts: Vec<Vec<R>>,
-    /// Every start's own stiffness, in place of the first parameter; none where all share that.
+    /// The stiffness of each start, which replaces the first parameter. Empty if all starts share that.
     own: Vec<Vec<R>>,
     parameters: Vec<Vec<R>>,
 }
@@ -43,7 +43,7 @@ impl<R: Real> Several<R> {
         }
     }
 
-    /// Starts of different stiffness.
+    /// Gives each start another stiffness.
     fn with_own(mut self) -> Self {
         let times = |factor: f64| {
             let stiffness = self.parameters[0].iter();
@@ -75,7 +75,7 @@ impl<R: Real> Several<R> {
         self.loss.rollout.run_batch(&starts, &given)
     }
 
-    /// How many numbers belong to one start alone.
+    /// The number of values that belong to single starts.
     fn of_starts(&self) -> usize {
         [&self.starts, &self.own]
             .iter()
@@ -83,12 +83,12 @@ impl<R: Real> Several<R> {
             .sum()
     }
 
-    /// The gradient of a weighted sum over all that is observed: first what belongs to starts.
+    /// The gradient of a weighted sum over all observed numbers. The values of single starts come first.
     fn gradient(&self, together: bool) -> Vec<R> {
         self.gradient_of(together, |seen| seen)
     }
 
-    /// The gradient over a choice of the observed numbers.
+    /// The gradient of a sum over some of the observed numbers.
     fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
         let x = [&self.starts, &self.own, &self.parameters]
             .map(|of| of.concat())
@@ -121,19 +121,19 @@ fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
     of.iter().map(Vec::as_slice).collect()
 }
 
-/// So many steps, or the few that Miri has time for.
+/// The number of steps, which is smaller under Miri.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
 
-/// Does it in the registers of every level that the machine has.
+/// Runs `check` in the registers of every level of the machine.
 fn at_every_level(check: impl Fn()) {
     for cap in [Level::Baseline, Level::Avx2, level()] {
         at_most(cap, &check);
     }
 }
 
-/// Whole registers, then one for more than three quarters of its starts, or pairs and one alone.
+/// Whole registers, then one register if more than three quarters of it is used, otherwise pairs and a single start.
 #[test]
 fn starts_fill_registers() {
     at_every_level(|| {
@@ -161,7 +161,7 @@ fn starts_fill_registers() {
     });
 }
 
-/// From no start to more than three registers of them, whole registers and parts.
+/// From no starts to more than three registers of starts, whole registers and parts.
 #[test]
 fn states_have_the_bits_of_each_start_alone() {
     fn check<R: Real + PartialEq>() {
@@ -184,8 +184,8 @@ fn states_have_the_bits_of_each_start_alone() {
     assert_eq!(together, alone);
 }
 
-/// The cotangents of starts and of what they have of their own to the bit, those of parameters but
-/// for the order of sums.
+/// The cotangents of starts and of their own parameters are bit-identical. Those of shared parameters differ by the
+/// order of sums.
 #[test]
 fn gradients_are_the_sums_of_single_ones() {
     fn check<R: Real + PartialEq>(tolerance: f64) {
@@ -197,7 +197,7 @@ fn gradients_are_the_sums_of_single_ones() {
             (more, false),
             (more, true),
         ] {
-            // 37 steps: batches of outer products end full and partly filled.
+            // With 37 steps, batches of outer products end full and partly filled.
             let mut several = Several::<R>::new(count, steps(37));
             if own {
                 several = several.with_own();
@@ -213,12 +213,12 @@ fn gradients_are_the_sums_of_single_ones() {
             }
         }
     }
-    // Sums of some 1e3 terms, of which those in the middle may be larger than the whole.
+    // Sums of about 1e3 terms, of which some may be larger than the sum.
     at_every_level(|| check::<f64>(1e-12));
     at_every_level(|| check::<f32>(1e-4));
 }
 
-/// Wanted entries are those of whole states to the bit, and so are their gradients.
+/// Chosen entries and their gradients are bit-identical to those of whole states.
 #[test]
 fn entries_are_those_of_whole_states() {
     let entries = vec![1, NODES, 2 * NODES - 1];
@@ -243,8 +243,10 @@ fn entries_are_those_of_whole_states() {
 }
 
 #[test]
-#[should_panic(expected = "24 numbers in a state: the entries [3, 24] are wanted")]
-fn an_entry_beyond_the_state_is_told() {
+#[should_panic(
+    expected = "entries [3, 24] are out of range: a state of the rollout has 24 numbers"
+)]
+fn an_entry_that_is_out_of_range_panics() {
     let mut several = Several::<f64>::new(1, 1);
     assert_eq!(2 * NODES, 24);
     several.loss.rollout.entries = Some(vec![3, 24]);
@@ -252,8 +254,8 @@ fn an_entry_beyond_the_state_is_told() {
 }
 
 #[test]
-#[should_panic(expected = "parameter 2 of a program is a matrix, which all starts share")]
-fn a_matrix_of_each_start_is_told() {
+#[should_panic(expected = "parameter 2 of the program is a matrix: all starts must share it")]
+fn a_matrix_for_each_start_panics() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let each: Vec<[&[f64]; 2]> = parameters.iter().map(|&p| [p; 2]).collect();
@@ -262,8 +264,8 @@ fn a_matrix_of_each_start_is_told() {
 }
 
 #[test]
-#[should_panic(expected = "Given::Each needs one slice for each start")]
-fn a_start_without_its_own_is_told() {
+#[should_panic(expected = "Given::Each must have one slice for each start")]
+fn a_start_without_its_own_value_panics() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
@@ -271,9 +273,9 @@ fn a_start_without_its_own_is_told() {
     several.loss.rollout.run_batch(&starts, &given);
 }
 
-/// The message counts the numbers of one start, however many run together.
+/// The message counts the numbers of a single start.
 #[test]
-#[should_panic(expected = "parameter 0 of a program has 48 numbers: 47 are given")]
+#[should_panic(expected = "parameter 0 of the program has 48 numbers, but 47 were given")]
 fn too_few_numbers_of_each_start_are_counted() {
     let several = Several::<f64>::new(lanes::<f64>(), 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
@@ -283,7 +285,7 @@ fn too_few_numbers_of_each_start_are_counted() {
     several.loss.rollout.run_batch(&starts, &given);
 }
 
-/// Checkpoints hold all starts, and every start's cotangent has its own bound.
+/// Checkpoints hold all starts, and the cotangent of each start is bounded separately.
 #[test]
 fn memory_and_bounds_are_as_for_one() {
     let mut several = Several::<f64>::new(lanes::<f64>(), steps(61));
@@ -300,11 +302,10 @@ fn memory_and_bounds_are_as_for_one() {
     assert!(together[of_starts] != all[of_starts]);
 }
 
-/// The bound is the largest number that a start has anywhere but where it begins: that start sees
-/// nothing any more, nor does one that has larger ones. The others have the bits that they have
-/// without a bound.
+/// The bound is the largest number of one start after its beginning. Starts with this number or larger ones return
+/// NaN. Other starts are bit-identical to runs without a bound.
 #[test]
-fn a_state_that_is_not_below_its_bound_is_told() {
+fn a_state_that_is_not_below_its_bound_gives_nan() {
     fn largest(of: &[f64]) -> f64 {
         of.iter().fold(0.0, |most, x| most.max(x.abs()))
     }
@@ -342,7 +343,7 @@ fn a_state_that_is_not_below_its_bound_is_told() {
     at_every_level(check::<f32>);
 }
 
-/// Derivatives are those without a bound, whatever is kept; what is told is told in every mode.
+/// Derivatives do not depend on the bound, with any memory. The outputs are NaN in every mode.
 #[test]
 fn a_bound_on_the_state_leaves_derivatives_alone() {
     let mut several = Several::<f64>::new(3, steps(23));
@@ -366,7 +367,7 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
     assert!(value.is_nan());
 }
 
-/// So many numbers that stay as they are.
+/// This many numbers that do not change.
 #[derive(Clone, Copy)]
 struct Still(usize);
 
@@ -393,12 +394,11 @@ impl Still {
     }
 }
 
-/// One number is enough, wherever it stands and however short the rollout; a start is no state that
-/// a step has made.
+/// One number that exceeds the bound is enough, at any place and in a rollout of any length. The start is not checked.
 #[test]
 fn every_number_of_every_state_is_looked_at() {
     at_every_level(|| {
-        // Three pairs of the widest registers and some more.
+        // Three pairs of the widest registers, and some more numbers.
         let numbers = 6 * lanes::<f32>() + 5;
         for place in 0..numbers {
             let mut start = vec![0.1f32; numbers];
@@ -412,12 +412,13 @@ fn every_number_of_every_state_is_looked_at() {
     });
 }
 
-/// To look at variables records nothing.
+/// Checking variables records nothing.
 #[test]
 fn a_bound_leaves_no_trace_on_a_tape() {
     let entries = |bound| {
         let mut tape = Tape::new();
-        tape.record(&[0.5; 3], |x| Still(3).rollout(4, bound).eval(&[x]));
+        let rollout = Still(3).rollout(4, bound);
+        tape.record(&[0.5; 3], |x| rollout.unrolled(x, &[]));
         tape.len()
     };
     assert_eq!(entries(Some(1.0)), entries(None));

@@ -1,4 +1,4 @@
-//! Checks that the states of a rollout stay within a bound.
+//! A check that the states of a rollout stay within a bound.
 
 use super::program::Program;
 use crate::arrays::Array;
@@ -9,7 +9,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
-    /// Zero, or NaN once a number was not below. Interleaved: place `k` is of start `k % starts`.
+    /// Zero, or NaN once a number was not below the bound. Place `k` belongs to start `k % starts`.
     verdict: [R; WIDEST],
 }
 
@@ -21,7 +21,7 @@ impl<R: Real> Watch<R> {
         }
     }
 
-    /// Looks at the state with which a row begins.
+    /// Checks the state at the beginning of a row.
     pub(crate) fn look(&mut self, program: &Program<R>, row: &[R]) {
         R::vectorize(Look {
             watch: self,
@@ -30,7 +30,7 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// For each start, zero, or NaN if one of its numbers was not below the bound.
+    /// For each start: zero, or NaN if one of its numbers was not below the bound.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {
@@ -42,8 +42,7 @@ impl<R: Real> Watch<R> {
 
 struct Look<'a, R> {
     watch: &'a mut Watch<R>,
-    /// The parts of the state. Each begins with a number of the first start, so that lanes and starts
-    /// go together.
+    /// The parts of the state. Each begins with a number of the first start, so lanes correspond to starts.
     parts: &'a [Array],
     row: &'a [R],
 }
@@ -53,7 +52,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let bound = L::splat(self.watch.bound);
-        // Only in SIMD lanes: on variables of a tape the products would be recorded.
+        // Only in SIMD lanes: a tape would record the products.
         if L::N > 1 && self.is_small::<L>(bound * bound) {
             return;
         }
@@ -73,8 +72,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Whether the sum of all squares in each lane is below the bound's square. Then every square is, rounded
-    /// or not. Cheaper than to compare each number.
+    /// Whether the sum of all squares in each lane is below the bound's square. Then every number is below the
+    /// bound, rounding included. This is cheaper than comparing each number.
     #[inline(always)]
     fn is_small<L: Lane<R>>(&self, square: L) -> bool {
         let mut sums = [L::zero(); 2];

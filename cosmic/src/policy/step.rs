@@ -110,12 +110,9 @@ impl<R: Real> Recording for Program<R> {
         self.dense_tanh_spread(m, x, b, places)
     }
     fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted {
-        let (x, v, clock) = (seen.nodes.x.array(), seen.nodes.v.array(), &[seen.clock]);
-        let [all, mean] = match senses {
-            Senses { x: true, v: true } => self.weighted(presence, x, v, clock),
-            Senses { x: true, v: false } => self.weighted(presence, x, [], clock),
-            Senses { x: false, .. } => self.weighted(presence, [], v, clock),
-        };
+        let x: Vec<Array> = seen.nodes.x.into_iter().filter(|_| senses.x).collect();
+        let v: Vec<Array> = seen.nodes.v.into_iter().filter(|_| senses.v).collect();
+        let [all, mean] = self.weighted(presence, &x, &v, &[seen.clock]);
         Weighted { all, mean }
     }
     fn any(&mut self) -> AnyProgram<'_> {

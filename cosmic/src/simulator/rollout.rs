@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
+use autodiff::{CotangentBound, Given, Memory, Model, Real, Rollout};
 
 use super::parameters::Filled;
 use super::robot::{Activations, Drive, Robot};
@@ -280,9 +280,8 @@ impl Simulator {
     ) -> Trajectory<R> {
         let planned = self.planned(&self.surroundings(), body, controller, start);
         let Planned { model, parameters } = planned;
-        let flat = self.flatten(start);
-        let inputs = [vec![&flat[..]], slices(&parameters)].concat();
-        let seen = self.plan(model, span).eval(&inputs);
+        let rollout = self.plan(model, span);
+        let seen = rollout.unrolled(&self.flatten(start), &slices(&parameters));
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 

@@ -1,11 +1,11 @@
-//! Arrays that begin at a cache line, so that no aligned register straddles two lines.
+//! Arrays that begin at a cache line, so that no register straddles two lines.
 
 use std::ops::{Deref, DerefMut};
 
 use crate::pool::Pooled;
 use crate::real::Real;
 
-/// Bytes of a cache line, and of the widest register.
+/// The bytes of a cache line and of the widest register.
 const LINE: usize = 64;
 
 /// An array of fixed length.
@@ -16,7 +16,7 @@ pub(crate) struct Aligned<R> {
 }
 
 impl<R: Real> Aligned<R> {
-    /// How many numbers a cache line holds, at least 1.
+    /// The numbers in a cache line, at least 1.
     pub(crate) const LINE: usize = match LINE.checked_div(size_of::<R>()) {
         Some(numbers @ 1..) => numbers,
         _ => 1,
@@ -24,7 +24,7 @@ impl<R: Real> Aligned<R> {
 
     pub(crate) fn zeros(len: usize) -> Self {
         let numbers = vec![R::zero(); len + LINE / size_of::<R>().min(LINE)];
-        // Alignment only saves time: where the size of the type allows none, do without.
+        // Alignment only saves time. Some types cannot be aligned because of their size.
         let first = numbers.as_ptr().align_offset(LINE);
         let first = if first <= numbers.len() - len {
             first
@@ -38,7 +38,7 @@ impl<R: Real> Aligned<R> {
         }
     }
 
-    /// Makes it at least this long, with any numbers in it.
+    /// Makes the array at least this long. Its values are then arbitrary.
     pub(crate) fn make_room(&mut self, len: usize) {
         if self.len < len {
             *self = Self::zeros(len);

@@ -1,20 +1,30 @@
-//! The epilogue of a product: bias, activation, and the places of its rows.
+//! The last operations on a product: bias, activation, and the places of its rows.
 
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// The last operations on a product, and the place of the result.
+/// The last operations on a product, and where the result goes.
 pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
-    /// Which registers of `y` are rows, if not all in their order; only where each lane is a start.
+    /// The registers of `y` that are rows, if `y` also has others. Only used where each lane is a start.
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
-impl<R: Real> Epilogue<'_, R> {
-    /// Takes the sums of `H` registers of rows, from the row `first` on, for each of `K` vectors; the
-    /// output interleaves them.
+impl<'a, R: Real> Epilogue<'a, R> {
+    /// Adds the product to `y`.
+    pub(super) fn plain(y: &'a mut [R]) -> Self {
+        Self {
+            bias: None,
+            y,
+            places: &[],
+            tanh: false,
+        }
+    }
+
+    /// Takes the sums of `H` registers of rows, beginning with row `first`, for each of `K` vectors. The output
+    /// interleaves the vectors.
     #[inline(always)]
     pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
         &mut self,
@@ -31,7 +41,7 @@ impl<R: Real> Epilogue<'_, R> {
         }
         self.add(at, at, even);
         if K > 1 {
-            // Past the last rows nothing may be left of a second register.
+            // The second register may lie wholly past the last rows.
             for h in 0..H {
                 at[h] += L::N;
             }
@@ -39,8 +49,8 @@ impl<R: Real> Epilogue<'_, R> {
         }
     }
 
-    /// Takes the sums of `N` rows, from the row `first` on, each a register of starts; those past the last
-    /// of `rows` are dropped.
+    /// Takes the sums of `N` rows, beginning with row `first`. Each sum is a register of starts. Rows past the
+    /// last of `rows` are dropped.
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,
@@ -59,8 +69,8 @@ impl<R: Real> Epilogue<'_, R> {
         self.add(from, to, sums);
     }
 
-    /// Adds registers to the bias from places `from` on, or to `y`, and writes them to `y` from places
-    /// `to` on. Numbers past the end of either are dropped.
+    /// Adds registers to the bias at places `from`, or to `y` if there is no bias, and writes them to `y` at
+    /// places `to`. Numbers past the end of either are dropped.
     #[inline(always)]
     fn add<L: Lane<R>, const N: usize>(
         &mut self,
@@ -68,7 +78,7 @@ impl<R: Real> Epilogue<'_, R> {
         to: [usize; N],
         mut sums: [L; N],
     ) {
-        // The bias comes in when the row's sum is complete, and `tanh` while it is still in a register.
+        // Bias and `tanh` are applied while the complete sum is still in a register.
         for n in 0..N {
             let before = match self.bias {
                 Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),

@@ -1,7 +1,7 @@
 //! The dense layer as one operation, with two copies of its weights.
 //!
-//! The forward product `W x` and the reverse one `W^T y_bar` both read the weights once, in order. Each
-//! wants another order, so both are stored.
+//! The forward product `W x` and the reverse product `W^T y_bar` each read the weights once, from first to last.
+//! They need different orders of the weights, so both orders are stored.
 
 use super::super::array::{Array, Matrix};
 use super::super::operation::Operation;
@@ -13,25 +13,25 @@ use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-/// A layer as it is declared.
+/// The declaration of a layer.
 pub(crate) struct Layer<'a> {
     pub(crate) matrix: Matrix,
     pub(crate) x: &'a [Array],
     pub(crate) bias: Array,
     pub(crate) output: Array,
-    /// For every place of the output, whether it is a row; the others are zero.
+    /// Whether each place of the output is a row of the matrix. Other places are zero.
     pub(crate) places: &'a [bool],
     pub(crate) tanh: bool,
 }
 
 pub(crate) struct DenseLayer<R> {
     matrix: Matrix,
-    /// The inputs, adjacent ones joined. A single stretch is read in place.
+    /// The inputs; adjacent arrays are joined. A single array is read in place.
     inputs: Vec<Array>,
     inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
-    /// Where there are zeros among the rows of the output.
+    /// The zeros among the rows of the output, if there are any.
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, for `W x`.
@@ -40,9 +40,9 @@ pub(crate) struct DenseLayer<R> {
     transposed: PackedMatrix<R>,
     /// The cotangent of `W`, row by row.
     weights_bar: Vec<R>,
-    /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
+    /// The inputs and output cotangents of the last steps, which are not yet part of `weights_bar`.
     batch: Pending<R>,
-    /// Several stretches of inputs as one, or their cotangents.
+    /// Several inputs as one array, or their cotangents.
     packed: Vec<R>,
     active: Active,
 }
@@ -50,20 +50,20 @@ pub(crate) struct DenseLayer<R> {
 /// An output with zeros among its rows.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
-    /// Where a register holds all starts of one row: which registers of the output are rows.
+    /// If a register holds all starts of one row: the registers of the output that are rows.
     places: Vec<usize>,
-    /// Elsewhere: the rows' values without the zeros, with room for a register past the last.
+    /// Otherwise: the values of the rows without the zeros, with room for a register past the last.
     y: Aligned<R>,
 }
 
-/// A register of the output: its first row, and a bit for each of its places that has one.
+/// A register of the output: its first row, and a bit for each place that is a row.
 #[derive(Clone, Copy)]
 struct LaneOfRows {
     first: usize,
     bits: u16,
 }
 
-/// Which cotangents are asked for.
+/// Which cotangents are needed.
 struct Active {
     inputs: bool,
     weights: bool,
@@ -120,23 +120,43 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
+    /// Loads the matrix from the parameters, row by row.
+    pub(crate) fn load(&mut self, parameters: &[&[R]]) {
+        let given = parameters[self.matrix.parameter];
+        let columns = self.matrix.columns;
+        self.weights.each(|row, column, entries| {
+            let below = given[row * columns + column..].iter().step_by(columns);
+            for (entry, &weight) in entries.iter_mut().zip(below) {
+                *entry = weight;
+            }
+        });
+        self.transposed.each(|column, row, entries| {
+            let beside = &given[row * columns + column..][..entries.len()];
+            entries.copy_from_slice(beside);
+        });
+    }
+
+    /// Adds the cotangent of the matrix, row by row, after the last step of a sweep.
+    pub(crate) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
+        self.batch.flush(&mut self.weights_bar);
+        R::vectorize(AddTo {
+            to: &mut parameter_bars[self.matrix.parameter],
+            bar: &self.weights_bar,
+        });
+    }
+
     /// Adds `W^T y_bar` to the cotangents of the inputs.
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
         let mut product = MatrixProduct {
             matrix: &self.transposed,
             x: self.batch.current(),
-            output: Epilogue {
-                bias: None,
-                y: &mut [],
-                places: &[],
-                tanh: false,
-            },
+            output: Epilogue::plain(&mut []),
         };
         if let &[input] = &self.inputs[..] {
             product.output.y = bars.get_mut(input);
             return product.run();
         }
-        // First all of the product, then added input by input: an input may occur twice.
+        // The whole product comes first, because an input may occur twice.
         self.packed.clear();
         self.packed
             .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
@@ -151,7 +171,7 @@ impl<R: Real> DenseLayer<R> {
         }
     }
 
-    /// Keeps this step's outer product for later; adds the batch up when it is full.
+    /// Keeps this step's outer product for later, and adds up the batch when it is full.
     fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {
@@ -160,7 +180,7 @@ impl<R: Real> DenseLayer<R> {
     }
 }
 
-/// The inputs in one slice: in place if they are adjacent, else packed.
+/// The inputs as one slice: in place if they are adjacent, otherwise copied to `packed`.
 #[inline(always)]
 fn input<'a, R: Real>(
     inputs: &[Array],
@@ -182,21 +202,6 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         vec![self.output]
     }
 
-    fn load(&mut self, parameters: &[&[R]]) {
-        let given = parameters[self.matrix.parameter];
-        let columns = self.matrix.columns;
-        self.weights.each(|row, column, entries| {
-            let below = given[row * columns + column..].iter().step_by(columns);
-            for (entry, &weight) in entries.iter_mut().zip(below) {
-                *entry = weight;
-            }
-        });
-        self.transposed.each(|column, row, entries| {
-            let beside = &given[row * columns + column..][..entries.len()];
-            entries.copy_from_slice(beside);
-        });
-    }
-
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         let (row, output) = row.split_at_mut(self.output.start);
         let values = StepValues { parameters, row };
@@ -205,9 +210,8 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
             x: input(&self.inputs, &mut self.packed, values),
             output: Epilogue {
                 bias: Some(values.get(self.bias)),
-                y: &mut [],
-                places: &[],
                 tanh: self.tanh,
+                ..Epilogue::plain(&mut [])
             },
         };
         match &mut self.spread {
@@ -264,14 +268,6 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         self.weights_bar.fill(R::zero());
         self.batch.clear();
     }
-
-    fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
-        self.batch.flush(&mut self.weights_bar);
-        R::vectorize(AddTo {
-            to: &mut parameter_bars[self.matrix.parameter],
-            bar: &self.weights_bar,
-        });
-    }
 }
 
 /// Writes rows and zeros to the output, up to the end of its last register.
@@ -292,7 +288,7 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     }
 }
 
-/// Writes the zeros among rows, where a register holds all starts of one row.
+/// Writes the zeros among the rows if a register holds all starts of one row.
 struct Gaps<'a, R> {
     lanes: &'a [LaneOfRows],
     output: &'a mut [R],
@@ -310,7 +306,7 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
     }
 }
 
-/// The cotangent of `W x + bias`, row by row, from the output's cotangent.
+/// Computes the cotangent of `W x + bias`, row by row, from the output's cotangent.
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
@@ -335,7 +331,7 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
                     before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
                 }
             }
-            // Every register is written whole. The next one overwrites the numbers past its rows.
+            // Whole registers are written. The next register overwrites the numbers past the rows of this one.
             Some(lanes) => {
                 for (lane, (y, bar)) in lanes.iter().zip(both) {
                     let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);
@@ -346,8 +342,8 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
     }
 }
 
-/// The cotangent of the argument of `tanh`, from the output `y` and its cotangent; without a `tanh`, that
-/// of the output itself.
+/// The cotangent of the argument of `tanh`, from the output `y` and its cotangent. Without `tanh` it is the
+/// output's cotangent.
 #[inline(always)]
 fn before_tanh<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
     let (y, bar) = (L::load(y), L::load(bar));

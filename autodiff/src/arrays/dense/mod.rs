@@ -1,4 +1,4 @@
-//! Dense layers: a matrix times a vector, its layout in memory and its derivatives.
+//! Dense layers: the product of a matrix and a vector, its layout in memory, and its derivatives.
 
 mod aligned;
 mod epilogue;

@@ -1,29 +1,29 @@
 //! Sums of outer products: the cotangents of a layer's weights.
 //!
-//! They are collected over several steps and added as one matrix product, which touches the memory of
-//! the gradient once in [`BATCH`] steps.
+//! The factors of several steps are collected and then added as one matrix product. So the memory of the
+//! gradient is touched only once in [`BATCH`] steps.
 
 use super::aligned::Aligned;
 use crate::product::{Product, Strided, Transpose};
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// Outer products that are added together, one per step and start.
+/// The number of outer products that are added together, one for each step and start.
 const BATCH: usize = 16;
 
 /// Inputs and output cotangents of the last steps, one start after the other.
 pub(super) struct Pending<R> {
     x: Vec<R>,
-    /// Padded to whole registers. With one start, the current step's cotangents lie behind the last ones.
+    /// Padded to whole registers. With one start, the cotangents of the current step follow the last ones.
     y_bar: Aligned<R>,
-    /// With several starts, the interleaved cotangents of the current step.
+    /// With several starts: the interleaved cotangents of the current step.
     interleaved: Aligned<R>,
     starts: usize,
     rows: usize,
     columns: usize,
     /// The distance from one start's cotangents to the next's.
     stride: usize,
-    /// How many outer products are kept.
+    /// The number of outer products that are kept.
     len: usize,
 }
 
@@ -33,7 +33,7 @@ impl<R: Real> Pending<R> {
         let stride = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            // Both with room for a register past the last.
+            // Both have room for a register past the last.
             y_bar: Aligned::zeros(BATCH * stride + lanes::<R>()),
             interleaved: Aligned::zeros(numbers + lanes::<R>()),
             starts,
@@ -52,7 +52,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// The place for these, with room for a register past the last.
+    /// The place for the cotangents of the current step, with room for a register past the last.
     pub(super) fn current_mut(&mut self) -> &mut [R] {
         match self.starts {
             1 => &mut self.y_bar[self.len * self.stride..],
@@ -60,7 +60,7 @@ impl<R: Real> Pending<R> {
         }
     }
 
-    /// Keeps the current step, whose inputs are `x`; returns whether the batch is full.
+    /// Keeps the current step, whose inputs are `x`. Returns whether the batch is full.
     pub(super) fn keep(&mut self, x: &[R]) -> bool {
         let (starts, stride, columns) = (self.starts, self.stride, self.columns);
         let to = &mut self.x[self.len * columns..][..columns * starts];
@@ -89,7 +89,7 @@ impl<R: Real> Pending<R> {
         self.len == BATCH
     }
 
-    /// Adds the sum over the batch of `y_bar x^T` to a matrix, and empties the batch.
+    /// Adds the batch's sum of `y_bar x^T` to a matrix and empties the batch.
     pub(super) fn flush(&mut self, to: &mut [R]) {
         let product = Product {
             a: Strided::by_rows(&self.y_bar, self.stride).transposed(),

@@ -1,4 +1,4 @@
-//! A matrix in panels of as many rows as registers have room to sum, and its product with a vector.
+//! A matrix in panels, and its product with a vector. A panel has as many rows as registers can sum at once.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
@@ -6,13 +6,13 @@ use crate::product::{Factors, Strided, fits_registers};
 use crate::real::Real;
 use crate::simd::{Lane, lanes};
 
-/// The most registers of rows that are worked on at once: their sums stay in registers.
+/// The most registers of rows in a panel. Their sums stay in registers.
 const PANEL: usize = 4;
-/// Independent sums per row: phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that consecutive
-/// additions do not wait for one another.
+/// The number of independent sums per row. Phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that
+/// consecutive additions do not wait for each other.
 pub(super) const PHASES: usize = 4;
 
-/// A matrix in panels, each a few registers of rows high; within a panel column after column.
+/// A matrix in panels of a few registers of rows. Within a panel it is stored column by column.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,
@@ -22,7 +22,7 @@ pub(super) struct Panels<R> {
 /// A few registers of rows.
 struct Panel<'a, R> {
     first_row: usize,
-    /// Column after column.
+    /// Column by column.
     entries: &'a [R],
 }
 
@@ -36,15 +36,15 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// The registers of the panel that begins with this register of rows, and the place of its entries.
+    /// The number of registers of the panel that begins with this register of rows, and the place of its entries.
     #[inline(always)]
     fn place(&self, first: usize, width: usize) -> (usize, usize) {
         let registers = self.rows.div_ceil(width) - first;
         (registers.min(PANEL), first * width * self.columns)
     }
 
-    /// Calls `f(row, column, entries)` for stretches of columns that cover the matrix: `entries` are those
-    /// of the column from that row on.
+    /// Calls `f(row, column, entries)` for parts of columns that together are the matrix. `entries` are the
+    /// entries of the column from that row down.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let width = lanes::<R>();
         for first in (0..self.rows.div_ceil(width)).step_by(PANEL) {
@@ -57,8 +57,8 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// Gives `A x` to the output, for `K` interleaved vectors, one or two. The order of summation does not
-    /// depend on the width of registers: each phase by itself, then the four sums.
+    /// Passes `A x` to the output, for one or two (`K`) interleaved vectors. Each phase is summed alone, then the
+    /// four sums are added. This order does not depend on the width of registers.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Epilogue<R>) {
         let x = &x[..self.columns * K];
@@ -68,8 +68,8 @@ impl<R: Real> Panels<R> {
                 first_row: first * L::N,
                 entries: &self.entries[start..][..lanes * L::N * self.columns],
             };
-            // A constant condition: of the two branches only the one that is taken is compiled. Unrolling
-            // the loops for large numbers, such as duals, would take long to compile and save nothing.
+            // The condition is constant, so only one of the branches is compiled. For large numbers, such as
+            // duals, unrolled loops would take long to compile and save nothing.
             if const { !fits_registers::<R, L>() } {
                 for from in 0..lanes {
                     panel.part::<L, 1, K>(from, lanes, x, output);
@@ -81,13 +81,13 @@ impl<R: Real> Panels<R> {
                 (2, _) => panel.part::<L, 2, K>(0, 2, x, output),
                 (3, 1) => panel.part::<L, 3, K>(0, 3, x, output),
                 (_, 1) if cfg!(lanes = "simd128") => {
-                    // Engines of WebAssembly have sixteen registers, of which factors and products need some.
+                    // WebAssembly engines have sixteen registers. Factors and products need some of them.
                     let low = panel.sums::<L, 2, K>(0, PANEL, x);
                     let high = panel.sums::<L, 2, K>(2, PANEL, x);
                     output.add_rows(panel.first_row, [low[0], low[1], high[0], high[1]]);
                 }
                 (_, 1) => panel.part::<L, PANEL, K>(0, PANEL, x, output),
-                // With two vectors the registers hold the sums of half as many rows.
+                // With two vectors, registers hold the sums of half as many rows.
                 (3, _) => {
                     panel.part::<L, 2, K>(0, 3, x, output);
                     panel.part::<L, 1, K>(2, 3, x, output);
@@ -102,7 +102,7 @@ impl<R: Real> Panels<R> {
 }
 
 impl<R: Real> Panel<'_, R> {
-    /// The product of `H` registers of rows, from the register `from` on, of all `lanes` of the panel.
+    /// The product of `H` registers of rows, beginning with register `from` of the `lanes` in the panel.
     #[inline(always)]
     fn part<L: Lane<R>, const H: usize, const K: usize>(
         &self,
@@ -123,16 +123,12 @@ impl<R: Real> Panel<'_, R> {
         x: &[R],
     ) -> [[L; K]; H] {
         let factors = Factors {
-            a: Strided {
-                numbers: x,
-                row: 1,
-                column: K,
-            },
+            a: Strided::by_rows(x, K).transposed(),
             b: &self.entries[(from * L::N).min(self.entries.len())..],
             b_row: lanes * L::N,
             depth: x.len() / K,
         };
-        // SAFETY: the panel has `lanes` registers for each number of a vector, of which these are some.
+        // SAFETY: these are some of the `lanes` registers that the panel has for each number of a vector.
         #[allow(unsafe_code)]
         let sums = unsafe { factors.sums::<L, PHASES, K, H>(L::N) };
         let mut all = [[L::zero(); K]; H];
@@ -167,9 +163,7 @@ mod tests {
         let (bias, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
         let output = Epilogue {
             bias: Some(&bias),
-            y: &mut y,
-            places: &[],
-            tanh: false,
+            ..Epilogue::plain(&mut y)
         };
         let product = MatrixProduct {
             matrix: &matrix,
@@ -194,7 +188,7 @@ mod tests {
             for cap in [Level::Baseline, Level::Avx2, level()] {
                 let width = at_most(cap, lanes::<f64>);
                 for vectors in [1, 2, width] {
-                    // One lane has no room for two.
+                    // One lane cannot hold two vectors.
                     if vectors > width {
                         continue;
                     }

@@ -1,4 +1,4 @@
-//! Products of a layer's matrix with the vector of one start, or the interleaved ones of several.
+//! Products of a layer's matrix with the vector of one start, or with the interleaved vectors of several.
 
 use super::epilogue::Epilogue;
 use super::panels::Panels;
@@ -6,7 +6,7 @@ use super::tiles::Tiles;
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-/// A matrix, stored for products with the vectors of one start, of two, or of one for each lane.
+/// A matrix that is stored for products with the vectors of one start, two starts, or one start per lane.
 pub(super) enum PackedMatrix<R> {
     One(Panels<R>),
     Two(Panels<R>),
@@ -14,7 +14,7 @@ pub(super) enum PackedMatrix<R> {
 }
 
 impl<R: Real> PackedMatrix<R> {
-    /// Zeros, for this many starts.
+    /// A matrix of zeros for this many starts.
     pub(super) fn zero(rows: usize, columns: usize, starts: usize) -> Self {
         match starts {
             1 => Self::One(Panels::zero(rows, columns)),
@@ -32,7 +32,7 @@ impl<R: Real> PackedMatrix<R> {
     }
 }
 
-/// `y = bias + A x`, or `y += A x` without a bias; then `tanh` of it where asked.
+/// `y = bias + A x`, or `y += A x` if there is no bias. `tanh` is applied to the result if required.
 pub(super) struct MatrixProduct<'a, R> {
     pub(super) matrix: &'a PackedMatrix<R>,
     pub(super) x: &'a [R],
@@ -51,16 +51,17 @@ impl<R: Real> MatrixProduct<'_, R> {
     }
 }
 
-/// With `K` vectors. Each `K`, and tiles, have an entry of their own: all in one would be slower.
+/// The product with `K` vectors. Each `K` and the tiles have separate entries, because a common one would be
+/// slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        // A constant condition, here and below, so that the impossible case is not compiled.
+        // Here and below the condition is constant, so the impossible case is not compiled.
         if const { K > L::N } {
-            unreachable!("one lane has no room for {K} starts");
+            unreachable!("one lane cannot hold {K} starts");
         }
         self.0.times::<L, K>(self.1, &mut self.2);
     }
@@ -73,7 +74,7 @@ impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
         if const { L::N == 1 } {
-            unreachable!("a single start is a vector");
+            unreachable!("a single start uses panels");
         }
         self.0.times::<L>(self.1, &mut self.2);
     }

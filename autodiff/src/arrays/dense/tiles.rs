@@ -1,6 +1,6 @@
 //! A matrix in tiles of rows, and its product with the interleaved vectors of a register of starts.
 //!
-//! Each lane is a start: a weight that has been read serves all of them.
+//! Each lane is a start, so a weight that is read once serves all starts.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
@@ -9,14 +9,13 @@ use crate::product::{Factors, Strided};
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// Rows that are worked on at once: their sums stay in registers. Engines of WebAssembly have sixteen, of
-/// which factors and products need some.
+/// The number of rows that are summed at once in registers. WebAssembly engines have sixteen registers, and
+/// factors and products need some of them.
 const TILE: usize = if cfg!(lanes = "simd128") { 8 } else { 16 };
-/// Rows whose results are finished at once; more would need too many registers.
+/// The number of rows whose results are finished at once. More would need too many registers.
 const ABREAST: usize = 4;
 
-/// A matrix in tiles of [`TILE`] rows; within a tile the columns are ordered phase by phase, see
-/// [`PHASES`].
+/// A matrix in tiles of [`TILE`] rows. Within a tile the columns are ordered by [phase](PHASES).
 pub(super) struct Tiles<R> {
     entries: Aligned<R>,
     rows: usize,
@@ -43,16 +42,16 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Gives `A x` to the output, summed in the order of [`Panels`](super::panels::Panels::times): each
-    /// start has the bits that it has alone.
+    /// Passes `A x` to the output. The order of summation is that of
+    /// [`Panels`](super::panels::Panels::times), so each start has the same bits as when it runs alone.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
         assert!(
             x.len() >= self.columns * L::N,
-            "a column has no register of starts"
+            "`x` must have a register of starts for every column"
         );
         for first in (0..self.rows).step_by(TILE) {
-            // Two phases at a time, in the order (0 + 1) + (2 + 3), which panels have too.
+            // Two phases at a time, in the order (0 + 1) + (2 + 3), as in panels.
             let phase = |phase| self.phase::<L>(x, first, phase);
             let (mut sums, more) = (phase(0), phase(1));
             for row in 0..TILE {
@@ -69,8 +68,8 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// The sums of one phase over a tile. One phase at a time, because then the registers hold the sums of
-    /// more rows, and each load of `x` serves more multiplications.
+    /// The sums of one phase over a tile. With one phase at a time the registers hold the sums of more rows, and
+    /// each load of `x` serves more multiplications.
     #[inline(always)]
     fn phase<L: Lane<R>>(&self, x: &[R], first: usize, phase: usize) -> [L; TILE] {
         let columns = self.columns;
@@ -78,16 +77,12 @@ impl<R: Real> Tiles<R> {
         let place = first * columns + before.sum::<usize>() * TILE;
         let count = columns.saturating_sub(phase).div_ceil(PHASES);
         let factors = Factors {
-            a: Strided {
-                numbers: &self.entries[place..][..count * TILE],
-                row: 1,
-                column: TILE,
-            },
+            a: Strided::by_rows(&self.entries[place..][..count * TILE], TILE).transposed(),
             b: &x[(phase * L::N).min(x.len())..],
             b_row: PHASES * L::N,
             depth: count,
         };
-        // SAFETY: the tile has so many numbers, and `x` a register for every column.
+        // SAFETY: the slice of the tile was checked, and `x` has a register for every column.
         #[allow(unsafe_code)]
         let [sums] = unsafe { factors.sums::<L, 1, TILE, 1>(L::N) };
         sums.map(|[sum]| sum)

@@ -25,9 +25,22 @@ pub(super) fn chain<L: Real, const W: usize>(
 ) -> Block<L, W> {
     let mut part = bar;
     for w in 0..W {
-        part[w] = L::chain(partial[w], bar[w]);
+        part[w] = if const { size_of::<L>() > LARGE } {
+            chain_large(partial[w], bar[w])
+        } else {
+            L::chain(partial[w], bar[w])
+        };
     }
     part
+}
+
+/// The bytes of the largest register. Products of larger numbers, such as duals, are not inlined, because each copy
+/// would be long.
+const LARGE: usize = 64;
+
+#[inline(never)]
+fn chain_large<L: Real>(partial: L, bar: L) -> L {
+    L::chain(partial, bar)
 }
 
 #[inline(always)]
@@ -51,7 +64,7 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     found.any()
 }
 
-/// A block from a place on.
+/// The block at a place.
 #[inline(always)]
 pub(super) fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
     let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);

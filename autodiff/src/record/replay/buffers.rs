@@ -1,4 +1,4 @@
-//! The numbers that a replay works on.
+//! The numbers of a replay.
 
 use super::block::Block;
 use super::plan::{Layer, Plan, Step};
@@ -9,13 +9,13 @@ use crate::record::arithmetic::number;
 use crate::record::operation::Op;
 use crate::simd::Lane;
 
-/// Kept by the thread from one replay to the next.
+/// The buffers of a replay. A thread keeps them for its next replay.
 pub(super) struct ReplayBuffers<R, L, const W: usize> {
-    /// Of the shared arguments those that single operations read.
+    /// The shared arguments that single operations read.
     pub(super) read: Vec<R>,
-    /// Their cotangents, in each lane summed over its points.
+    /// The cotangents of `read`. Each lane is summed over its points.
     pub(super) read_bars: Vec<L>,
-    /// The cotangents of all shared arguments, as far as they come from layers.
+    /// The part of the cotangents of all shared arguments that comes from layers.
     pub(super) gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     pub(super) finite: Vec<bool>,
@@ -25,11 +25,11 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) bars: Vec<Block<L, W>>,
     /// The partials of functions of one number, from the forward to the reverse sweep.
     pub(super) partials: Vec<Block<L, W>>,
-    /// A layer's own numbers, their cotangents, and its rows, block by block.
+    /// The own numbers of a layer, their cotangents, and its rows, block by block.
     pub(super) own: Aligned<R>,
     pub(super) own_bars: Aligned<R>,
     pub(super) rows: Aligned<R>,
-    /// Its own numbers point by point.
+    /// The own numbers of a layer, point by point.
     pub(super) by_point: Aligned<R>,
 }
 
@@ -67,7 +67,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
         memory.bars.clear();
         memory.bars.resize(steps, zero);
-        // These are written before they are read.
+        // Values and partials are written before they are read.
         memory.values.resize(steps, zero);
         memory.partials.resize(steps, zero);
         for (place, step) in plan.steps.iter().enumerate() {

@@ -1,12 +1,12 @@
 //! Longer functions of one or two numbers, register by register.
 //!
-//! Such a function is many instructions. Inlined for every register of a block, and once more for blocks of
-//! another length, they would be most of what there is to compile.
+//! Such a function is many instructions. If it were inlined for every register of a block, and again for blocks
+//! of another length, these functions would be most of the code.
 
 use super::block::{Block, load, store};
 use crate::arrays::Aligned;
 use crate::real::Real;
-use crate::record::arithmetic::{binary, unary, unary_value};
+use crate::record::arithmetic::{binary, binary_value, unary, unary_value};
 use crate::record::operation::{Binary, Unary};
 use crate::simd::{Lane, Vectorized};
 
@@ -18,8 +18,8 @@ pub(super) enum Function {
     Binary(Binary),
 }
 
-/// A function of numbers in memory: stretches of equal length, the arguments, then the values, then the
-/// partials.
+/// A function of numbers in memory. The arguments, the values and the partials follow each other, each as `len`
+/// numbers.
 pub(super) struct Elementwise<'a, R> {
     function: Function,
     numbers: &'a mut [R],
@@ -27,7 +27,7 @@ pub(super) struct Elementwise<'a, R> {
 }
 
 impl<R: Real> Elementwise<'_, R> {
-    /// The values and the partials of a function of `I` numbers, `O` together.
+    /// The value of a function of `I` numbers, then its partials; `O` together.
     #[inline(always)]
     pub(super) fn apply<L: Lane<R>, const W: usize, const I: usize, const O: usize>(
         function: Function,
@@ -36,13 +36,14 @@ impl<R: Real> Elementwise<'_, R> {
     ) -> [Block<L, W>; O] {
         let mut y = [x[0]; O];
         if const { W * L::N == 1 } {
-            match function {
-                Function::UnaryValue(f) => y[0][0] = unary_value(f, x[0][0]),
-                Function::Unary(f) => (y[0][0], y[1][0]) = unary(f, x[0][0]),
-                Function::Binary(f) => {
-                    let (value, [by_a, by_b]) = binary(f, x[0][0], x[1][0]);
-                    (y[0][0], y[1][0], y[2][0]) = (value, by_a, by_b);
-                }
+            let (a, b) = (x[0][0], x[I - 1][0]);
+            if const { O == 1 } {
+                y[0][0] = single_value(function, a, b);
+                return y;
+            }
+            let all = single(function, a, b);
+            for o in 0..O {
+                y[o][0] = all[o];
             }
             return y;
         }
@@ -60,6 +61,30 @@ impl<R: Real> Elementwise<'_, R> {
             *y = load(memory, I + k);
         }
         y
+    }
+}
+
+/// The value of a function of single numbers, compiled once for a number type.
+#[inline(never)]
+fn single_value<L: Real>(function: Function, a: L, b: L) -> L {
+    match function {
+        Function::UnaryValue(f) | Function::Unary(f) => unary_value(f, a),
+        Function::Binary(f) => binary_value(f, a, b),
+    }
+}
+
+/// The value and the partials of a function of single numbers, compiled once for a number type.
+#[inline(never)]
+fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
+    match function {
+        Function::UnaryValue(f) | Function::Unary(f) => {
+            let (y, partial) = unary(f, a);
+            [y, partial, partial]
+        }
+        Function::Binary(f) => {
+            let (y, [by_a, by_b]) = binary(f, a, b);
+            [y, by_a, by_b]
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The functions of one and of two numbers on blocks of lanes, with their partials.
+//! Functions of one or two numbers on blocks of lanes, with their partials.
 
 use super::block::{Block, chain};
 use super::elementwise::{Elementwise, Function};
@@ -8,10 +8,10 @@ use crate::record::operation::{Binary, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
-/// The values, and the partials if `differentiates` holds. Short functions have loops of their own; all other
-/// functions are compiled once for blocks of every length.
+/// The values, and the partials if `differentiates` is true, which needs `REVERSE`. Short functions have loops of
+/// their own. All other functions are compiled once for blocks of every length.
 #[inline(always)]
-pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
+pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: bool>(
     (f, differentiates): (Unary, bool),
     x: Block<L, W>,
     memory: &mut Aligned<R>,
@@ -43,13 +43,15 @@ pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
                 (y[w], partials[w]) = (x[w].detach(), L::zero());
             }
         }
-        _ if differentiates => [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory),
+        _ if const { REVERSE } && differentiates => {
+            [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory)
+        }
         _ => [y] = Elementwise::apply(Function::UnaryValue(f), [x], memory),
     }
     (y, partials)
 }
 
-/// The frequent operations have loops of their own, so that the match is outside of the loop.
+/// The values. Frequent operations have loops of their own, so that the match is outside of the loop.
 #[inline(always)]
 pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,
@@ -78,11 +80,15 @@ pub(super) fn forward_binary<R: Real, L: Lane<R>, const W: usize>(
                 y[w] = a[w] / b[w];
             }
         }
+        _ if const { W * L::N == 1 } => {
+            [y] = Elementwise::apply(Function::Binary(f), [a, b], memory);
+        }
         _ => [y, _, _] = Elementwise::apply(Function::Binary(f), [a, b], memory),
     }
     y
 }
 
+/// The cotangents of both arguments.
 #[inline(always)]
 pub(super) fn reverse_binary<R: Real, L: Lane<R>, const W: usize>(
     f: Binary,

@@ -1,4 +1,4 @@
-//! The layers of a network as products of matrices.
+//! The layers of a network as matrix products.
 
 use super::block::{Block, load, store};
 use super::buffers::ReplayBuffers;
@@ -38,7 +38,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         }
     }
 
-    /// Carries back all rows of the layer of this number. The first `inputs` places want no cotangents.
+    /// Pulls back all rows of the layer with this number. The first `inputs` places need no cotangents.
     pub(super) fn reverse_layer(
         &mut self,
         (layer, number): (Layer, usize),

@@ -1,6 +1,6 @@
-//! The only executor of recordings: their operations, forward and back, for many points at once.
+//! The only executor of recordings. It runs their operations forward and in reverse, at many points at once.
 //!
-//! Its instances for `f64` and `f32` are compiled in this crate, whatever function was recorded.
+//! Its instances for `f64` and `f32` are compiled in this crate, because they do not depend on the recorded code.
 
 mod block;
 mod plan;

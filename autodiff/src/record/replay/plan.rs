@@ -1,4 +1,4 @@
-//! The work of a replay: the operations of a recording one by one, and layers of networks at once.
+//! The plan of a replay: single operations of a recording, and whole layers of networks.
 
 use crate::product::Strided;
 use crate::real::Real;
@@ -6,54 +6,52 @@ use crate::record::operation::{Op, Place, Run};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 
-/// The work of a replay, in the order of the recording.
+/// The steps of a replay, in the order of the recording.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
-    /// Where the results are: among the steps or among the shared arguments. Shared places count as they do
-    /// in `steps`.
+    /// The places of the results, among the steps or among the shared arguments. Shared places are numbered as in
+    /// `steps`.
     pub(super) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments that single operations read or that are results. Shared places are
-    /// indices into this list. `None` if there are no layers: then they are indices into all shared
-    /// arguments.
+    /// The shared arguments that single operations read or that are results. Shared places are indices into this
+    /// list, or into all shared arguments if it is `None` because there are no layers.
     pub(super) read: Option<Vec<usize>>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
-    /// An operation by itself.
+    /// A single operation.
     Single(Op),
-    /// The first row of the layer of this number, with which all of them are computed.
+    /// The first row of the layer with this number. The whole layer is computed here.
     Layer(usize),
     /// Another row of a layer.
     Row,
 }
 
-/// Dot products of rows of shared numbers with the same own numbers: a matrix times a vector.
+/// Dot products of rows of shared numbers with the same own numbers, which are a matrix times a vector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// The place of the first row's product, and the distance between two.
+    /// The place of the first row's product, and the distance to the next.
     pub(super) first: usize,
     pub(super) step: usize,
-    /// Where the matrix begins among the shared arguments, and the distance between two rows.
+    /// The first entry of the matrix among the shared arguments, and the distance between two rows.
     pub(super) weights: usize,
     pub(super) stride: usize,
     /// The own numbers.
     pub(super) own: Run,
 }
 
-/// The fewest rows and the fewest entries of a layer: fewer are not worth the transposition of the own
-/// numbers.
+/// The fewest rows and entries of a layer. Below this, transposing the own numbers does not pay.
 const LEAST_ROWS: usize = 4;
 const LEAST_ENTRIES: usize = 64;
-/// How many layers a row is compared with.
+/// The number of layers that a row is compared with.
 const OPEN: usize = 4;
 
 impl Layer {
-    /// A dot product as a layer of one row, if it is of shared numbers side by side and own numbers.
+    /// A dot product as a layer of one row, if it is a product of adjacent shared numbers and own numbers.
     fn of_row(place: usize, op: Op) -> Option<Self> {
         let Op::Dot([a, b], len) = op else {
             return None;
@@ -70,8 +68,8 @@ impl Layer {
         })
     }
 
-    /// Takes a later row, unless it is of other own numbers, or out of line, or overlaps with the row
-    /// before, or one of the own numbers is the product of a row before.
+    /// Adds a later row to the layer and returns true. Returns false if the row has other own numbers, is not evenly
+    /// spaced, overlaps with the row before, or depends on a row before.
     fn take(&mut self, row: &Self) -> bool {
         if (row.own, row.columns) != (self.own, self.columns) || row.weights < self.weights {
             return false;
@@ -120,9 +118,8 @@ fn layers(ops: &[Op]) -> Vec<Layer> {
 }
 
 impl Plan {
-    /// Records code that takes the inputs of a point and the numbers that all points share, so many of
-    /// each. Returns `None` if the code asks for values or calls a function with its own derivative: the
-    /// operations then do not stand for the code.
+    /// Records code that takes this many inputs of a point and shared numbers. Returns `None` if the code asks for
+    /// values or calls a function with its own derivative, because the operations then do not represent the code.
     pub(crate) fn record(
         [inputs, shared]: [usize; 2],
         code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
@@ -136,7 +133,7 @@ impl Plan {
         (!recording.unfit).then(|| Self::new(&recording.ops, results))
     }
 
-    /// How many results the recorded code has.
+    /// The number of results of the recorded code.
     pub(crate) fn results(&self) -> usize {
         self.results.len()
     }
@@ -160,12 +157,12 @@ impl Plan {
     }
 }
 
-/// Renumbers shared places so that they count only the shared arguments that single operations read or that
-/// are results. Returns these arguments.
+/// Renumbers shared places to count only the shared arguments that single operations read or that are results.
+/// Returns these arguments.
 fn count_read(steps: &mut [Step], results: &mut [Place]) -> Vec<usize> {
     let mut read = Vec::new();
     each_shared_run(steps, results, |run, len| {
-        // With those within the gaps of a run: it stays one.
+        // Numbers in the gaps of a run are included, so that it stays a run.
         read.extend(run.first.at()..=run.at(len as usize - 1).at());
         run
     });

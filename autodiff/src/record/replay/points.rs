@@ -8,7 +8,7 @@ use super::sweep::{Replay, WIDE};
 use crate::real::{ByType, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
-/// The work at all points.
+/// A recorded function and the points at which it is replayed.
 pub(crate) struct Points<'a, R> {
     pub(crate) plan: &'a Plan,
     /// The numbers that all points share.
@@ -18,30 +18,31 @@ pub(crate) struct Points<'a, R> {
     pub(crate) wanted: Wanted<'a, R>,
 }
 
-/// For each input of the function, its numbers at all points.
+/// The values of each input at all points.
 #[derive(Clone, Copy)]
 pub(crate) enum Inputs<'a, R> {
     Data(&'a [Vec<f64>]),
     Numbers(&'a [&'a [R]]),
 }
 
-/// What is computed besides the results.
+/// What a replay computes.
 #[derive(Clone, Copy)]
 pub(crate) enum Wanted<'a, R> {
+    /// Only the results.
     Results,
-    /// The gradient by the shared numbers of the first result's sum over all points.
+    /// Also the gradient of the first result's sum over all points, by the shared numbers.
     ByShared,
-    /// At every point, the cotangents of the inputs: given those of each result at all points, or the
-    /// gradient of the first result.
+    /// Also the cotangents of the inputs at every point, from the given cotangents of the results at all points. If
+    /// none are given, the gradient of the first result.
     ByInputs(Option<&'a [Vec<R>]>),
 }
 
-/// What a replay at many points computes; empty where it was not wanted.
+/// The output of a replay at many points. What was not wanted is empty.
 pub(crate) struct Replayed<R> {
-    /// For each result, its numbers at all points.
+    /// The values of each result at all points.
     pub(crate) results: Vec<Vec<R>>,
     pub(crate) by_shared: Vec<R>,
-    /// For each input, its cotangents at all points.
+    /// The cotangents of each input at all points.
     pub(crate) by_inputs: Vec<Vec<R>>,
 }
 
@@ -49,6 +50,11 @@ impl<'a, R: Real> Points<'a, R> {
     /// Does the work, for floats by the instances of this crate.
     pub(crate) fn replay(self) -> Replayed<R> {
         R::by_type(Compiled(PhantomData), self)
+    }
+
+    /// Does the work for a number type other than floats. Without `REVERSE` it computes only the results.
+    pub(crate) fn replay_other<const REVERSE: bool>(self) -> Replayed<R> {
+        R::by_type(Other::<REVERSE>(PhantomData), self)
     }
 
     fn width(&self) -> usize {
@@ -59,8 +65,8 @@ impl<'a, R: Real> Points<'a, R> {
     }
 }
 
-/// The instances of the executor. With the feature `data`, this crate compiles those for floats; without it,
-/// each crate that needs them.
+/// The instances of the executor. This crate compiles those for floats if it has the feature `data`. Otherwise
+/// each crate compiles the instances that it needs.
 struct Compiled<'a>(PhantomData<&'a ()>);
 
 impl<'a> ByType for Compiled<'a> {
@@ -81,23 +87,42 @@ impl<'a> ByType for Compiled<'a> {
     }
 }
 
+/// A replay for types other than floats. The reverse sweep is compiled only if `REVERSE`.
+struct Other<'a, const REVERSE: bool>(PhantomData<&'a ()>);
+
+impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
+    type Of<R: Real> = Points<'a, R>;
+    type Output<R: Real> = Replayed<R>;
+    fn f64(self, _: Points<f64>) -> Replayed<f64> {
+        unreachable!("{NO_FLOATS}")
+    }
+    fn f32(self, _: Points<f32>) -> Replayed<f32> {
+        unreachable!("{NO_FLOATS}")
+    }
+    fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
+        points.in_blocks::<R, 1, REVERSE>()
+    }
+}
+
+const NO_FLOATS: &str = "steps of floats run kernels in lanes";
+
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     type Output = Replayed<R>;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
-        // Numbers that have no registers gain little from blocks, and each would compile them anew.
+        // Numbers without registers gain little from blocks, and every type would compile them again.
         if const { L::N > 1 } && self.count > L::N {
-            self.in_blocks::<L, WIDE>()
+            self.in_blocks::<L, WIDE, true>()
         } else {
-            self.in_blocks::<L, 1>()
+            self.in_blocks::<L, 1, true>()
         }
     }
 }
 
 impl<R: Real> Points<'_, R> {
-    /// With `W` registers for each number.
+    /// Does the work with `W` registers for each number. The reverse sweep is compiled only if `REVERSE`.
     #[inline(always)]
-    fn in_blocks<L: Lane<R>, const W: usize>(self) -> Replayed<R> {
+    fn in_blocks<L: Lane<R>, const W: usize, const REVERSE: bool>(self) -> Replayed<R> {
         let (count, width) = (self.count, self.width());
         let by_inputs = matches!(self.wanted, Wanted::ByInputs(_));
         let passive = if by_inputs { 0 } else { width };
@@ -116,9 +141,12 @@ impl<R: Real> Points<'_, R> {
                 }
                 replay.set_input(input, block);
             }
-            replay.forward();
+            replay.forward::<REVERSE>();
             for (k, result) in replayed.results.iter_mut().enumerate() {
                 append(result, replay.result(k), count);
+            }
+            if const { !REVERSE } {
+                continue;
             }
             match self.wanted {
                 Wanted::Results => continue,
@@ -138,7 +166,7 @@ impl<R: Real> Points<'_, R> {
         replayed
     }
 
-    /// A register of an input's numbers from a point on. Past the last point it is repeated.
+    /// A register of an input's values, beginning with point `first`. Past the last point its value is repeated.
     #[inline(always)]
     fn input<L: Lane<R>>(&self, input: usize, first: usize) -> L {
         let (last, is_whole) = (self.count - 1, first + L::N <= self.count);
@@ -169,12 +197,12 @@ impl<R: Real> Points<'_, R> {
     }
 }
 
-/// Empty columns with room for so many numbers.
+/// Empty columns with room for `count` numbers each.
 fn columns<R>(columns: usize, count: usize) -> Vec<Vec<R>> {
     (0..columns).map(|_| Vec::with_capacity(count)).collect()
 }
 
-/// Appends the numbers of a block to those of the points before, `count` at most in all.
+/// Appends the numbers of a block to a column, which has at most `count` numbers.
 #[inline(always)]
 fn append<R: Real, L: Lane<R>, const W: usize>(to: &mut Vec<R>, block: Block<L, W>, count: usize) {
     for w in 0..W {
@@ -184,7 +212,7 @@ fn append<R: Real, L: Lane<R>, const W: usize>(to: &mut Vec<R>, block: Block<L, 
     }
 }
 
-/// A block of the numbers from `first` on, then zeros.
+/// A block of the numbers from place `first`, followed by zeros.
 #[inline(always)]
 fn numbers_from<R: Real, L: Lane<R>, const W: usize>(numbers: &[R], first: usize) -> Block<L, W> {
     let mut block = [L::zero(); W];
@@ -194,7 +222,7 @@ fn numbers_from<R: Real, L: Lane<R>, const W: usize>(numbers: &[R], first: usize
     block
 }
 
-/// So many ones, then zeros.
+/// A block of `count` ones, followed by zeros.
 #[inline(always)]
 fn ones<R: Real, L: Lane<R>, const W: usize>(count: usize) -> Block<L, W> {
     let mut block = [L::one(); W];

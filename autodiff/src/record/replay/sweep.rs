@@ -1,7 +1,7 @@
-//! Replaying a recording forward and back, a block of points at a time.
+//! The replay of a recording forward and in reverse, for a block of points at a time.
 //!
-//! Each number of the recording is a few registers wide: then the dispatch on an operation costs little
-//! beside the operation.
+//! Each number of the recording is a few registers wide, so that the dispatch on an operation costs little
+//! compared with the operation.
 
 use super::block::{Block, add_product, chain, has_zero, is_zero};
 use super::buffers::ReplayBuffers;
@@ -13,15 +13,15 @@ use crate::record::arithmetic::{holds, logic};
 use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
-/// Registers for each number, where there are enough points to fill them.
+/// The registers for each number, if there are enough points to fill them.
 pub(super) const WIDE: usize = 4;
 
-/// The operations of a recording with the numbers that they are replayed on.
+/// The operations of a recording, and the numbers of a replay.
 pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
     /// The arguments that all points share.
     shared: &'a [R],
-    /// How many operations are inputs whose cotangents nobody reads. They come first.
+    /// The number of inputs whose cotangents are not needed. They are the first operations.
     inputs: usize,
     /// Whether [`reverse`](Self::reverse) follows.
     differentiates: bool,
@@ -29,7 +29,7 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Reuses the memory of the thread's last replay of this number type.
+    /// Prepares a replay in the memory of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(
         plan: &'a Plan,
@@ -47,19 +47,19 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Gives the next block its inputs.
+    /// Sets an input of the next block.
     #[inline(always)]
     pub(super) fn set_input(&mut self, input: usize, block: Block<L, W>) {
         self.memory.values[input] = block;
     }
 
-    /// The cotangent of an input that is not among those nobody reads. Asked for once a block.
+    /// Takes the cotangent of an input, once for each block. The input must be one whose cotangent is needed.
     #[inline(always)]
     pub(super) fn take_input_bar(&mut self, input: usize) -> Block<L, W> {
         std::mem::replace(&mut self.memory.partials[input], [L::zero(); W])
     }
 
-    /// The cotangents of the shared arguments, all points together.
+    /// The cotangents of the shared arguments, summed over all points.
     #[inline(always)]
     pub(super) fn into_gradient(mut self) -> Vec<R> {
         let mut lanes = [R::zero(); WIDEST];
@@ -82,7 +82,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Adds to the cotangent of a place, unless it is one of the data, whose cotangents nobody reads.
+    /// Adds to the cotangent of a place, unless it is an input whose cotangent is not needed.
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
@@ -98,9 +98,15 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Computes all operations.
     #[inline(always)]
-    pub(super) fn forward(&mut self) {
+    fn add_both(&mut self, places: [Place; 2], parts: [Block<L, W>; 2]) {
+        self.add(places[0], parts[0]);
+        self.add(places[1], parts[1]);
+    }
+
+    /// Computes all operations. Partials are compiled only if `REVERSE`.
+    #[inline(always)]
+    pub(super) fn forward<const REVERSE: bool>(&mut self) {
         let mut y = [L::zero(); W];
         for place in self.inputs..self.plan.steps.len() {
             let op = match &self.plan.steps[place] {
@@ -118,7 +124,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                     let x = self.get(x);
                     let memory = &mut *self.memory;
                     let f = (f, self.differentiates);
-                    (y, memory.partials[place]) = forward_unary(f, x, &mut memory.rows);
+                    (y, memory.partials[place]) =
+                        forward_unary::<_, _, _, REVERSE>(f, x, &mut memory.rows);
                 }
                 Op::Binary(f, [a, b]) => {
                     let (a, b) = (self.get(a), self.get(b));
@@ -169,7 +176,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 &self.memory.read[a.first.at()..][..len],
                 &self.memory.values[b.first.at()..][..len],
             );
-            // Two at a time: the loop itself costs as much as the work on one.
+            // Two at a time, because the loop itself costs as much as the work on one.
             let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
             for (factors, own) in a.iter().zip(b) {
                 for k in 0..2 {
@@ -202,8 +209,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         y
     }
 
-    /// Carries the cotangents of the results back to the arguments. The cotangents of operations are zero
-    /// afterwards.
+    /// Pulls the cotangents of the results back to the arguments. The cotangents of operations are zero afterwards.
     #[inline(always)]
     pub(super) fn reverse(&mut self) {
         let mut place = self.plan.steps.len();
@@ -224,34 +230,31 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             self.memory.bars[place] = [L::zero(); W];
             match *op {
-                // An argument: it has no partials, and its cotangent is asked for later.
+                // An argument has no partials. Its cotangent is kept here until it is taken.
                 Op::Input(_) => self.memory.partials[place] = bar,
                 Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
-                // No product with zero: an infinite cotangent would be NaN where it does not pass.
+                // No product with zero, because an infinite cotangent would become NaN.
                 Op::Unary(Unary::Detach, _) => {}
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
-                Op::Binary(f, [a, b]) => {
-                    let x = [self.get(a), self.get(b)];
+                Op::Binary(f, of) => {
+                    let x = [self.get(of[0]), self.get(of[1])];
                     let parts = reverse_binary(f, x, bar, &mut self.memory.rows);
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both(of, parts);
                 }
                 Op::Fma([a, b, c]) => {
                     let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both([a, b], parts);
                     self.add(c, bar);
                 }
-                Op::Select(mask, [a, b]) => {
+                Op::Select(mask, of) => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
                     for w in 0..W {
-                        // No products here either.
+                        // No products with zero here either.
                         parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
                         parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
                     }
-                    self.add(a, parts[0]);
-                    self.add(b, parts[1]);
+                    self.add_both(of, parts);
                 }
                 Op::Dot(x, len) => {
                     if self.reverse_dot(place, x, len as usize, bar) {
@@ -267,9 +270,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Carries back a dot product, the operation at `place`. If the operation before is the product of
-    /// another shared row with the same own numbers, as in a matrix times a vector, carries that back
-    /// too, and returns true.
+    /// Pulls back the dot product at `place`. If the operation before is the product of another shared row with the
+    /// same own numbers, as in a matrix times a vector, pulls that back too and returns true.
     #[inline(always)]
     fn reverse_dot(
         &mut self,
@@ -293,12 +295,11 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             for j in 0..len {
                 let (a, b) = (a.at(j), b.at(j));
                 let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
-                self.add(a, parts[0]);
-                self.add(b, parts[1]);
+                self.add_both([a, b], parts);
             }
             return false;
         }
-        // Two rows at a time: their numbers and the cotangents of these are loaded and stored once.
+        // Two rows at a time, so that the own numbers and their cotangents are loaded and stored once.
         if place > 0
             && let Step::Single(Op::Dot([x, y], len_before)) = self.plan.steps[place - 1]
             && (x.is_row(), y) == (true, b)
@@ -320,8 +321,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         false
     }
 
-    /// Carries back the dot products of `D` shared rows of `len` numbers with the same own numbers `b`, given
-    /// cotangents none of which is zero.
+    /// Pulls back the dot products of `D` shared rows of `len` numbers with the same own numbers `b`, given
+    /// cotangents that are not zero.
     #[inline(always)]
     fn reverse_rows<const D: usize>(
         &mut self,

@@ -2,11 +2,12 @@
 
 use std::marker::PhantomData;
 
-use super::replay::Plan;
-use super::replayed::{Places, ReplayedKernel, recorded};
+use super::operation::StepOperation;
+use super::program::Program;
 use crate::arrays::{Array, Graph, Kernel, UniformKernel};
 use crate::real::{ByType, Real};
-use crate::steps::Program;
+use crate::record::replay::Plan;
+use crate::record::{Places, ReplayedKernel, recorded};
 
 /// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
 /// generic. [`Program::any`] makes one.
@@ -201,7 +202,8 @@ impl<R: Real> Replaying for Program<R> {
         self.assert_uniform(uniforms);
         let results = kernel.results();
         self.map_by(x, results, |outputs| {
-            ReplayedKernel::new(kernel, Places::elements(outputs), x, uniforms, outputs)
+            let places = Places::elements(outputs);
+            StepOperation::Replayed(ReplayedKernel::new(kernel, places, x, uniforms, outputs))
         })
     }
 
@@ -216,7 +218,8 @@ impl<R: Real> Replaying for Program<R> {
         let results = kernel.results();
         self.map_edges_by(graph, ends, per_edge, results, |graph, outputs| {
             let (places, inputs) = (Places::edges(graph, ends.len()), [ends, per_edge].concat());
-            ReplayedKernel::new(kernel, places, &inputs, uniforms, outputs)
+            let kernel = ReplayedKernel::new(kernel, places, &inputs, uniforms, outputs);
+            StepOperation::Replayed(kernel)
         })
     }
 

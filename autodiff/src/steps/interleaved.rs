@@ -1,0 +1,78 @@
+//! A run forward and its reverse sweep, from one start or several interleaved ones.
+
+use super::progress::running;
+use super::settings::{Model, Rollout};
+use super::sweep::{Recorded, Starts};
+use crate::real::Real;
+
+impl<M: Model> Rollout<M> {
+    /// The places of the returned numbers in a state of `len` numbers that interleaves `starts` starts.
+    fn places(&self, starts: usize, len: usize) -> Vec<usize> {
+        let Some(entries) = &self.entries else {
+            return (0..len).collect();
+        };
+        assert!(
+            entries.iter().all(|entry| *entry < len / starts),
+            "entries {entries:?} are out of range: a state of the rollout has {} numbers",
+            len / starts
+        );
+        let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
+        entries.iter().flat_map(interleaved).collect()
+    }
+
+    /// Runs all steps. Returns the observed numbers, interleaved if there are several starts, and the record for the
+    /// reverse sweep. Without a reverse sweep no steps need to be kept.
+    pub(super) fn recorded<R: Real>(
+        &self,
+        starts: Starts,
+        inputs: &[&[R]],
+        keeps: bool,
+    ) -> (Vec<R>, Recorded<R>) {
+        let _running = running();
+        let mut recorded = Recorded::new(self, starts, inputs, keeps);
+        let places = self.places(starts.count, recorded.state_len());
+        let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
+        for step in 0..=self.steps {
+            while observed.next_if_eq(&&step).is_some() {
+                let state = recorded.state(step);
+                seen.extend(places.iter().map(|&i| state[i]));
+            }
+            if step < self.steps {
+                recorded.step(step);
+            }
+        }
+        recorded.apply_state_bound(&mut seen);
+        (seen, recorded)
+    }
+
+    /// Returns the cotangents of the (interleaved) starts, then those of each parameter.
+    pub(super) fn reversed<R: Real>(
+        &self,
+        starts: usize,
+        saved: &mut Recorded<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        let _running = running();
+        let state_len = saved.state_len();
+        let places = self.places(starts, state_len);
+        let mut seeds = self
+            .observed
+            .iter()
+            .zip(y_bar.chunks_exact(places.len().max(1)))
+            .rev()
+            .peekable();
+        let mut state_bar = vec![R::zero(); state_len];
+        let parameter_bars = saved.reverse(wanted, &mut state_bar, |step, state_bar| {
+            while let Some((_, seed)) = seeds.next_if(|(at, _)| **at == step) {
+                for (&place, &s) in places.iter().zip(seed) {
+                    state_bar[place] += s;
+                }
+            }
+            if let Some(bound) = self.cotangent_bound {
+                bound.clip(step, starts, state_bar);
+            }
+        });
+        std::iter::once(state_bar).chain(parameter_bars).collect()
+    }
+}
