@@ -224,7 +224,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let said = |codesign| go_on(codesign).unwrap_err().to_string();
     assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
     let other = CoDesign::with_loss(&Scene::paper(), Lift);
-    assert!(said(other).contains("not of the run's scene"));
+    assert!(said(other).contains("different scenes"));
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
     assert_eq!(bench.results("b"), bench.results("whole"));
@@ -304,7 +304,7 @@ fn what_cannot_be_begun_with_is_refused() {
     let layout = "[start]\nkind = \"layout\"\nlayout = \"filled\"\n";
     let alone = text.replace("snap_at = 19", "snap_at = 0") + layout;
     bench.write("alone.toml", alone);
-    refused("alone.toml --from soft", &["not decided", "snap_at"]);
+    refused("alone.toml --from soft", &["undecided", "snap_at"]);
     let short = text.replace("iterations = 24", "iterations = 19");
     bench.write("short.toml", short);
     refused("short.toml --from a", &["no fine-tuning", "19"]);

@@ -82,12 +82,12 @@ fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more options.
-fn finished(lattice: &str, truss: &str, more: &str) -> Bench {
+/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more keys of `[volume]`.
+fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
-    let bench = Bench::with(&scene);
+    let bench = Bench::with(&scene.replace("[volume]\n", &format!("[volume]\n{volume}")));
     bench.write("truss.json", truss);
-    bench.run("run", &format!("--quiet {more}"));
+    bench.run("run", "--quiet");
     bench
 }
 
@@ -153,7 +153,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
-    assert!(told.error.contains("the design is not decided"), "{told:?}");
+    assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
 /// Numbers have neither exponents nor rounding noise in their last digits.
@@ -302,7 +302,7 @@ fn a_robot_that_cannot_be_stacked_from_plates_is_refused_but_has_tables() {
         "nodes": [[0, 0], [0.1, 0], [0.2, 0], [0.3, 0], [0.15, 0.1]],
         "edges": [[0, 2], [1, 3], [0, 1], [1, 2], [2, 3], [0, 4], [1, 4], [2, 4], [3, 4]],
         "keep": [0, 1, 2, 3, 4]}"#;
-    let solid = "--set volume.solid=[0.6,0.9]";
+    let solid = "solid = [0.6, 0.9]\n";
     let bench = finished("file = \"truss.json\"\n", truss, solid);
     for kind in ["--svg", "--dxf"] {
         let told = bench.cosmic(&format!("export run {kind}"));
