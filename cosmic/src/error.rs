@@ -1,4 +1,4 @@
-//! Errors, with the compared numbers and exit codes.
+//! The errors of this crate, with their messages and exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ pub enum Error {
     /// A request that cannot be carried out.
     #[error("{0}")]
     Usage(String),
-    /// A run with a loss of the program that began it. Only that program can continue the run.
+    /// A run whose loss is code of the program that began it. Only that program can continue the run.
     #[error(
         "{file}: the run has a loss of its own, which no file holds: the program that began it {remedy}"
     )]
@@ -187,13 +187,14 @@ impl Error {
         |source| Error::Write { path, source }
     }
 
-    /// True if rollouts of the robot diverged or their loss is not a number.
+    /// True if rollouts of the robot diverged or had results that are not finite.
     #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }
 
-    /// How to make an unstable time step stable, or to allow it: the end of the message.
+    /// The end of the message about an unstable time step: how to make the step stable, or how to allow it. `None` for
+    /// other errors.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
@@ -241,7 +242,7 @@ impl Error {
     }
 }
 
-/// Checks that a count of `what` is the expected one. The error names `file`.
+/// Checks that `found`, the number of `what` in `file`, equals `expected`.
 ///
 /// # Errors
 /// [`Error::Misfit`].
@@ -257,7 +258,7 @@ pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()>
     Ok(())
 }
 
-/// Checks that a count of `what` is not 0. The error names `file`.
+/// Checks that `found`, the number of `what` in `file`, is not 0.
 ///
 /// # Errors
 /// [`Error::Usage`].
@@ -275,7 +276,7 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// The advice if there is no space for a file.
+/// The advice to make room, if a file could not be written because the disk or the quota is full.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

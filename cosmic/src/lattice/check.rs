@@ -251,7 +251,7 @@ mod tests {
             (
                 "[0.3, 0.1]",
                 "[0, 1, 2]",
-                "`nodes[4]`: more values than belong here",
+                "`nodes[4]`: too many values",
             ),
             (
                 "\"node\": 2",
