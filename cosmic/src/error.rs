@@ -40,12 +40,12 @@ pub enum Error {
     Usage(String),
     /// A run whose loss is code of the program that began it. Only that program can continue the run.
     #[error(
-        "{file}: the run has a loss of its own, which no file holds: the program that began it {remedy}"
+        "{file}: the loss of this run is code of the program that began the run, and no file holds it; that program {remedy}"
     )]
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// How that program continues, as the end of a sentence.
+        /// What that program can do, as the end of a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -90,8 +90,8 @@ pub enum Error {
     },
     /// A time step that makes the vibrations of the robot grow.
     #[error(
-        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, most at \
-         node {node}) grows from {limit:.3e} s on; {remedy}"
+        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, \
+         strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}"
     )]
     UnstableStep {
         /// The time step, s.
@@ -152,7 +152,7 @@ pub enum Error {
         others: usize,
     },
     /// Several runs that were interrupted. Each of them can be resumed.
-    #[error("interrupted with {done} of {total} runs done; the same command goes on")]
+    #[error("interrupted with {done} of {total} runs done; repeat the same command to continue")]
     Stopped {
         /// The number of runs that are done.
         done: usize,
@@ -312,7 +312,7 @@ pub fn in_shell(path: &Path) -> String {
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
-            "go on by record::resume_with, with its own loss, in {}",
+            "go on with record::resume_with and the loss of the run in {}",
             run.display()
         )
     } else {
@@ -323,10 +323,10 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
 /// The end of a message about the unstable time step of a run, after the advice about the time step.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
-        ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
+        ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()
     } else {
         format!(
-            ", and begin anew, or continue anyway with: cosmic resume {} --allow-unstable",
+            ", and begin a new run, or continue this one anyway with: cosmic resume {} --allow-unstable",
             in_shell(run)
         )
     }

@@ -13,7 +13,7 @@ use crate::simulator::Trajectory;
 pub struct Displacement {
     /// The ground.
     pub ground: Ground,
-    /// The states that the loss reads.
+    /// Which states the loss reads.
     pub settings: LossSettings,
 }
 
