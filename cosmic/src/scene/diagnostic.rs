@@ -86,7 +86,8 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
     }
 }
 
-/// An error below its source line. An option is shown as the user wrote it, instead of file and line.
+/// The text of an error below its source line. For an option, the text shows the option as the user wrote it instead of
+/// file and line.
 fn show(source: &SceneText, fault: &Fault) -> String {
     let given = source.file.map_or(OPTION, |_| "");
     let text = format!("{given}{}", source.text);
