@@ -40,7 +40,8 @@ pub enum Error {
     Usage(String),
     /// A run whose loss is code of the program that began it. Only that program can continue the run.
     #[error(
-        "{file}: the loss of this run is code of the program that began the run, and no file holds it; that program {remedy}"
+        "{file}: the loss of this run is code of the program that began the run, and no file holds it; that \
+         program {remedy}"
     )]
     OwnLoss {
         /// The run's folder or snapshot.

@@ -186,9 +186,7 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
         .rsplit_once(" at line ")
         .map_or(&text[..], |(what, _)| what);
     let what = match what.split_once(", expected ") {
-        _ if what == "trailing characters" && keys != ROOT => {
-            "too many values".to_owned()
-        }
+        _ if what == "trailing characters" && keys != ROOT => "too many values".to_owned(),
         None if what == "number out of range" => {
             format!("{what}: the largest number is {:e}", f64::MAX)
         }

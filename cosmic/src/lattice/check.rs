@@ -167,7 +167,9 @@ impl Truss {
         }
         let both = |edge: &&usize| rules.keep.contains(*edge);
         if let Some(edge) = rules.forbid.iter().find(both) {
-            return Err(format!("`forbid`: edge {edge} is also in `keep`; remove it from one of the two"));
+            return Err(format!(
+                "`forbid`: edge {edge} is also in `keep`; remove it from one of the two"
+            ));
         }
         let mut seen = HashSet::new();
         for (k, tie) in rules.tie.iter().enumerate() {
@@ -251,11 +253,7 @@ mod tests {
                 "[3e3, 0]",
                 "`nodes[4]`: expected numbers from -1000 to 1000",
             ),
-            (
-                "[0.3, 0.1]",
-                "[0, 1, 2]",
-                "`nodes[4]`: too many values",
-            ),
+            ("[0.3, 0.1]", "[0, 1, 2]", "`nodes[4]`: too many values"),
             (
                 "\"node\": 2",
                 "\"node\": 7",

@@ -312,7 +312,8 @@ impl<'de> Visitor<'de> for FlatBlocks {
                     Shape::Matrix { rows, columns }
                 }
                 Some((_, columns)) => {
-                    let says = format!("`{name}` has {len} entries; they must fill rows of {columns}");
+                    let says =
+                        format!("`{name}` has {len} entries; they must fill rows of {columns}");
                     return Err(A::Error::custom(says));
                 }
             };

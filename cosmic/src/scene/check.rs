@@ -154,7 +154,10 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
     found.require(
         !is_layout || start.tilt == 0.0,
         ["start.tilt", "start.kind"],
-        format!("a layout cannot be tilted (by {}): set start.tilt = 0", start.tilt),
+        format!(
+            "a layout cannot be tilted (by {}): set start.tilt = 0",
+            start.tilt
+        ),
     );
 }
 
@@ -272,6 +275,9 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ramp < spacing,
         ["ground.ramp", "ground.spacing"],
-        format!("the ramp of a step is {ramp} m long, but the next step begins after {spacing} m; set ground.ramp below ground.spacing"),
+        format!(
+            "the ramp of a step is {ramp} m long, but the next step begins after {spacing} m; set ground.ramp below \
+             ground.spacing"
+        ),
     );
 }
