@@ -9,7 +9,7 @@ use crate::geometry::Vector;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file with wrong content.
+    /// A file whose content is wrong.
     #[error("{report}")]
     Malformed {
         /// The file's name as the user gave it.
@@ -122,14 +122,14 @@ pub enum Error {
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Results that are not finite although no simulated state diverged.
-    #[error("not finite: {}{}", names.join(", "), because(cause.as_deref()))]
+    #[error("these results are not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
-        /// The results, by their keys.
+        /// The keys of the results that are not finite.
         names: Vec<String>,
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// Numbers that do not exist because their rollouts diverged.
+    /// A number that cannot be computed, because the rollouts that it needs diverged.
     #[error("{0}")]
     NoFigure(String),
     /// A check that found errors.

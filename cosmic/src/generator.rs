@@ -120,7 +120,7 @@ mod tests {
         let flat = Lattice::sample(4, 3, 0.0);
         let turned = Lattice::sample(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
-            // Coordinates below 1 carry roundings of 1e-16.
+            // Coordinates below 1 have rounding errors of 1e-16.
             assert!((a - b).abs() < 1e-15);
         }
         let (sin, cos) = (-20f64).to_radians().sin_cos();
@@ -159,7 +159,7 @@ mod tests {
             let lattice = triangular(columns, rows);
             let count = rows * (columns - 1) + (rows - 1) * (2 * columns - 1);
             assert_eq!(lattice.edges.len(), count);
-            // Coordinates below 1 carry roundings of 1e-16.
+            // Coordinates below 1 have rounding errors of 1e-16.
             let is_side = |length: &f64| (length - 0.1).abs() < 1e-15;
             assert!(lattice.rest_length.iter().all(is_side));
             // Euler's formula for a triangulated disc: triangles = edges + 1 - nodes.

@@ -50,7 +50,7 @@ pub struct Part {
     pub name: String,
     /// The block that contains the part.
     pub block: Block,
-    /// Its range within the block.
+    /// The range of the part within the block.
     pub range: Range<usize>,
 }
 
@@ -87,7 +87,7 @@ impl<R: Real> Inputs<R> {
         );
     }
 
-    /// The parts of all numbers, in the order of [`ALL`].
+    /// All numbers as parts, in the order of [`ALL`].
     pub fn parts(&self) -> Vec<Part> {
         let part = |name: &str, block: Block, range: Range<usize>| Part {
             name: name.to_owned(),

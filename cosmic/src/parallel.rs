@@ -15,8 +15,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// `threads` jobs at a time, or one per core for `None`, each on a single thread. Parallel code within a job runs on
-    /// this thread too.
+    /// Runs `threads` jobs at a time, or one per core for `None`. Each job has a single thread, and parallel code
+    /// within the job runs on this thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {

@@ -81,8 +81,8 @@ pub struct Holds {
 
 impl Holds {
     /// The restrictions of a scene. `hold_materials` holds each edge to the solid material that it has in the filled
-    /// layout: it is subtracted from the entry of the other solid material. A kept edge has no share of void, and a
-    /// forbidden edge has no share of solid materials.
+    /// layout: its value is subtracted from the entry of the other solid material. A kept edge has no share of void,
+    /// and a forbidden edge has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -192,8 +192,9 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product of
-    /// the shares of void of its edges, and 1 for a node with payload. In a layout, nodes without a bar have no forces.
+    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product
+    /// of the shares of void of its edges, and 1 for a node with payload. In a layout, no spring pulls a node without a
+    /// bar.
     #[must_use]
     pub fn with_one_piece(
         mut self,
@@ -245,7 +246,7 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// The mass of each node: a small mass of its own (D2), half of each of its edges, and its payload.
+/// The mass of each node: `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
@@ -287,7 +288,7 @@ mod tests {
         let weight: f64 = body.mass.iter().sum();
         let diagonal = 0.02f64.sqrt();
         let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
-        // Twelve roundings of numbers below 0.1, each at most 7e-18.
+        // Twelve rounding errors of numbers below 0.1, each at most 7e-18.
         assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
     }
 

@@ -1,5 +1,5 @@
-//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Reads JSON; errors name the keys and
-//! the place.
+//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Also reads JSON with errors that
+//! name the key and the place of a wrong value.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -47,7 +47,9 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// The error for a file that is too long.
 pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     let path = path.display();
-    Error::Usage(format!("{path}: the file has more than {most} bytes"))
+    Error::Usage(format!(
+        "{path}: the file is too long; at most {most} bytes are read"
+    ))
 }
 
 /// Reads a value from JSON. Messages name `file`. `lines` is the number of lines before the text in the file; line
@@ -124,8 +126,9 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// Adds a place to an error about a JSON text: the place of the value whose keys come first in backquotes in the
-/// message, such as `z[3]`. An error without such keys is returned unchanged.
+/// Adds a place to an error about a JSON text. The first words in backquotes in the message, such as `z[3]`, are the
+/// keys of a value, and the place is where this value begins. If there is no such value, the error is returned
+/// unchanged.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -171,7 +174,7 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// The unparsed parts of an object or an array.
+/// Parses an object or an array, but not the values in it.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }

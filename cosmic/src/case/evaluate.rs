@@ -14,7 +14,7 @@ use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
-    /// The case as a task.
+    /// The task with the lattice and the settings of the case.
     pub fn task(&self) -> Task {
         Task::new(
             self.lattice.clone(),
@@ -80,7 +80,7 @@ impl Case {
             .step_check(&self.own_design(), &self.start.x, 1.0)
     }
 
-    /// The loss of the final position, for any number type.
+    /// The loss of the case: minus the final position of the payload along the ground, for any number type.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
@@ -149,7 +149,7 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    /// The activations at the start.
+    /// The activations of the edges in the first step.
     fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
         let moments = &[(&self.start, 0.0)];
         let activations = task.simulator.activations(body, &self.controller, moments);

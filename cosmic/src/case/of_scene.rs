@@ -14,7 +14,7 @@ impl Case {
     /// and a random controller.
     ///
     /// # Errors
-    /// If the layout of the scene belongs to another lattice.
+    /// If the layout in `scene.start` does not fit the lattice.
     pub fn of_scene(scene: &Scene, seed: u64) -> Result<Self> {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let design = start(&scene.start, &lattice, scene.projection.beta, seed)?;

@@ -142,7 +142,7 @@ keys! {
     m_eps: f64 = physics.node_mass,
     payload_mass: f64 = physics.payload_mass,
     dt: f64 = physics.dt,
-    // Written only if it is not the paper's value, so that older programs can read all other cases.
+    // Written only if it differs from the paper's value, so that older programs can read the other cases.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -286,7 +286,7 @@ pub(super) struct RawLagrangian {
     pub(super) thresholds: Vec<f64>,
 }
 
-/// The results; only the numbers of the recorded steps are read.
+/// The results in a case file. Only the step numbers of the recorded states are read.
 #[derive(Deserialize)]
 pub(super) struct RawResults {
     #[serde(default)]

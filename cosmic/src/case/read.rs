@@ -35,7 +35,7 @@ pub struct Case {
     pub physics: PhysicsSettings,
     /// The library of materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta`.
+    /// The sharpness of the projections, and `delta` of the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The requirements on layouts. A rollout reads only `one_piece`.
     pub rules: DesignSettings,
@@ -54,7 +54,7 @@ pub struct Case {
     pub lagrangian: AugmentedLagrangian,
     /// The thresholds of the four measures.
     pub thresholds: [f64; 4],
-    /// The steps in the results of the file, ascending; empty without results.
+    /// The numbers of the steps whose states the file lists as results, ascending. Empty if it has no results.
     pub listed_steps: Vec<usize>,
 }
 

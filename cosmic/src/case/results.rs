@@ -1,4 +1,4 @@
-//! The results of a case, with the keys and shapes of its file.
+//! The results of a case, with the keys and array shapes of a case file.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::simulator::Divergence;
 /// present only in cases with the stability projection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
-    /// Mixture per edge.
+    /// The mixture of each edge.
     pub z_projected: Vec<[f64; 3]>,
     /// Mass per node, kg.
     pub node_mass: Vec<f64>,
@@ -22,9 +22,9 @@ pub struct CaseResults {
     pub u0: Vec<f64>,
     /// States in the world's frame, by the number of steps done.
     pub trajectory: BTreeMap<usize, State<f64>>,
-    /// `-(s . x_0(T))`, m.
+    /// The loss: minus the final position of the payload along the ground, `-(s . x_0(T))`, m.
     pub l_disp: f64,
-    /// `s . x_0(T) - s . x_0(0)`, m.
+    /// How far the payload got along the ground, `s . x_0(T) - s . x_0(0)`, m.
     pub displacement: f64,
     /// Share of solid material.
     #[serde(rename = "V")]
@@ -32,9 +32,9 @@ pub struct CaseResults {
     /// Share of actuators.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// Binarisation measure.
+    /// The binarisation measure.
     pub g_bin: f64,
-    /// Overlap of materials (0,1), (0,2), (1,2).
+    /// The overlap measures of the pairs of materials (0,1), (0,2) and (1,2).
     pub g_ortho: [f64; 3],
     /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -77,7 +77,7 @@ pub struct DesignGradient {
 }
 
 impl CaseResults {
-    /// `{"results": {...}}` in JSON that reads back to the same bits. A number that is not finite
+    /// The JSON text `{"results": {...}}`, whose numbers read back to the same bits. A number that is not finite
     /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
         let results = serde_json::to_string(self);

@@ -15,7 +15,7 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::Divergence;
 
-/// The keys of a file that [`Case::parse`] reads back.
+/// The keys of a case file, which [`Case::parse`] reads back.
 #[derive(Serialize)]
 struct File<'a> {
     format: &'static str,

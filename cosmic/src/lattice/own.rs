@@ -15,7 +15,7 @@ const FORMAT: &str = "cosmic-truss";
 /// The version of the format.
 const VERSION: u32 = 1;
 
-/// The largest file read; a truss of ten thousand edges has half a million bytes.
+/// The largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million.
 const LARGEST: u64 = 1 << 26;
 
 /// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
@@ -23,13 +23,13 @@ const LARGEST: u64 = 1 << 26;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// The positions of the nodes along and above the ground, from its origin, m (D1).
+    /// The positions of the nodes along and above the ground, from the ground's origin, m (D1).
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
     /// Nodes with extra mass, at least one. The first one is the payload in reports and losses.
     pub payload: Vec<Payload>,
-    /// The materials that the edges may have.
+    /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
     /// The number of each node in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
@@ -82,8 +82,8 @@ impl EdgeRules {
         !against.contains(&edge)
     }
 
-    /// All edges in groups that share a design vector, in the order of their first edges. An edge that is not tied forms
-    /// a group alone.
+    /// All edges, in groups that share a design vector. Groups are in the order of their first edges. An edge that is
+    /// not tied forms a group alone.
     pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
         let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
         let group = |edge: usize| match tie(edge) {

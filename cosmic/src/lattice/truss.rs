@@ -18,14 +18,14 @@ pub struct Lattice<const D: usize = 2> {
     pub edges: Vec<[usize; 2]>,
     /// Rest length per edge, in metres.
     pub rest_length: Vec<f64>,
-    /// The places of the nodes along and above the ground, from the lower left corner, in units of `spacing`. On a
-    /// rectangular lattice they are whole numbers: column and row.
+    /// The positions of the nodes along and above the ground, from the lower left corner of the lattice, in units of
+    /// `spacing`. On a rectangular lattice they are whole numbers: column and row.
     pub places: Vec<Vector<f64, D>>,
-    /// The distance of neighbouring nodes, in metres; for a truss the length of the median edge.
+    /// The distance between neighbouring nodes, in metres; for a truss, the median length of its edges.
     pub spacing: f64,
     /// Nodes with extra mass, node 0 first.
     pub payload: Vec<Payload>,
-    /// The materials that the edges may have.
+    /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
 }
 
@@ -132,14 +132,14 @@ pub const SOFTENING: f64 = 1e-12;
 /// An edge in motion.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeVector<R, const D: usize = 2> {
-    /// The vector from its first node to its second, m.
+    /// The vector from the edge's first node to its second, m.
     pub d: Vector<R, D>,
-    /// The difference of their velocities, m/s.
+    /// The velocity of the second node minus that of the first, m/s.
     pub dv: Vector<R, D>,
 }
 
 impl<R: Real, const D: usize> EdgeVector<R, D> {
-    /// The edge between two nodes of a state.
+    /// The edge from node `i` to node `j` in a state.
     pub fn of(state: &State<R, D>, [i, j]: [usize; 2]) -> Self {
         Self {
             d: state.x[j] - state.x[i],

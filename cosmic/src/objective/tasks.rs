@@ -25,7 +25,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// The objective of a scene's sections.
+    /// The objective for these sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -42,8 +42,8 @@ impl Objective {
         }
     }
 
-    /// The squared distance along the ground from the payload to the target, plus the square of the way that the payload
-    /// would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
+    /// The squared distance along the ground from the payload to the target, plus the square of the distance that the
+    /// payload would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, state: &State<R>) -> R {
         let along = self.far.ground.point_to_ground(state.x[0]).forward();
         let way = state.v[0] * R::lit(self.settings.settle);
@@ -80,7 +80,7 @@ impl Objective {
 impl Loss for Objective {
     fn observed(&self, steps: usize) -> Vec<usize> {
         match self.settings.task {
-            // The whole rollout.
+            // Energy is spent over the whole rollout.
             TaskKind::Economy => {
                 let every = self.far.settings.every;
                 (steps % every..=steps).step_by(every).collect()
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(loss(TaskKind::Climb), -0.75);
         // First 3 m beyond the target and moving 1 m in the time `settle`, then 1 m beyond it and at rest.
         assert_eq!(loss(TaskKind::Reach), 0.5 * (9.0 + 1.0 + 1.0));
-        // (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg at a quarter of a metre each.
+        // Energy: (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg, each at the price of 0.25 m.
         assert_eq!(loss(TaskKind::Economy), -3.0 + 2.5);
     }
 

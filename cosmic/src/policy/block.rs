@@ -19,7 +19,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The number of entries. It saturates, because a file may have absurd sizes.
+    /// The number of entries, or the largest `usize` if there would be more: a file may state absurd sizes.
     pub fn len(self) -> usize {
         match self {
             Self::Vector(len) => len,

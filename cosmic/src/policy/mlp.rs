@@ -171,8 +171,8 @@ mod tests {
         let got = folded.activation(&sensed);
         assert_eq!(got.len(), plain.len());
         for (a, b) in got.iter().zip(&plain) {
-            // Each sum has some thirty terms of order one, rounded at 1e-16. The phase of a clock is near 82 rad and
-            // rounded at 1e-14.
+            // Each sum has about thirty terms of order one, each with a rounding error of 1e-16. The phase of a clock
+            // is near 82 rad, with a rounding error of 1e-14.
             assert!((a - b).abs() < 1e-13);
         }
     }

@@ -28,7 +28,7 @@ enum Numbers {
 }
 
 impl Numbers {
-    /// The rows of a matrix.
+    /// Splits the flat numbers of a matrix into rows.
     fn rows(numbers: &[f64], columns: usize) -> Self {
         let rows = numbers.chunks_exact(columns.max(1));
         Self::Rows(rows.map(<[f64]>::to_vec).collect())
@@ -89,7 +89,7 @@ impl Weights {
         })
     }
 
-    /// Sets the number of hidden units in the settings to that of the network.
+    /// Sets the number of hidden units in the settings to the number in these parameters, if they belong to a network.
     ///
     /// # Errors
     /// If the network has no hidden units.
@@ -105,7 +105,7 @@ impl Weights {
         Ok(())
     }
 
-    /// Checks that a network has as many hidden units as the settings say.
+    /// Checks that these parameters, if they belong to a network, have as many hidden units as the settings say.
     ///
     /// # Errors
     /// [`Error::Misfit`].

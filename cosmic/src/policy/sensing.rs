@@ -18,8 +18,8 @@ pub enum Sight {
 }
 
 impl Sight {
-    /// The length of an observation for a number of nodes. It saturates, because a file may have an absurd number of
-    /// clocks.
+    /// The length of an observation for a number of nodes, or the largest `usize` if it would be longer: a file may
+    /// state an absurd number of clocks.
     pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
         let robot = match self {
             Self::Robot => 4 * nodes,
@@ -55,7 +55,8 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
 /// 164 rad, so rounding errors would matter. The state is in the world's frame. `presence` has the weight of each node
 /// in the mean and in the observation; empty means that all nodes are present.
 ///
-/// This is the definition. A rollout [folds](super::Fold) it into the first layer of a policy.
+/// This function defines the observation. Rollouts do not call it; they [fold](super::Fold) it into the first layer of
+/// a policy.
 pub fn observation<R: Real>(
     settings: &ControllerSettings,
     time: f64,

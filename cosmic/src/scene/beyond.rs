@@ -73,8 +73,8 @@ settings! {
 }
 
 impl RobustSettings {
-    /// The largest frequency of a drawn robot over that of the nominal robot: the drawn edges may be stiffer and the
-    /// nodes lighter. 1 if no robots are drawn.
+    /// The ratio of the largest frequency of a random variation to that of the nominal robot, because edges may be
+    /// stiffer and nodes lighter. 1 if there are no variations.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,

@@ -60,7 +60,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
 struct Conflicts(Vec<Conflict>);
 
 impl Conflicts {
-    /// Notes a conflict unless `holds`.
+    /// Adds a conflict unless `holds` is true.
     fn require(&mut self, holds: bool, keys: [&'static str; 2], says: String) {
         if !holds {
             self.0.push(Conflict { keys, says });
@@ -88,7 +88,8 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The steps that carry the gradient must be steps of the rollout. A mean loss averages some of them.
+/// The horizon, whose steps carry the gradient, must not be longer than the rollout. A mean loss averages the last
+/// steps of the horizon.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
@@ -241,7 +242,10 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     found.require(
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
-        format!("two goals need the task far, not {}", task.name()),
+        format!(
+            "two goals need the task far, but the task is {}",
+            task.name()
+        ),
     );
 }
 

@@ -50,7 +50,7 @@ impl Chosen {
         self.name
     }
 
-    /// True for the paper's choice.
+    /// True if the paper's policy or loss is chosen.
     pub fn is_default(&self) -> bool {
         self.name == self.built_in[0]
     }

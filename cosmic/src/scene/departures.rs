@@ -128,7 +128,7 @@ impl Scene {
             .collect()
     }
 
-    /// Whether the cycle has passes of this kind or needs none.
+    /// Whether the cycle has passes of this kind, or the design is a layout, so that the cycle is not used.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

@@ -125,8 +125,8 @@ settings! {
 settings! {
     /// The augmented Lagrangian of the four binarisation measures, and the attraction of edges to a single material.
     struct BinarisationSettings {
-        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints of
-        /// the design's optimiser.
+        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints in
+        /// the optimiser of the design.
         method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";

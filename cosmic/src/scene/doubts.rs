@@ -104,7 +104,7 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.selection.perturbation == 0.0;
 };
 
-/// True if a node of the lowest row starts below the profile.
+/// True if a node of the lowest row, or of a truss, starts below the profile.
 fn starts_inside(scene: &Scene) -> bool {
     let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
     let is_inside = |place: Vector<f64>| profile.above(place) < 0.0;

@@ -81,7 +81,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if this number is allowed.
+/// If `number` is not allowed at a key such as `physics.dt`, the allowed values as a phrase. `None` if it is allowed.
 ///
 /// # Panics
 /// If no scene has the key.

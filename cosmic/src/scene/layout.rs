@@ -3,7 +3,7 @@
 
 use super::design::Layout;
 
-/// Nodes along each side of the lattice that the layouts belong to.
+/// The number of nodes along each side of the lattice for which the three-legged layouts are made.
 pub(crate) const LAYOUT_SIDE: usize = 6;
 
 /// The layout "tall": one digit for each edge (0 void, 1 skeleton, 2 actuator), and one string for each row of nodes,

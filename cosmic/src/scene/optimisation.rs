@@ -60,9 +60,9 @@ settings! {
 settings! {
     /// Which steps of a rollout carry the gradient (D11).
     enum HorizonMode {
-        /// A rollout of this number of steps with the loss at its end.
+        /// The first steps: the rollout ends after the horizon, with the loss at its end.
         Head = "head",
-        /// The whole rollout, of which the last steps carry the gradient.
+        /// The last steps: the whole rollout is simulated, and only its last steps carry the gradient.
         Tail = "tail",
     }
 }
@@ -217,7 +217,7 @@ settings! {
     }
 }
 
-/// The passes of valid letters.
+/// The passes for these letters, which must be valid.
 fn passes(letters: &str) -> Vec<Pass> {
     super::pass::cycle(letters).unwrap_or_default()
 }

@@ -114,7 +114,7 @@ impl GroundSettings {
         (0..self.count).flat_map(step).collect()
     }
 
-    /// Heights at equal distances. The two ends are on the ground line.
+    /// Random heights at equal distances. The first and the last point are on the ground line.
     fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));

@@ -118,7 +118,7 @@ impl SettingValue for TrussFile {
     }
 
     fn toml(&self) -> String {
-        // TOML has other escapes than Rust.
+        // TOML and Rust escape characters differently.
         toml::Value::String(self.path.clone()).to_string()
     }
 

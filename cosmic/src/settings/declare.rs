@@ -1,4 +1,4 @@
-//! The macro that declares the settings of a scene: everything about a key in one place.
+//! The macro that declares the settings of a scene. It keeps everything about a key in one place.
 
 /// Declares a section of a scene (`struct`), the names among which a setting chooses (`enum`), or the scene itself
 /// (`scene`).
@@ -136,7 +136,7 @@ macro_rules! settings {
         }
 
         impl $Scene {
-            /// The defaults of the declarations.
+            /// The scene with all declared defaults.
             fn declared(base: $Base) -> Self {
                 Self { base, $($section: <$Settings>::default(),)+ }
             }
@@ -196,7 +196,7 @@ macro_rules! settings {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };
-    // Without inputs.
+    // Settings without inputs.
     (@inputs $Settings:ident [] $fields:tt) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<R: $crate::settings::Real> = Self;
@@ -211,7 +211,7 @@ macro_rules! settings {
             }
         }
     };
-    // Generic over its numbers, with the type and the key of each field.
+    // Settings that are generic over their numbers. The macro gets the type and the key of each field.
     (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<$R: $crate::settings::Real> = $Settings<$R>;

@@ -10,7 +10,7 @@ use super::limits::Limits;
 use super::value::SettingValue;
 use crate::registry::OFF;
 
-/// A setting: its value and everything from its declaration.
+/// A setting: its value and everything that its declaration says.
 pub struct Field<'a> {
     /// The key within its section.
     pub key: &'static str,

@@ -11,7 +11,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// No limits, for values other than numbers.
+    /// No limits. Settings that are not numbers have these.
     pub const NONE: Limits = within(f64::MIN, f64::MAX);
 
     /// Whether a number is in the range. False for NaN and infinities.

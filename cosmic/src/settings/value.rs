@@ -11,7 +11,7 @@ use toml::de::DeValue;
 
 /// The type of a setting.
 pub trait SettingValue: Debug {
-    /// The values that a file may have, as a phrase.
+    /// The values that are allowed in a file, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
     /// The value as TOML. Rust writes numbers, booleans and arrays of them as TOML does, with the fewest digits that
     /// read back to the same bits.
@@ -137,7 +137,7 @@ impl SettingValue for usize {
     }
 }
 
-/// The numbers that an array may hold.
+/// A number type that an array setting may hold.
 pub trait ArrayNumber: SettingValue {
     /// The noun for such a number.
     const NOUN: &'static str;
