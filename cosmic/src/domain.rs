@@ -1,4 +1,4 @@
-//! Domain randomisation: robots and surroundings drawn around the nominal ones.
+//! Domain randomisation: draws random variations of the nominal robot and its surroundings.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use crate::random::symmetric;
 use crate::scene::RobustSettings;
 use crate::task::Task;
 
-/// A task with the numbers of one robot and its surroundings, and the start of the robot.
+/// A task whose numbers belong to one drawn robot and its surroundings, and the initial state of this robot.
 #[derive(Clone, Debug)]
 pub struct Domain<'a> {
     /// The task.
@@ -20,7 +20,7 @@ pub struct Domain<'a> {
 }
 
 impl<'a> Domain<'a> {
-    /// A task from a start.
+    /// The domain of `task` in which the robot starts in the state `start`.
     pub fn of(task: &'a Task, start: State<f64>) -> Self {
         Self {
             task: Cow::Borrowed(task),
@@ -28,7 +28,7 @@ impl<'a> Domain<'a> {
         }
     }
 
-    /// This domain for controllers that see this state at all times, so that only their clock changes.
+    /// This domain in open loop: the controller always observes the state `seen`, so that only its clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Domain<'static> {
         Domain {
@@ -38,8 +38,8 @@ impl<'a> Domain<'a> {
     }
 }
 
-/// Draws a domain around a task at rest. Every number is drawn even if its range is zero, so that switching one range
-/// off does not change the other draws.
+/// Draws a random variation of `task`. The robot starts at rest, near its initial positions. Every number is drawn even
+/// if its range is zero, so that switching one range off does not change the other draws.
 pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> Domain<'static> {
     let mut factor = |range: f64| 1.0 + symmetric(stream, range);
     let friction = factor(settings.friction);
@@ -62,7 +62,7 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
-/// A start with every coordinate moved by `distance`, m, in a random direction.
+/// The state `start` with every coordinate of the positions moved by `distance` (m), up or down at random.
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
     State {

@@ -1,4 +1,4 @@
-//! Errors, with the compared numbers and exit codes.
+//! The errors of this crate, with their messages and exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use crate::geometry::Vector;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file with wrong content.
+    /// A file whose content is wrong.
     #[error("{report}")]
     Malformed {
         /// The file's name as the user gave it.
@@ -38,14 +38,15 @@ pub enum Error {
     /// A request that cannot be carried out.
     #[error("{0}")]
     Usage(String),
-    /// A run with a loss of the program that began it. Only that program can continue the run.
+    /// A run whose loss is code of the program that began it. Only that program can continue the run.
     #[error(
-        "{file}: the run has a loss of its own, which no file holds: the program that began it {remedy}"
+        "{file}: the loss of this run is code of the program that began the run, and no file holds it; that \
+         program {remedy}"
     )]
     OwnLoss {
         /// The run's folder or snapshot.
         file: String,
-        /// How that program continues, as the end of a sentence.
+        /// What that program can do, as the end of a sentence that begins with "that program".
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
@@ -90,8 +91,8 @@ pub enum Error {
     },
     /// A time step that makes the vibrations of the robot grow.
     #[error(
-        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, most at \
-         node {node}) grows from {limit:.3e} s on; {remedy}"
+        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, \
+         strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}"
     )]
     UnstableStep {
         /// The time step, s.
@@ -121,14 +122,14 @@ pub enum Error {
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Results that are not finite although no simulated state diverged.
-    #[error("not finite: {}{}", names.join(", "), because(cause.as_deref()))]
+    #[error("these results are not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
-        /// The results, by their keys.
+        /// The keys of the results that are not finite.
         names: Vec<String>,
         /// The place where a gradient overflowed in the reverse sweep, if it did.
         cause: Option<String>,
     },
-    /// Numbers that do not exist because their rollouts diverged.
+    /// A number that cannot be computed, because the rollouts that it needs diverged.
     #[error("{0}")]
     NoFigure(String),
     /// A check that found errors.
@@ -152,7 +153,7 @@ pub enum Error {
         others: usize,
     },
     /// Several runs that were interrupted. Each of them can be resumed.
-    #[error("interrupted with {done} of {total} runs done; the same command goes on")]
+    #[error("interrupted with {done} of {total} runs done; repeat the same command to continue")]
     Stopped {
         /// The number of runs that are done.
         done: usize,
@@ -187,13 +188,14 @@ impl Error {
         |source| Error::Write { path, source }
     }
 
-    /// True if rollouts of the robot diverged or their loss is not a number.
+    /// True if rollouts of the robot diverged or had results that are not finite.
     #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
         matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
     }
 
-    /// How to make an unstable time step stable, or to allow it: the end of the message.
+    /// The end of the message about an unstable time step: how to make the step stable, or how to allow it. `None` for
+    /// other errors.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
@@ -241,7 +243,7 @@ impl Error {
     }
 }
 
-/// Checks that a count of `what` is the expected one. The error names `file`.
+/// Checks that `found`, the number of `what` in `file`, equals `expected`.
 ///
 /// # Errors
 /// [`Error::Misfit`].
@@ -257,7 +259,7 @@ pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()>
     Ok(())
 }
 
-/// Checks that a count of `what` is not 0. The error names `file`.
+/// Checks that `found`, the number of `what` in `file`, is not 0.
 ///
 /// # Errors
 /// [`Error::Usage`].
@@ -275,7 +277,7 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// The advice if there is no space for a file.
+/// The advice to make room, if a file could not be written because the disk or the quota is full.
 fn make_room(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -311,7 +313,7 @@ pub fn in_shell(path: &Path) -> String {
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         format!(
-            "go on by record::resume_with, with its own loss, in {}",
+            "go on with record::resume_with and the loss of the run in {}",
             run.display()
         )
     } else {
@@ -322,10 +324,10 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
 /// The end of a message about the unstable time step of a run, after the advice about the time step.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
-        ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
+        ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()
     } else {
         format!(
-            ", and begin anew, or continue anyway with: cosmic resume {} --allow-unstable",
+            ", and begin a new run, or continue this one anyway with: cosmic resume {} --allow-unstable",
             in_shell(run)
         )
     }

@@ -6,7 +6,8 @@ use crate::lattice::Lattice;
 use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
-    /// The lattice on a ground, rotated with it (D1). Each rest length is the initial distance of the two nodes.
+    /// Generates the lattice of these settings on `ground`, rotated with the ground (D1). Each rest length is the
+    /// initial distance of the two nodes.
     ///
     /// # Panics
     /// If the settings name a file that was not read yet. Reading a scene reads it.
@@ -54,7 +55,7 @@ pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
     edges_of(LatticeKind::Rectangular, columns, rows)
 }
 
-/// As [`edges`], for a lattice of any kind. Nodes of a triangular lattice have no upper neighbour.
+/// Like [`edges`], for a lattice of any kind. Nodes of a triangular lattice have no upper neighbour.
 fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for node in 0..columns * rows {
@@ -92,7 +93,7 @@ mod tests {
     use super::{Ground, Lattice, LatticeKind, LatticeSettings, Vector, edges};
 
     impl Lattice {
-        /// A lattice of the default scene's spacing on a ground of its height.
+        /// A lattice with the spacing and the ground height of the default scene.
         pub(crate) fn sample(columns: usize, rows: usize, incline_deg: f64) -> Self {
             let settings = LatticeSettings {
                 columns,
@@ -119,7 +120,7 @@ mod tests {
         let flat = Lattice::sample(4, 3, 0.0);
         let turned = Lattice::sample(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
-            // Coordinates below 1 carry roundings of 1e-16.
+            // Coordinates below 1 have rounding errors of 1e-16.
             assert!((a - b).abs() < 1e-15);
         }
         let (sin, cos) = (-20f64).to_radians().sin_cos();
@@ -158,17 +159,17 @@ mod tests {
             let lattice = triangular(columns, rows);
             let count = rows * (columns - 1) + (rows - 1) * (2 * columns - 1);
             assert_eq!(lattice.edges.len(), count);
-            // Coordinates below 1 carry roundings of 1e-16.
+            // Coordinates below 1 have rounding errors of 1e-16.
             let is_side = |length: &f64| (length - 0.1).abs() < 1e-15;
             assert!(lattice.rest_length.iter().all(is_side));
-            // By Euler's formula a triangulated disc has as many triangles.
+            // Euler's formula for a triangulated disc: triangles = edges + 1 - nodes.
             let triangles = count + 1 - columns * rows;
             assert_eq!(triangles, 2 * (columns - 1) * (rows - 1));
         }
     }
 
-    /// Rows from the lowest, each from left to right; of each node the edges to its right, upper-right
-    /// and upper-left neighbour.
+    /// Nodes are numbered row by row from the lowest, each row from left to right. Each node lists the edges to its
+    /// right, upper-right and upper-left neighbour.
     #[test]
     fn triangles_are_numbered_row_by_row() {
         let lattice = triangular(3, 3);

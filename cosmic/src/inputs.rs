@@ -1,7 +1,7 @@
-//! The inputs of a rollout, and derivatives by them.
+//! The inputs of a rollout, and derivatives with respect to them.
 //!
-//! [`Inputs`] has all numbers that a rollout can be differentiated by. Losses are written once over [`Real`].
-//! [`Inputs::differentiate`] records the chosen blocks on the tape.
+//! [`Inputs`] has all numbers with respect to which a rollout can be differentiated. Losses are written once over
+//! [`Real`]. [`Inputs::differentiate`] makes the chosen blocks variables of a tape.
 
 use crate::geometry::{fill, flat};
 use crate::lattice::State;
@@ -10,7 +10,7 @@ use autodiff::{Dual, Real, Tape, Var};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// All numbers that a rollout can be differentiated by.
+/// All numbers with respect to which a rollout can be differentiated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs<R> {
     /// Design vectors, one per edge.
@@ -21,7 +21,7 @@ pub struct Inputs<R> {
     pub start: State<R>,
 }
 
-/// A part of the numbers of [`Inputs`].
+/// A group of the numbers in [`Inputs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Design vectors.
@@ -38,19 +38,19 @@ pub enum Block {
 pub const DESIGN: &[Block] = &[Block::Z];
 /// The controller.
 pub const CONTROLLER: &[Block] = &[Block::Controller];
-/// No block.
+/// No block: nothing is differentiated.
 pub const NOTHING: &[Block] = &[];
-/// Everything, in the order in which files and tables list it.
+/// All blocks, in the order in which files and tables list them.
 pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
 
-/// The numbers of a key in files: a block, or a block of the controller.
+/// The numbers that files store under one key: a [`Block`], or one named block of the controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The key.
     pub name: String,
     /// The block that contains the part.
     pub block: Block,
-    /// Its range within the block.
+    /// The range of the part within the block.
     pub range: Range<usize>,
 }
 
@@ -65,10 +65,10 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// Replaces the numbers of some blocks by those of one slice.
+    /// Replaces the numbers of `blocks`, one block after the other, by `numbers`.
     ///
     /// # Panics
-    /// If the slice does not have exactly as many numbers as the blocks.
+    /// If `numbers` does not have exactly as many entries as the blocks.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
         for &block in blocks {
             let (part, rest) = numbers.split_at(self.block(block).len());
@@ -87,7 +87,7 @@ impl<R: Real> Inputs<R> {
         );
     }
 
-    /// The parts of all numbers, in the order of [`ALL`].
+    /// All numbers as parts, in the order of [`ALL`].
     pub fn parts(&self) -> Vec<Part> {
         let part = |name: &str, block: Block, range: Range<usize>| Part {
             name: name.to_owned(),
@@ -111,14 +111,14 @@ impl<R: Real> Inputs<R> {
     /// Replaces the numbers of a part.
     ///
     /// # Panics
-    /// If the part has another number of entries.
+    /// If `numbers` does not have exactly as many entries as the part.
     pub fn set_part(&mut self, part: &Part, numbers: &[R]) {
         let mut block = self.block(part.block).to_vec();
         block[part.range.clone()].copy_from_slice(numbers);
         self.set(&[part.block], &block);
     }
 
-    /// The numbers of some blocks in one vector.
+    /// The numbers of `blocks`, one block after the other.
     pub fn get(&self, blocks: &[Block]) -> Vec<R> {
         let mut numbers = Vec::new();
         for &block in blocks {
@@ -127,7 +127,7 @@ impl<R: Real> Inputs<R> {
         numbers
     }
 
-    /// Every number replaced by a function of it.
+    /// These inputs with `f` applied to every number.
     fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
             z: self.z.iter().map(|z| z.map(&f)).collect(),
@@ -136,7 +136,8 @@ impl<R: Real> Inputs<R> {
         }
     }
 
-    /// The value of a function and its gradient by the chosen blocks, in one vector.
+    /// The value of a function and its gradient with respect to the numbers of `blocks`, in the order of
+    /// [`get`](Self::get).
     pub fn differentiate(
         &self,
         blocks: &[Block],
@@ -146,8 +147,8 @@ impl<R: Real> Inputs<R> {
         result
     }
 
-    /// The values of functions, each of its own copy of the inputs, and the gradient of each by the chosen blocks of its
-    /// copy. All functions share one recording and one reverse sweep.
+    /// Evaluates `N` functions, each at its own copy of the inputs. Returns the value of each function and its gradient
+    /// with respect to `blocks` of its copy. All functions share one recording and one reverse sweep.
     pub fn differentiate_copies<const N: usize>(
         &self,
         blocks: &[Block],
@@ -168,15 +169,15 @@ impl<R: Real> Inputs<R> {
         })
     }
 
-    /// The inputs as constants, except for some blocks, which are variables.
+    /// The inputs as constants, except for `blocks`, whose numbers are `variables`.
     fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
         inputs
     }
 
-    /// The values of a function of several results, and the vector-Jacobian product: the gradient of
-    /// `sum_k cotangent_k value_k` by the chosen blocks, in one vector.
+    /// The values of a function with several results, and its vector-Jacobian product: the gradient of `sum_k
+    /// cotangent_k value_k` with respect to the numbers of `blocks`.
     ///
     /// # Panics
     /// If the number of cotangents is not the number of results.
@@ -195,8 +196,8 @@ impl<R: Real> Inputs<R> {
         (values.iter().map(|value| value.value()).collect(), gradient)
     }
 
-    /// The values of a function of several results, and the Jacobian-vector product: their derivatives
-    /// along `tangents`.
+    /// The values of a function with several results, and its Jacobian-vector product: the derivatives of the values in
+    /// the direction `tangents`.
     pub fn jvp(
         &self,
         tangents: &Self,
@@ -214,7 +215,8 @@ impl<R: Real> Inputs<R> {
         results.map(|y| (y.value, y.tangent[0])).unzip()
     }
 
-    /// The values of functions and the gradient of each. All functions share one recording, which is swept once for each.
+    /// The value of each function and its gradient with respect to the numbers of `blocks`. All functions share one
+    /// recording, with one reverse sweep per function.
     pub fn differentiate_each<const N: usize>(
         &self,
         blocks: &[Block],
@@ -248,7 +250,7 @@ mod tests {
     use crate::simulator::Span;
     use autodiff::Real;
 
-    /// A cotangent times the JVP is the VJP times the tangent, over the states of a rollout.
+    /// For the states of a rollout, the cotangent times the JVP equals the VJP times the tangent.
     #[test]
     fn both_products_are_of_one_jacobian() {
         let scene = Scene::parse(
@@ -275,10 +277,10 @@ mod tests {
         let cotangent = wave(values.len(), f64::sin);
         let recorded = |inputs: &Inputs<_>| seen(&case, &task, inputs);
         let (same, gradient) = inputs.vjp(ALL, recorded, &cotangent);
-        // Duals sum a layer's products in another order: some last bits of numbers of order one.
+        // Duals add the products of a layer in another order, so numbers of order one differ in their last bits.
         assert!(values.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-12));
         let [forward, reverse] = [f64::dot(&cotangent, &slopes), f64::dot(&gradient, &tangent)];
-        // Sums of some 600 terms, each rounded at 1e-16 of parts that cancel a hundredfold.
+        // Each sum has about 600 terms, rounded at 1e-16, and is a hundred times smaller than its parts.
         assert!(
             (forward - reverse).abs() < 1e-12 * forward.abs(),
             "{forward} {reverse}"

@@ -12,7 +12,7 @@ pub struct Key {
     pub unit: &'static str,
     /// The meaning, in Markdown on one line.
     pub doc: &'static str,
-    /// The columns that the key has in tables.
+    /// The names of the table columns that show the key.
     pub columns: Vec<&'static str>,
     /// The keys of the objects in the value.
     pub parts: Vec<Key>,

@@ -3,19 +3,20 @@
 //!
 //! The order of the modules is the architecture: each uses only those above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct for each of the others; [`registry`] has the laws,
-//!   losses, policies, lattices and scenes that a program adds.
+//! - [`scene`] has every number of an experiment, in one small struct per part of the model; [`registry`] has the laws,
+//!   losses, policies, lattices and scenes that a program adds to the built-in ones.
 //! - [`keys`] declares the keys of files and the columns of tables.
-//! - Space: [`geometry`], with vectors, the ground and the frames.
-//! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
-//!   materials and a body), [`policy`].
-//! - Its motion and score: [`simulator`], [`objective`]; [`inputs`], the numbers that losses are
-//!   differentiated by, and [`task`], which joins all of these; [`domain`] draws other robots and
-//!   surroundings; [`case`] is one rollout with all its numbers in a file.
-//! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
-//! - On disk: [`record`], the folder of a run. All of it but the text of a design, and [`parallel`], are
-//!   behind the feature `files`, which is on by default; without it the model needs no file system and no
-//!   threads, and builds for `wasm32-unknown-unknown` too.
+//! - Space: [`geometry`], with vectors, the ground and the coordinate frames.
+//! - The robot: [`lattice`], [`design`] (the design vectors that an optimiser changes), [`projection`] (from design
+//!   vectors to materials and a body), [`policy`] (the controller).
+//! - Its motion and score: [`simulator`], [`objective`]; [`inputs`] has the numbers with respect to which losses are
+//!   differentiated. [`task`] joins all of these. [`domain`] draws random variations of a robot and its surroundings.
+//!   [`case`] is one rollout with all its numbers in a file.
+//! - The search for a good robot: [`optimiser`], which does not depend on robots, and [`codesign`], the paper's
+//!   algorithm 1.
+//! - On disk: [`record`], the folder of a run. This module (except for the text of a design) and [`parallel`] need the
+//!   feature `files`, which is on by default. Without this feature the crate needs no file system and no threads, and
+//!   also builds for `wasm32-unknown-unknown`.
 //!
 //! The crate `cosmic-lab` has checks, studies and reports; the program is `cosmic-program`.
 
@@ -48,7 +49,7 @@ pub mod record;
 pub use error::{Error, Result};
 pub use registry::Registry;
 
-/// The README's code, compiled and run with the documentation's.
+/// Compiles and runs the code in the README as documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

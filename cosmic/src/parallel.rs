@@ -15,8 +15,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// `threads` jobs at a time, or one per core for `None`, each on a single thread. Parallel code within a job runs on
-    /// this thread too.
+    /// Runs `threads` jobs at a time, or one per core for `None`. Each job has a single thread, and parallel code
+    /// within the job runs on this thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -25,7 +25,7 @@ impl Crew {
         }
     }
 
-    /// Threads that are divided among jobs. If there are fewer jobs than threads, each job gets several threads.
+    /// Divides `threads` among `jobs`. If there are fewer jobs than threads, each job gets several threads.
     pub fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
@@ -153,7 +153,7 @@ mod tests {
             while !failed.load(Ordering::Acquire) {
                 std::thread::yield_now();
             }
-            Err(Error::Usage("what came of it".to_owned()))
+            Err(Error::Usage("stopped because of it".to_owned()))
         });
         assert_eq!(error.unwrap_err().to_string(), "the cause");
     }

@@ -1,4 +1,4 @@
-//! Projections turn design vectors into mixtures of materials; a design gives a body.
+//! Projections from design vectors to mixtures of materials, and the body of a design.
 
 use std::borrow::Cow;
 
@@ -16,8 +16,8 @@ use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEd
 pub enum Projection {
     /// `softmax(beta z)`.
     Performance,
-    /// Centred by the mean over the edges and sharp, so that it resembles the layout after a snap. Its derivative is that
-    /// of a softer projection (straight-through).
+    /// The softmax of the design vectors minus their mean over the edges. It is so sharp that its mixtures resemble the
+    /// layout after a snap. Its derivative is the derivative of a softer projection (straight-through).
     Stability,
 }
 
@@ -36,9 +36,9 @@ pub fn projected(
 
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
 ///
-/// The design vectors of [tied](Holds) edges are replaced by their mean. The amounts that are held back are subtracted
-/// from the design vectors before every softmax; in the stability projection this follows the centring, which would
-/// cancel them.
+/// The design vectors of [tied](Holds) edges are replaced by their mean. The amounts in `holds` are subtracted from the
+/// design vectors before every softmax. The stability projection subtracts them after the centring, which would
+/// otherwise cancel them.
 pub fn mixtures<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
@@ -69,10 +69,11 @@ pub fn mixtures<R: Real>(
     }
 }
 
-/// Restrictions on the mixtures of edges. The default has none.
+/// Restrictions on the mixtures of edges. By default there are no restrictions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holds {
-    /// For each edge, what is subtracted from the entries of its design vector. Empty if all amounts are zero.
+    /// For each edge, the amounts that are subtracted from the entries of its design vector. Empty if all amounts are
+    /// zero.
     amounts: Vec<[f64; 3]>,
     /// Groups of edges that share one design vector.
     ties: Vec<Vec<usize>>,
@@ -80,8 +81,8 @@ pub struct Holds {
 
 impl Holds {
     /// The restrictions of a scene. `hold_materials` holds each edge to the solid material that it has in the filled
-    /// layout: it is subtracted from the entry of the other solid material. A kept edge has no share of void, and a
-    /// forbidden edge has no share of solid materials.
+    /// layout: its value is subtracted from the entry of the other solid material. A kept edge has no share of void,
+    /// and a forbidden edge has no share of solid materials.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
@@ -113,7 +114,7 @@ impl Holds {
         Self { amounts, ties }
     }
 
-    /// True if a material is held back in the edge.
+    /// True if the design vector of `edge` is lowered at the entry of `material`.
     pub fn is_held(&self, edge: usize, material: Material) -> bool {
         (self.amounts.get(edge)).is_some_and(|hold| material.of(hold) > 0.0)
     }
@@ -146,9 +147,9 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
 /// The factors by which a robot as built differs from its design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
-    /// On the stiffness of every edge.
+    /// The factor on the stiffness of each edge.
     pub stiffness: Vec<f64>,
-    /// On the mass of every node.
+    /// The factor on the mass of each node.
     pub mass: Vec<f64>,
 }
 
@@ -191,8 +192,9 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product of
-    /// the shares of void of its edges, and 1 for a node with payload. In a layout, nodes without a bar have no forces.
+    /// This body with the presence of its nodes, if `one_piece` is true. The presence of a node is 1 minus the product
+    /// of the shares of void of its edges, and 1 for a node with payload. In a layout, no spring pulls a node without a
+    /// bar.
     #[must_use]
     pub fn with_one_piece(
         mut self,
@@ -231,7 +233,7 @@ impl<R: Real> Body<R> {
         self
     }
 
-    /// The body as built.
+    /// The body of the robot as built: this body times the factors of `variation`.
     #[must_use]
     pub fn varied(mut self, variation: &Variation) -> Self {
         for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
@@ -244,7 +246,7 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// The mass of each node: a small mass of its own (D2), half of each of its edges, and its payload.
+/// The mass of each node: `physics.node_mass` (D2), half the mass of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
@@ -259,8 +261,8 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
     shares.iter().map(|shares| R::sum_of(shares)).collect()
 }
 
-/// The shares to the power of `penalisation` (SIMP), as they count in the stiffness. Above 1, small shares count less than
-/// in proportion, and whole shares count fully.
+/// The shares of a mixture to the power of `penalisation` (SIMP), as weights of the materials' stiffnesses. With a
+/// power above 1, a small share counts less than in proportion, and a share of 1 counts fully.
 fn penalised<R: Real>(mixture: &Mixture<R>, materials: &MaterialSettings) -> Mixture<R> {
     match materials.penalisation {
         1 => *mixture,
@@ -286,7 +288,7 @@ mod tests {
         let weight: f64 = body.mass.iter().sum();
         let diagonal = 0.02f64.sqrt();
         let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
-        // Twelve roundings of numbers below 0.1, each at most 7e-18.
+        // Twelve rounding errors of numbers below 0.1, each at most 7e-18.
         assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
     }
 

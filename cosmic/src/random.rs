@@ -9,17 +9,17 @@ use rand::{RngExt, SeedableRng};
 pub enum Purpose {
     /// Initial weights of a controller.
     Weights = 0,
-    /// Perturbed starts for choosing results.
+    /// Perturbed initial states for choosing the result of a run.
     Selection = 1,
-    /// Perturbed starts for judging results. They differ from the starts that chose the results.
+    /// Perturbed initial states for judging the result of a run. They differ from the states that chose it.
     Judgement = 2,
-    /// Perturbed starts, directions and random lattices of a verification.
+    /// Perturbed initial states, directions and random lattices for `verify`.
     Verification = 3,
-    /// The side towards which a tilted start becomes thinner.
+    /// The side towards which a tilted initial design becomes thinner.
     Tilt = 5,
-    /// Robots and surroundings around the nominal ones, for gradients and for choosing controllers.
+    /// Random variations of the robot and its surroundings, for gradients and for choosing controllers.
     DomainRandomisation = 6,
-    /// Robots and surroundings for judging robustness.
+    /// Random variations of the robot and its surroundings, for judging robustness.
     Robustness = 7,
     /// The heights of rough ground.
     Terrain = 8,

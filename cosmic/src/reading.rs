@@ -1,5 +1,5 @@
-//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Reads JSON; errors name the keys and
-//! the place.
+//! Reads whole files, with a limit for sources that never end, such as `/dev/zero`. Also reads JSON with errors that
+//! name the key and the place of a wrong value.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -12,8 +12,8 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most bytes that are read from a source without a known size, such as a pipe: a hundred designs of the paper's
-/// size.
+/// The most bytes that are read from a source without a known size, such as a pipe. It is enough for a hundred designs
+/// of the paper's size.
 const STREAM: u64 = 1 << 26;
 
 /// The byte order mark that some editors put before a text. It is ignored.
@@ -47,10 +47,13 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// The error for a file that is too long.
 pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     let path = path.display();
-    Error::Usage(format!("{path}: the file has more than {most} bytes"))
+    Error::Usage(format!(
+        "{path}: the file is too long; at most {most} bytes are read"
+    ))
 }
 
-/// Reads a value from JSON. Messages name the file; line numbers begin after `lines`.
+/// Reads a value from JSON. Messages name `file`. `lines` is the number of lines before the text in the file; line
+/// numbers in messages include them.
 ///
 /// # Errors
 /// [`Error::Malformed`] with the line, the column and the keys of the wrong value.
@@ -72,7 +75,7 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     end.map(|()| value)
 }
 
-/// The place of an error in a JSON text and its message.
+/// The place and the message of an error in a JSON text. `keys` is the path of the wrong value.
 fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, String) {
     // For an empty text serde_json reports column 0; columns count from 1.
     let (line, column) = (error.line(), error.column().max(1));
@@ -123,8 +126,9 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// Adds a place to an error about a JSON text: the place of the value whose keys come first in backquotes in the
-/// message, such as `z[3]`. An error without such keys is returned unchanged.
+/// Adds a place to an error about a JSON text. The first words in backquotes in the message, such as `z[3]`, are the
+/// keys of a value, and the place is where this value begins. If there is no such value, the error is returned
+/// unchanged.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -144,7 +148,7 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// The place after the beginning of a text.
+    /// The place right after the text `before`.
     pub(crate) fn after(before: &str) -> Self {
         let line = before.rsplit('\n').next().unwrap_or_default();
         Position {
@@ -170,26 +174,24 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// The unparsed parts of an object or an array.
+/// Parses an object or an array, but not the values in it.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
 
-/// The keys of the whole value.
+/// The path of the whole value in the errors of `serde_path_to_error`.
 const ROOT: &str = ".";
 
-/// The error and the keys of the value, without the place that serde_json puts at the end.
+/// The message of an error, with the path of the value in front and without the place that serde_json puts at its end.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
         .rsplit_once(" at line ")
         .map_or(&text[..], |(what, _)| what);
     let what = match what.split_once(", expected ") {
-        _ if what == "trailing characters" && keys != ROOT => {
-            "more values than belong here".to_owned()
-        }
+        _ if what == "trailing characters" && keys != ROOT => "too many values".to_owned(),
         None if what == "number out of range" => {
-            format!("{what}: {:e} is the largest there is", f64::MAX)
+            format!("{what}: the largest number is {:e}", f64::MAX)
         }
         Some((found, expected)) => format!("{found}, expected {}", in_words(expected)),
         None => what.to_owned(),
@@ -218,7 +220,7 @@ pub(crate) fn in_words(expected: &str) -> &str {
     }
 }
 
-/// The error for a file with an error at this place.
+/// The [`Error::Malformed`] with this message about this place in `file`.
 pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
     let Position { line, column } = place;
     Error::Malformed {
@@ -248,7 +250,7 @@ mod tests {
         };
         assert_eq!(
             refusal("{\"rows\": [[1, 2],\n[3, 4, 5]]}"),
-            "error: `rows[1]`: more values than belong here\n --> a.json:2:8"
+            "error: `rows[1]`: too many values\n --> a.json:2:8"
         );
         assert!(refusal("{\"rows\": [[1, 2], [3, null]]}").contains("`rows[1][1]`: invalid type"));
         assert!(refusal("{\"rows\": [[1]]}").contains("`rows[0]`: invalid length 1"));

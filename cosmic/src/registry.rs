@@ -4,12 +4,12 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// The word of a scene that chooses no item.
+/// The word in a scene that chooses no item.
 pub(crate) const OFF: &str = "off";
 
-/// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Readers of scenes, cases
-/// and runs take it. A scene keeps it, so that later changes of the scene may name the same items. Clones share the
-/// items.
+/// The laws, losses, policies, lattices and scenes that a program adds to the built-in ones. Functions that read
+/// scenes, cases and runs take a registry. A scene keeps its registry, so that later changes of the scene may name the
+/// same items. Clones share the items.
 ///
 /// ```
 /// use cosmic::Registry;
@@ -32,7 +32,7 @@ impl Registry {
     /// Adds an item. `kind` is the noun for it in messages.
     ///
     /// # Panics
-    /// If the name is `off` or taken by another item of that kind, or among `built_in`.
+    /// If the name is `off`, is in `built_in`, or belongs to another item of that kind.
     pub(crate) fn with<T: Any + Send + Sync>(
         mut self,
         kind: &'static str,
@@ -41,7 +41,7 @@ impl Registry {
         value: T,
     ) -> Self {
         let is_taken = built_in.contains(&name) || self.names(kind).any(|other| other == name);
-        assert!(!is_taken, "there is a {kind} {name:?} already");
+        assert!(!is_taken, "a {kind} named {name:?} exists already");
         assert!(name != OFF, "a {kind} cannot be called {name:?}");
         let value = Arc::new(value);
         Arc::make_mut(&mut self.0).push(Item { kind, name, value });
@@ -60,7 +60,7 @@ impl Registry {
         items.map(|item| item.name)
     }
 
-    /// The item of a kind and a name.
+    /// The item of this kind with this name, if there is one.
     pub(crate) fn get<T: Any>(&self, kind: &str, name: &str) -> Option<&T> {
         let mut items = self.0.iter();
         let item = items.find(|item| item.kind == kind && item.name == name)?;

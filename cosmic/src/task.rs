@@ -1,4 +1,4 @@
-//! The task of a robot: from the designed numbers to a loss.
+//! The task: computes the loss of a robot from its design and its controller.
 
 use std::borrow::Borrow;
 
@@ -29,7 +29,7 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// The first steps, with the exact gradient.
+    /// The first `steps` steps of a rollout, with the exact gradient.
     pub fn head(steps: usize) -> Self {
         Self {
             steps,
@@ -45,16 +45,16 @@ pub fn together(rollouts: usize) -> usize {
     (rollouts / rayon::current_num_threads()).clamp(1, 8)
 }
 
-/// A lattice in its world, and everything that makes robots from design vectors.
+/// A lattice, the physics of its world, and all settings that turn design vectors into robots.
 #[derive(Clone, Debug)]
 pub struct Task {
     /// Nodes, edges and rest lengths.
     pub lattice: Lattice,
     /// Time step, number of steps, forces, masses and ground.
     pub physics: PhysicsSettings,
-    /// Library of materials.
+    /// The library of materials.
     pub materials: MaterialSettings,
-    /// Sharpness of the projections, and `delta`.
+    /// The sharpness of the projections, and `delta` of the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The restrictions on mixtures.
     holds: Holds,
@@ -86,7 +86,7 @@ impl Task {
         }
     }
 
-    /// This task with a [budget](Simulator::with_memory) for gradients.
+    /// This task with a [memory budget](Simulator::with_memory) for gradients.
     #[must_use]
     pub fn with_memory(self, memory: Memory) -> Self {
         Self {
@@ -102,7 +102,8 @@ impl Task {
         Self { one_piece, ..self }
     }
 
-    /// This task for a robot as built, on ground with `friction` times the friction.
+    /// This task for a robot as built, whose stiffnesses and masses have the factors of `variation`. The coefficient of
+    /// friction is multiplied by `friction`.
     #[must_use]
     pub fn varied(&self, variation: Variation, friction: f64) -> Self {
         let physics = PhysicsSettings {
@@ -117,7 +118,7 @@ impl Task {
         }
     }
 
-    /// This task for controllers that see this state at all times, so that only their clock changes.
+    /// This task in open loop: the controller always observes the state `seen`, so that only its clock changes.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         Self {
@@ -135,7 +136,7 @@ impl Task {
         }
     }
 
-    /// The body of a design, as designed or as built.
+    /// The body of a design, with the [variation](Task::varied) of this task, if it has one.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
         let body = Body::new(design, &self.lattice, &self.materials, &self.physics).with_one_piece(
             self.one_piece,
@@ -164,12 +165,12 @@ impl Task {
         Ground::from(&self.physics)
     }
 
-    /// The mixtures that a projection makes of design vectors.
+    /// The mixtures that `projection` makes from the design vectors `z`.
     pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
         projection::mixtures(projection, z, &self.sharpness, &self.holds)
     }
 
-    /// The design with the mixtures that a projection makes of its vectors.
+    /// The design with the mixtures that `projection` makes from its vectors. A layout stays as it is.
     pub fn projected(
         &self,
         projection: Projection,
@@ -178,7 +179,7 @@ impl Task {
         projection::projected(projection, design, &self.sharpness, &self.holds)
     }
 
-    /// Steps the robot of a design.
+    /// Simulates the robot of a design.
     pub fn rollout<R: Real>(
         &self,
         design: &Design<Mixture<R>>,
@@ -190,7 +191,7 @@ impl Task {
             .rollout(&self.body(design), controller, start, span)
     }
 
-    /// Steps robots from several starts. All have one design, or each has its own. The results are
+    /// Simulates robots from several starts. `designs` has one design for all robots, or one per start. The results are
     /// bit-identical to single [rollouts](Task::rollout), but faster.
     pub fn rollout_many<R: Real>(
         &self,
@@ -204,7 +205,7 @@ impl Task {
             .rollout_many(&bodies, controller, starts, span)
     }
 
-    /// Steps the robot of a design with the guard on: no absurd state goes unnoticed.
+    /// Simulates the robot of a design and checks every state. The result says where the rollout diverged, if it did.
     pub fn guarded(
         &self,
         design: &Design<Mixture<f64>>,
@@ -220,8 +221,8 @@ impl Task {
         designs.iter().map(|d| self.body(d.borrow())).collect()
     }
 
-    /// The time step against the vibrations of a robot at rest in these positions, and of
-    /// robots drawn around it that vibrate up to so many times [`faster`](crate::scene::RobustSettings::faster).
+    /// Checks the time step against the vibrations of the robot of a design at rest in `positions`, and of its random
+    /// variations, which vibrate up to [`faster`](crate::scene::RobustSettings::faster) times as fast.
     pub fn step_check(
         &self,
         design: &Design<Mixture<f64>>,
@@ -234,8 +235,8 @@ impl Task {
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// The loss of a robot over a horizon, with the controller and the start of the inputs.
-    /// In the mode "tail" the steps before the horizon are done without derivatives.
+    /// The loss of a robot over a horizon, with the controller and the start in `inputs`. In the mode "tail" the steps
+    /// before the horizon are done without derivatives.
     pub fn loss<R: Real>(
         &self,
         design: &Design<Mixture<R>>,
@@ -246,7 +247,8 @@ impl Task {
         self.losses(&[design], inputs, loss, horizon).remove(0)
     }
 
-    /// The losses of robots with one controller from one start, bit-identical to single losses but faster.
+    /// The losses of several robots, one per design, with one controller and one start. They are bit-identical to
+    /// single losses but faster.
     pub fn losses<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
@@ -258,7 +260,7 @@ impl Task {
         trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
     }
 
-    /// The states and nodes that a loss reads, for robots with one controller from one start.
+    /// The states and nodes that a loss reads, for several robots with one controller and one start.
     pub(crate) fn over_horizon<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],

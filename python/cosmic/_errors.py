@@ -48,7 +48,7 @@ _COMMAND = re.compile(
 def in_python(message: str) -> str:
     """Replaces commands of the program in a message by calls of this package."""
     message = re.sub(
-        r"by record::resume_with, with its own loss, in (.*)$",
+        r"with record::resume_with and the loss of the run in (.*)$",
         lambda found: f"with: cosmic.resume({found[1]!r}, loss=...)",
         message,
         flags=re.MULTILINE,

@@ -188,7 +188,7 @@ def test_messages_name_python_calls_instead_of_commands(run: cosmic.Run, tmp_pat
         ("cosmic resume 'it'\\''s'; and so on", 'cosmic.resume("it\'s"); and so on'),
         ("by `cosmic resume`, or name another", "by cosmic.resume(folder), or name another"),
         ("with: cosmic evaluate a/diverged.json", "with: json.load(open('a/diverged.json'))"),
-        ("by record::resume_with, with its own loss, in a b", "with: cosmic.resume('a b', loss=...)"),
+        ("with record::resume_with and the loss of the run in a b", "with: cosmic.resume('a b', loss=...)"),
         ("the folder that `cosmic optimize` wrote", "the folder that cosmic.optimize wrote"),
         (
             "with: cosmic optimize a/scene.toml --seed SEED --out NEW",

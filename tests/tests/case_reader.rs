@@ -120,7 +120,7 @@ fn numbers_that_are_too_large_are_refused() {
     json["results"] = json!({});
     let huge = json.to_string().replacen("\"v0\":[[", "\"v0\":[[1e400,", 1);
     let error = Case::parse("case.json", &huge).expect_err("a number out of range");
-    let says = "`v0[0][0]`: number out of range: 1.7976931348623157e308 is the largest there is";
+    let says = "`v0[0][0]`: number out of range: the largest number is 1.7976931348623157e308";
     assert!(error.to_string().contains(says), "{error}");
 }
 

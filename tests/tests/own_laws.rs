@@ -391,7 +391,7 @@ fn a_law_cannot_have_the_name_of_a_section() {
 }
 
 #[test]
-#[should_panic(expected = "there is a law \"glue\" already")]
+#[should_panic(expected = "a law named \"glue\" exists already")]
 fn a_name_is_taken_once() {
     let _ = registry().with_law(contact::<Glue>());
 }

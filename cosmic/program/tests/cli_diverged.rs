@@ -84,7 +84,7 @@ fn a_gradient_that_overflows_is_told_with_its_step() {
     let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");
     evaluate(&folder, "tiny.toml").ok();
     let told = evaluate(&folder, "tiny.toml --gradient");
-    let says = "error: not finite: grad_augmented.z, grad_l_disp.b1, ";
+    let says = "error: these results are not finite: grad_augmented.z, grad_l_disp.b1, ";
     told.fails(3, &[says, ", first at node "]);
     let overflow = "; the reverse sweep overflows in step ";
     let (_, step) = told.error.rsplit_once(overflow).unwrap();

@@ -266,12 +266,12 @@ fn scenes_and_cases_come_through_pipes() {
 #[test]
 fn steps_that_there_are_not_are_refused() {
     let folder = folder("");
-    let says = "step 2049 is asked for, and the rollout has 2048 steps";
+    let says = "step 2049 cannot be recorded: the rollout has only 2048 steps";
     evaluate(&folder, "case.json --record 1,2049").fails(2, &[says]);
     evaluate(&folder, "case.json --record -1").fails(2, &[]);
     edit(&folder, "case.json", |case| {
         case["results"] = json!({ "trajectory": { "2049": null } });
     });
-    let says = "error: `results.trajectory` has step 2049, and the rollout 2048 steps";
+    let says = "error: `results.trajectory` has step 2049, but the rollout has only 2048 steps";
     evaluate(&folder, "case.json").fails(2, &[says]);
 }

@@ -102,7 +102,7 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
     assert_eq!(bench.lines("a/history.jsonl"), 10);
     for says in [
         "warning: after iteration 1: the loss is NaN",
-        "warning: not finite: the loss; after iteration 10 it is NaN",
+        "warning: these results are not finite: the loss; after iteration 10 it is NaN",
     ] {
         assert_eq!(said.error.matches(says).count(), 1, "{said:?}");
     }

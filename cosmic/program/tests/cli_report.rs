@@ -257,7 +257,9 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     let text = bench.read("run/snapshot.json");
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
-    of_summary("the run is not finished; go on by record::resume_with, with its own loss, in run");
+    of_summary(
+        "the run is not finished; go on with record::resume_with and the loss of the run in run",
+    );
 
     fs::remove_dir_all(bench.path("run")).unwrap();
     let wild = SCENE.replace("incline_deg = 10.0", "dt = 0.01\ndamping = 0.0")

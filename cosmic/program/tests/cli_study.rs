@@ -119,7 +119,10 @@ fn threads_and_interruptions_change_nothing() {
     bench.await_lines("cut-runs/runs/topology-0/history.jsonl", 0);
     signal(&child, "TERM");
     let told = Told::of(child.wait_with_output().unwrap());
-    told.fails(75, &["of 16 runs done; the same command goes on\n"]);
+    told.fails(
+        75,
+        &["of 16 runs done; repeat the same command to continue\n"],
+    );
     // The folder was checked before the first run and is still empty.
     assert_eq!(fs::read_dir(bench.path("cut")).unwrap().count(), 0);
     let said = bench.ok(&cut);

@@ -14,7 +14,7 @@ use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
-    /// The case as a task.
+    /// The task with the lattice and the settings of the case.
     pub fn task(&self) -> Task {
         Task::new(
             self.lattice.clone(),
@@ -35,8 +35,8 @@ impl Case {
         }
     }
 
-    /// The design with the mixtures that a projection makes from other design vectors; the layout of the case, if it has
-    /// one.
+    /// The design whose mixtures `projection` makes from the design vectors `z`. If the case has a layout, the layout
+    /// instead.
     pub fn projected<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
@@ -47,7 +47,7 @@ impl Case {
         }
     }
 
-    /// The design of the rollout, with the mixtures of the projection of the case.
+    /// The design of the rollout: the design of the case, with the case's own projection.
     pub fn own_design(&self) -> Design<Mixture<f64>> {
         self.projected(self.projection, &self.design.vectors())
     }
@@ -80,15 +80,15 @@ impl Case {
             .step_check(&self.own_design(), &self.start.x, 1.0)
     }
 
-    /// The loss of the final position, for any number type.
+    /// The loss of the case: minus the final position of the payload along the ground, for any number type.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
         task.loss(&design, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
-    /// Runs the case. Returns the results with the states of the given steps, and with the exact gradients if they are
-    /// asked for.
+    /// Runs the case. The results hold the states after the steps in `record` (see
+    /// [`recorded_steps`](Self::recorded_steps)), and the exact gradients if `gradient` is true.
     ///
     /// # Errors
     /// If a step to record is beyond the end of the rollout.
@@ -149,7 +149,7 @@ impl Case {
         task.guarded(design, &self.controller, &self.start, &span)
     }
 
-    /// The activations at the start.
+    /// The activations of the edges in the first step.
     fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
         let moments = &[(&self.start, 0.0)];
         let activations = task.simulator.activations(body, &self.controller, moments);
@@ -169,7 +169,8 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if it is asked for.
+    /// The terms that the augmented Lagrangian adds, and their gradient with respect to the design vectors if
+    /// `gradient` is true.
     fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
         if gradient {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
@@ -182,7 +183,8 @@ impl Case {
         }
     }
 
-    /// The terms that the augmented Lagrangian adds to the loss, measured on a projection.
+    /// The terms that the augmented Lagrangian adds to the loss, with the measures of the mixtures that `projection`
+    /// makes from `z`.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let design = self.projected(projection, z);
         let measures = measures(&design.mixtures(), self.sharpness.delta);

@@ -10,11 +10,11 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 
 impl Case {
-    /// The robot at the start of an optimisation: the design of the start, in the performance projection, and a random
-    /// controller.
+    /// The case of the robot at the start of an optimisation: it has the initial design, in the performance projection,
+    /// and a random controller.
     ///
     /// # Errors
-    /// If the layout of the scene belongs to another lattice.
+    /// If the layout in `scene.start` does not fit the lattice.
     pub fn of_scene(scene: &Scene, seed: u64) -> Result<Self> {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let design = start(&scene.start, &lattice, scene.projection.beta, seed)?;
@@ -22,8 +22,8 @@ impl Case {
         Ok(Self::of_robot(scene, design, controller))
     }
 
-    /// A design and a controller in a scene, at rest. The thresholds are the final ones of the scene. Multipliers are
-    /// zero.
+    /// The case of a robot with this design and controller, at rest in the scene. It has the final thresholds of the
+    /// scene, and its multipliers are zero.
     pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {

@@ -1,5 +1,5 @@
-//! The keys of a case file before shapes are checked. Arrays are lists of any length, so that the error for a wrong
-//! length can state the expected length.
+//! The keys of a case file, before the lengths of arrays are checked. Arrays are read as lists of any length, so that
+//! the error for a wrong length can state the expected length.
 
 use std::collections::BTreeMap;
 
@@ -18,23 +18,23 @@ use crate::scene::{
     Chosen, GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges,
 };
 
-/// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
+/// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";
-/// As [`FORMAT`].
+/// The key `version` of the cases that the program writes.
 pub(super) const VERSION: u32 = 1;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(
     dead_code,
-    reason = "the last fields are known to the format and not read"
+    reason = "the last fields belong to the format but are not read"
 )]
 pub(super) struct RawCase {
     pub(super) format: Option<String>,
     pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
-    /// Only in cases with a truss.
+    /// Present only in cases with a truss.
     pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
@@ -55,8 +55,9 @@ pub(super) struct RawCase {
     note: Option<IgnoredAny>,
 }
 
-/// Declares the keys of an object of a case: the form of each in the file, and its setting in a scene. The macro makes
-/// the object and its conversions from and to a scene. After the semicolon follows an object within the object.
+/// Declares the keys of an object in a case: the type of each key in the file, and the setting of a scene that it
+/// stands for. The macro makes the object and its conversions from and to a scene. An object within the object follows
+/// after the semicolon.
 macro_rules! keys {
     (
         $Keys:ident, $path:literal,
@@ -141,7 +142,7 @@ keys! {
     m_eps: f64 = physics.node_mass,
     payload_mass: f64 = physics.payload_mass,
     dt: f64 = physics.dt,
-    // Written only if it is not the paper's value, so that older programs can read all other cases.
+    // Written only if it differs from the paper's value, so that older programs can read the other cases.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -190,9 +191,9 @@ keys! {
     a_max: Vec<f64> = materials.max_strain,
 }
 
-/// The form of a setting in a case file.
+/// The type that a setting of type `T` has in a case file.
 trait Form<T> {
-    /// Gives the setting the value of the file. Errors name the file and the key.
+    /// Copies this value to the setting. Errors name the file and the key.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 
@@ -235,12 +236,12 @@ impl Form<Chosen> for String {
     }
 }
 
-/// The error for the value of a key.
+/// Converts a sentence about the value of a key to an error.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
-/// `N` numbers.
+/// The list at `key` as an array. It must have `N` entries.
 pub(super) fn array<T: Copy, const N: usize>(
     file: &str,
     key: &str,
@@ -250,8 +251,8 @@ pub(super) fn array<T: Copy, const N: usize>(
     Ok(std::array::from_fn(|k| numbers[k]))
 }
 
-/// One of a few words. It is read as a string first, because the error of the JSON parser for any other type would only
-/// be that it expected a value.
+/// Reads one of a few words. The value is read as a string first, because the JSON parser's error for any other type
+/// would only say that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
@@ -285,7 +286,7 @@ pub(super) struct RawLagrangian {
     pub(super) thresholds: Vec<f64>,
 }
 
-/// The results; only the numbers of the recorded steps are read.
+/// The results in a case file. Only the step numbers of the recorded states are read.
 #[derive(Deserialize)]
 pub(super) struct RawResults {
     #[serde(default)]

@@ -20,14 +20,14 @@ use crate::scene::{
     ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
 };
 
-/// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
-/// without a limit, a typing error could exhaust the memory or run for ever.
+/// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
+/// could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
 
 /// A case with consistent shapes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// The settings of the lattice. Its numbers are in `lattice`.
+    /// The settings of the lattice. Its positions, edges and rest lengths are in `lattice`.
     pub layout: LatticeSettings,
     /// Initial positions, edges and rest lengths of the file.
     pub lattice: Lattice,
@@ -35,7 +35,7 @@ pub struct Case {
     pub physics: PhysicsSettings,
     /// The library of materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta`.
+    /// The sharpness of the projections, and `delta` of the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The requirements on layouts. A rollout reads only `one_piece`.
     pub rules: DesignSettings,
@@ -43,7 +43,8 @@ pub struct Case {
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
-    /// The materials of the edges. If the file has `materials`, this layout counts and `z` is not used (D7).
+    /// The materials of the edges: the layout `materials` of the file if it has one, otherwise the design vectors `z`
+    /// (D7).
     pub design: Design<[f64; 3]>,
     /// The controller.
     pub controller: Controller<f64>,
@@ -53,7 +54,7 @@ pub struct Case {
     pub lagrangian: AugmentedLagrangian,
     /// The thresholds of the four measures.
     pub thresholds: [f64; 4],
-    /// The steps in the results of the file, ascending; empty without results.
+    /// The numbers of the steps whose states the file lists as results, ascending. Empty if it has no results.
     pub listed_steps: Vec<usize>,
 }
 
@@ -78,7 +79,7 @@ impl Case {
         Self::parse_with(&Registry::default(), file, text)
     }
 
-    /// As [`parse`](Case::parse), for a case that may name laws and policies of a registry.
+    /// Like [`parse`](Case::parse), for a case that may name laws and policies of a registry.
     ///
     /// # Errors
     /// The errors of [`parse`](Case::parse).
@@ -104,7 +105,7 @@ impl Case {
         steps.dedup();
         match steps.last() {
             Some(&step) if step > last => Err(Error::Usage(format!(
-                "step {step} is asked for, and the rollout has {last} steps"
+                "step {step} cannot be recorded: the rollout has only {last} steps"
             ))),
             _ => Ok(steps),
         }
@@ -134,7 +135,7 @@ impl Shapes<'_> {
         raw.controller
             .set_hidden(&mut scene.controller, self.file)?;
         scene.physics.steps = raw.steps;
-        // A case is evaluated, and that never refuses.
+        // A case is only evaluated, and an evaluation never refuses an unstable time step.
         scene.physics.unstable_step = UnstableStep::Warn;
         if raw.truss.is_some() {
             scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
@@ -167,7 +168,7 @@ impl Shapes<'_> {
         })
     }
 
-    /// A case may omit its format. A stated format must be the known one.
+    /// Checks the format. A case may omit it.
     fn format(&self, raw: &RawCase) -> Result<()> {
         let format = raw.format.as_deref().unwrap_or(FORMAT);
         let version = raw.version.unwrap_or(VERSION);
@@ -179,7 +180,8 @@ impl Shapes<'_> {
         ))
     }
 
-    /// Refuses numbers without a physical meaning, by the ranges of scenes. All other numbers are free.
+    /// Refuses numbers without a physical meaning, which are outside the ranges of scenes. The numbers of other keys
+    /// are not checked.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),
@@ -200,7 +202,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// The error for the content of a case.
+    /// The error `says`, with the name of the case's file before it.
     fn refuse<T>(&self, says: String) -> Result<T> {
         Err(Error::Usage(format!("{}: {says}", self.file)))
     }
@@ -211,7 +213,7 @@ impl Shapes<'_> {
         let last = raw.steps;
         match listed.clone().find(|step| **step > last) {
             Some(step) => self.refuse(format!(
-                "`results.trajectory` has step {step}, and the rollout {last} steps"
+                "`results.trajectory` has step {step}, but the rollout has only {last} steps"
             )),
             None => Ok(listed.copied().collect()),
         }
@@ -299,7 +301,7 @@ impl Shapes<'_> {
         Ok(())
     }
 
-    /// Rows of `N` numbers each.
+    /// The rows of the list `name`, which must have `N` numbers each.
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
         let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()

@@ -1,4 +1,4 @@
-//! The results of a case, with the keys and shapes of its file.
+//! The results of a case, with the keys and array shapes of a case file.
 
 use std::collections::BTreeMap;
 
@@ -10,11 +10,11 @@ use crate::lattice::State;
 use crate::policy::Weights;
 use crate::simulator::Divergence;
 
-/// The results of a case. Gradients are present if they were asked for, the last two entries only in
-/// stability cases.
+/// The results of a case. Gradients are present only if they were requested. The last two entries of the file are
+/// present only in cases with the stability projection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
-    /// Mixture per edge.
+    /// The mixture of each edge.
     pub z_projected: Vec<[f64; 3]>,
     /// Mass per node, kg.
     pub node_mass: Vec<f64>,
@@ -22,9 +22,9 @@ pub struct CaseResults {
     pub u0: Vec<f64>,
     /// States in the world's frame, by the number of steps done.
     pub trajectory: BTreeMap<usize, State<f64>>,
-    /// `-(s . x_0(T))`, m.
+    /// The loss: minus the final position of the payload along the ground, `-(s . x_0(T))`, m.
     pub l_disp: f64,
-    /// `s . x_0(T) - s . x_0(0)`, m.
+    /// How far the payload got along the ground, `s . x_0(T) - s . x_0(0)`, m.
     pub displacement: f64,
     /// Share of solid material.
     #[serde(rename = "V")]
@@ -32,22 +32,22 @@ pub struct CaseResults {
     /// Share of actuators.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// Binarisation measure.
+    /// The binarisation measure.
     pub g_bin: f64,
-    /// Overlap of materials (0,1), (0,2), (1,2).
+    /// The overlap measures of the pairs of materials (0,1), (0,2) and (1,2).
     pub g_ortho: [f64; 3],
-    /// Derivatives of `l_disp`.
+    /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_l_disp: Option<Gradient>,
-    /// The augmented objective, measures taken on `z_projected`.
+    /// The augmented objective, with the measures of `z_projected`.
     pub augmented: f64,
-    /// Its derivative by `z`.
+    /// The derivative of this augmented objective with respect to `z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented: Option<DesignGradient>,
-    /// The augmented objective with the measures taken on the performance projection.
+    /// The augmented objective, with the measures of the performance projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augmented_performance_constraints: Option<f64>,
-    /// Its derivative by `z`.
+    /// The derivative of this augmented objective with respect to `z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented_performance_constraints: Option<DesignGradient>,
     /// Where the rollout diverges, if it does. It is not in the file.
@@ -55,21 +55,21 @@ pub struct CaseResults {
     pub divergence: Option<Divergence>,
 }
 
-/// A derivative by all inputs of a rollout.
+/// The derivative of a number with respect to all inputs of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gradient {
-    /// By the design vectors.
+    /// With respect to the design vectors.
     pub z: Vec<[f64; 3]>,
-    /// By the controller's weights.
+    /// With respect to the controller's weights.
     #[serde(flatten)]
     pub weights: Weights,
-    /// By the initial positions, with constant rest lengths and masses.
+    /// With respect to the initial positions, while rest lengths and masses are constant.
     pub x0: Vec<Vector<f64>>,
-    /// By the initial velocities.
+    /// With respect to the initial velocities.
     pub v0: Vec<Vector<f64>>,
 }
 
-/// A derivative by the design vectors.
+/// The derivative of a number with respect to the design vectors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignGradient {
     /// One row per edge.
@@ -77,7 +77,7 @@ pub struct DesignGradient {
 }
 
 impl CaseResults {
-    /// `{"results": {...}}` in JSON that reads back to the same bits. A number that is not finite
+    /// The JSON text `{"results": {...}}`, whose numbers read back to the same bits. A number that is not finite
     /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
         let results = serde_json::to_string(self);

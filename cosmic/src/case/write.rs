@@ -15,7 +15,7 @@ use crate::projection::Projection;
 use crate::scene::Scene;
 use crate::simulator::Divergence;
 
-/// The keys of a file that [`Case::parse`] reads back.
+/// The keys of a case file, which [`Case::parse`] reads back.
 #[derive(Serialize)]
 struct File<'a> {
     format: &'static str,
@@ -46,13 +46,13 @@ struct LastStates<'a> {
 }
 
 impl Case {
-    /// All inputs as a file.
+    /// The text of a case file with all inputs of this case.
     pub fn to_json(&self) -> String {
         json(&self.file())
     }
 
-    /// This case up to the step that diverges, as a file that reproduces the divergence: all inputs, the last states as
-    /// results, and `null` for numbers that are not finite.
+    /// The text of a case file that reproduces a divergence: this case up to the step that diverges, with the last
+    /// states as results. Numbers that are not finite are `null`.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
         let (step, node) = (divergence.step, divergence.node);
         let note = format!(
@@ -94,7 +94,7 @@ impl Case {
         }
     }
 
-    /// The settings of the case in a scene.
+    /// The paper's scene with the settings of the case.
     fn scene(&self) -> Scene {
         Scene {
             lattice: self.layout.clone(),

@@ -15,7 +15,7 @@ pub struct Body<R> {
 }
 
 impl<R: Copy> Body<R> {
-    /// The body with every number replaced by a function of it.
+    /// This body with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
         let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
         Body {

@@ -17,11 +17,13 @@ impl Truss {
     /// tied edges in ascending order. Edges keep their numbers.
     ///
     /// # Errors
-    /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
-    /// given numbers that are not the node numbers in some order; an edge of an unknown node, shorter than a
-    /// millimetre or given twice; a payload that is unknown, given twice or of an impossible mass; in the rules an
-    /// unknown edge, one that is kept and forbidden, in two groups or more than once in one, a group of fewer than two
-    /// edges, or one whose edges are under different rules.
+    /// A sentence with the wrong value's key in backquotes, if there is one of these errors:
+    /// - there is no edge; a node is beyond 1000 m or has no edge;
+    /// - the given numbers are not the node numbers in some order;
+    /// - an edge has an unknown node, is shorter than a millimetre or is listed twice;
+    /// - a payload has an unknown node or an impossible mass, or two payloads have the same node;
+    /// - a rule names an unknown edge, or an edge is both kept and forbidden;
+    /// - a tied group has fewer than two edges, or edges under different rules, or an edge is tied twice.
     pub fn checked(mut self) -> Result<Self, String> {
         self.check_nodes()?;
         self.check_edges()?;
@@ -31,9 +33,10 @@ impl Truss {
         Ok(self)
     }
 
-    /// Renumbers the nodes: the first payload becomes node 0, and the former node 0 gets its number. The simulator keeps a
-    /// place for every node and every difference of node numbers along an edge. If numbering the nodes along the longer
-    /// side gives fewer differences, they are numbered in that order. Renumbering a truss twice changes nothing.
+    /// Renumbers the nodes: the first payload becomes node 0, and the former node 0 gets its number. The other nodes
+    /// may be renumbered to save memory: for every different distance between the numbers of an edge's two nodes, the
+    /// simulator keeps one slot per node. So if numbering the nodes along the longer side of the truss gives fewer
+    /// different distances, they are numbered that way. Renumbering a truss twice changes nothing.
     fn renumber(&mut self) {
         let nodes = self.nodes.len();
         let first = self.payload[0].node;
@@ -121,7 +124,7 @@ impl Truss {
     /// Checks the payload and the rules only.
     ///
     /// # Errors
-    /// As [`checked`](Self::checked).
+    /// The errors of [`checked`](Self::checked).
     pub(crate) fn check_marks(&self) -> Result<(), String> {
         self.check_payload()?;
         self.check_rules()
@@ -164,7 +167,9 @@ impl Truss {
         }
         let both = |edge: &&usize| rules.keep.contains(*edge);
         if let Some(edge) = rules.forbid.iter().find(both) {
-            return Err(format!("`forbid`: edge {edge} is kept as well"));
+            return Err(format!(
+                "`forbid`: edge {edge} is also in `keep`; remove it from one of the two"
+            ));
         }
         let mut seen = HashSet::new();
         for (k, tie) in rules.tie.iter().enumerate() {
@@ -182,8 +187,8 @@ impl Truss {
                 }
                 if rule(edge) != rule(tie[0]) {
                     return Err(format!(
-                        "`tie[{k}]`: edges {} and {edge} are not under one rule: one is kept or \
-                         forbidden and the other not",
+                        "`tie[{k}]`: edges {} and {edge} are under different rules; tied edges must all \
+                         be in `keep`, all in `forbid` or all in neither",
                         tie[0]
                     ));
                 }
@@ -200,7 +205,7 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::{BTreeSet, HashSet};
 
-    /// Two triangles on one edge, and a tail.
+    /// Two triangles with a common edge, and one edge that ends freely.
     const KITE: &str = r#"{
  "format": "cosmic-truss", "version": 1,
  "nodes": [[0, 0], [0.1, 0], [0.05, 0.1], [0.15, 0.1], [0.3, 0.1]],
@@ -248,11 +253,7 @@ mod tests {
                 "[3e3, 0]",
                 "`nodes[4]`: expected numbers from -1000 to 1000",
             ),
-            (
-                "[0.3, 0.1]",
-                "[0, 1, 2]",
-                "`nodes[4]`: more values than belong here",
-            ),
+            ("[0.3, 0.1]", "[0, 1, 2]", "`nodes[4]`: too many values"),
             (
                 "\"node\": 2",
                 "\"node\": 7",
@@ -291,7 +292,7 @@ mod tests {
             (
                 "\"keep\": [5]",
                 "\"keep\": [0]",
-                "`forbid`: edge 0 is kept as well",
+                "`forbid`: edge 0 is also in `keep`",
             ),
             (
                 "[[4, 2, 3]]",
@@ -316,7 +317,7 @@ mod tests {
             (
                 "[[4, 2, 3]]",
                 "[[4, 5]]",
-                "`tie[0]`: edges 4 and 5 are not under one rule",
+                "`tie[0]`: edges 4 and 5 are under different rules",
             ),
             (
                 "cosmic-truss",
@@ -342,7 +343,7 @@ mod tests {
         assert!(none.contains("expected at least one edge"), "{none}");
     }
 
-    /// Crossing, overlapping and dangling edges, and pieces apart.
+    /// Crossing, overlapping and dangling edges and separate pieces are valid.
     #[test]
     fn unusual_trusses_are_read() {
         let fine = r#"{"format": "cosmic-truss", "version": 1,
@@ -374,7 +375,7 @@ mod tests {
         assert_eq!(kite.lowest(), 0.0);
     }
 
-    /// A ladder of 20 cells whose nodes are numbered at random, and its numbering from end to end.
+    /// A ladder of 20 cells whose nodes are numbered at random is renumbered from end to end.
     #[test]
     fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
         let mut shuffled: Vec<usize> = (0..42).collect();
@@ -408,7 +409,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the nodes, edges and rules are: refused, or the same truss with its own numbers.
+        /// Every truss is either refused or renumbered without another change.
         #[test]
         fn a_truss_is_refused_or_numbered_once(
             nodes in prop::collection::vec([0.0..1.0, 0.0..1.0], 7),

@@ -1,4 +1,4 @@
-//! Trusses: any nodes and edges, from a file or from a program.
+//! Trusses: lattices whose nodes and edges come from a file or from a program.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,27 +15,27 @@ const FORMAT: &str = "cosmic-truss";
 /// The version of the format.
 const VERSION: u32 = 1;
 
-/// The largest file read; a truss of ten thousand edges has half a million bytes.
+/// The largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million.
 const LARGEST: u64 = 1 << 26;
 
-/// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
-/// [`checked`](Truss::checked) lists what is refused.
+/// A planar truss. Edges may cross, overlap and end freely, and the truss may consist of several pieces.
+/// [`checked`](Truss::checked) lists the errors that a truss can have.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// The positions of the nodes along and above the ground, from its origin, m (D1).
+    /// The positions of the nodes along and above the ground, from the ground's origin, m (D1).
     pub nodes: Vec<Vector<f64>>,
-    /// Nodes `[i, j]` that an edge joins.
+    /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
     /// Nodes with extra mass, at least one. The first one is the payload in reports and losses.
     pub payload: Vec<Payload>,
-    /// The materials that the edges may have.
+    /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
     /// The number of each node in the original file or program. Empty if no node was renumbered.
     pub given_numbers: Vec<usize>,
 }
 
-/// The original numbers of the nodes are not compared.
+/// Compares everything except the original numbers of the nodes.
 impl PartialEq for Truss {
     fn eq(&self, other: &Self) -> bool {
         (&self.nodes, &self.edges) == (&other.nodes, &other.edges)
@@ -49,7 +49,7 @@ impl PartialEq for Truss {
 pub struct Payload {
     /// The node.
     pub node: usize,
-    /// Its extra mass, kg; `None` for `physics.payload_mass` of the scene.
+    /// The node's extra mass, kg. `None` means `physics.payload_mass` of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
 }
@@ -67,23 +67,23 @@ impl Payload {
 /// Restrictions on the materials of edges. Edges are indices into the list of edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeRules {
-    /// Always solid, of either material.
+    /// Edges that are always solid, of either material.
     pub keep: Vec<usize>,
-    /// Always void.
+    /// Edges that are always void.
     pub forbid: Vec<usize>,
     /// Groups of edges that share one design vector, in ascending order.
     pub tie: Vec<Vec<usize>>,
 }
 
 impl EdgeRules {
-    /// True if the edge may be solid, or void.
+    /// True if the edge may be solid (for `solid = true`) or void (for `solid = false`).
     pub fn allow(&self, edge: usize, solid: bool) -> bool {
         let against = if solid { &self.forbid } else { &self.keep };
         !against.contains(&edge)
     }
 
-    /// All edges in groups that share a design vector, in the order of their first edges. An edge that is not tied forms
-    /// a group alone.
+    /// All edges, in groups that share a design vector. Groups are in the order of their first edges. An edge that is
+    /// not tied forms a group alone.
     pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
         let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
         let group = |edge: usize| match tie(edge) {
@@ -94,7 +94,7 @@ impl EdgeRules {
     }
 }
 
-/// The keys of a file.
+/// The keys of a truss file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTruss {
@@ -114,7 +114,7 @@ struct RawTruss {
     given_numbers: Vec<usize>,
 }
 
-/// A node, or a list of nodes with their masses.
+/// Reads the key `payload`: a node, or a list of nodes with their masses.
 fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payload>, D::Error> {
     #[derive(Deserialize)]
     #[serde(
@@ -236,11 +236,11 @@ impl Truss {
 const LATTICE: &str = "lattice";
 
 impl Registry {
-    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy, which every program
-    /// reads.
+    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders hold a copy of it, which every
+    /// program can read.
     ///
     /// # Panics
-    /// If the name is taken, or with the error of [`Truss::checked`].
+    /// If the name is taken, or if [`Truss::checked`] fails.
     #[must_use]
     pub fn with_lattice(self, name: &'static str, truss: Truss) -> Self {
         let truss = truss.checked();
@@ -248,7 +248,7 @@ impl Registry {
         self.with(LATTICE, &[], name, Arc::new(truss))
     }
 
-    /// The lattice of a name.
+    /// The lattice with this name.
     pub(crate) fn lattice(&self, name: &str) -> Option<Arc<Truss>> {
         self.get::<Arc<Truss>>(LATTICE, name).cloned()
     }

@@ -19,7 +19,7 @@ pub struct State<R, const D: usize = 2> {
 }
 
 impl<R: Real, const D: usize> State<R, D> {
-    /// This state of the world's frame in the ground's frame.
+    /// Converts this state from the world's frame to the ground's frame.
     #[must_use]
     pub fn to_ground(&self, ground: &Ground) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl<R: Real, const D: usize> State<R, D> {
         }
     }
 
-    /// This state of the ground's frame in the world's frame.
+    /// Converts this state from the ground's frame to the world's frame.
     #[must_use]
     pub fn to_world(&self, ground: &Ground) -> Self {
         Self {
@@ -58,7 +58,8 @@ impl<R: Copy, const D: usize> State<R, D> {
         [columns(&self.x), columns(&self.v)].concat()
     }
 
-    /// The state from the numbers of [`to_columns`](Self::to_columns), for all nodes or the first ones.
+    /// The state from numbers in the order of [`to_columns`](Self::to_columns). They may belong to all nodes or only to
+    /// the first ones.
     pub fn from_columns(numbers: &[R]) -> Self {
         let (x, v) = numbers.split_at(numbers.len() / 2);
         Self {
@@ -67,7 +68,7 @@ impl<R: Copy, const D: usize> State<R, D> {
         }
     }
 
-    /// Every number replaced by a function of it.
+    /// This state with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S, D> {
         State {
             x: self.x.iter().map(|x| x.map(&f)).collect(),

@@ -6,7 +6,7 @@ use super::State;
 use super::own::{EdgeRules, Payload, Truss};
 use crate::geometry::{Bounds, Segment, Vector};
 
-/// Nodes and edges of a robot. Node 0 is the first to carry payload.
+/// Nodes and edges of a robot. Node 0 is the first node that carries payload.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.
@@ -14,18 +14,18 @@ use crate::geometry::{Bounds, Segment, Vector};
 pub struct Lattice<const D: usize = 2> {
     /// Initial positions in the world's frame, one per node, in metres.
     pub positions: Vec<Vector<f64, D>>,
-    /// Nodes `[i, j]` that an edge joins.
+    /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
     /// Rest length per edge, in metres.
     pub rest_length: Vec<f64>,
-    /// The places of the nodes along and above the ground, from the lower left corner, in units of `spacing`. On a
-    /// rectangular lattice they are whole numbers: column and row.
+    /// The positions of the nodes along and above the ground, from the lower left corner of the lattice, in units of
+    /// `spacing`. On a rectangular lattice they are whole numbers: column and row.
     pub places: Vec<Vector<f64, D>>,
-    /// The distance of neighbouring nodes, in metres; for a truss the length of the median edge.
+    /// The distance between neighbouring nodes, in metres; for a truss, the median length of its edges.
     pub spacing: f64,
     /// Nodes with extra mass, node 0 first.
     pub payload: Vec<Payload>,
-    /// The materials that the edges may have.
+    /// Restrictions on the materials of the edges.
     pub rules: EdgeRules,
 }
 
@@ -67,7 +67,7 @@ impl Lattice {
         }
     }
 
-    /// The truss of these nodes and edges. The places of the nodes are its positions.
+    /// A truss with these nodes and edges. Its positions are the `places` of the nodes.
     pub(crate) fn truss(&self) -> Truss {
         Truss {
             nodes: self.places.clone(),
@@ -100,27 +100,27 @@ impl<const D: usize> Lattice<D> {
             .map(|most| most.max(0.0))
     }
 
-    /// The width with half a spacing around, in metres.
+    /// The width plus half a spacing on either side, in metres.
     pub fn width(&self) -> f64 {
         (self.extent().forward() + 1.0) * self.spacing
     }
 
-    /// The larger of width and height with half a spacing around, in metres.
+    /// The larger of width and height, plus half a spacing on either side, in metres.
     pub fn side(&self) -> f64 {
         (self.extent().largest() + 1.0) * self.spacing
     }
 
-    /// The edge between two nodes, by their places, in units of `spacing`.
+    /// The line segment between the places of two nodes, in units of `spacing`.
     pub fn segment(&self, [i, j]: [usize; 2]) -> Segment<D> {
         Segment::new(self.places[i], self.places[j])
     }
 
-    /// The places of the edges' midpoints, in units of `spacing`.
+    /// The midpoint of each edge, in units of `spacing`.
     pub fn midpoints(&self) -> impl Iterator<Item = Vector<f64, D>> {
         self.edges.iter().map(|&ends| self.segment(ends).middle())
     }
 
-    /// The places from one end of an edge to the other, in units of `spacing`.
+    /// The vector from node `i` to node `j` of the edge `ends = [i, j]`, in units of `spacing`.
     pub fn direction(&self, ends: [usize; 2]) -> Vector<f64, D> {
         self.segment(ends).vector()
     }
@@ -132,14 +132,14 @@ pub const SOFTENING: f64 = 1e-12;
 /// An edge in motion.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeVector<R, const D: usize = 2> {
-    /// The vector from its first node to its second, m.
+    /// The vector from the edge's first node to its second, m.
     pub d: Vector<R, D>,
-    /// The difference of their velocities, m/s.
+    /// The velocity of the second node minus that of the first, m/s.
     pub dv: Vector<R, D>,
 }
 
 impl<R: Real, const D: usize> EdgeVector<R, D> {
-    /// The edge between two nodes of a state.
+    /// The edge from node `i` to node `j` in a state.
     pub fn of(state: &State<R, D>, [i, j]: [usize; 2]) -> Self {
         Self {
             d: state.x[j] - state.x[i],

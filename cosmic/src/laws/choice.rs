@@ -237,7 +237,7 @@ const NO_LAW: &str = "names an unknown law:";
 impl SettingValue for ContactLaw {
     fn allowed(&self, _: &Limits) -> String {
         let names = quoted(self.registry.contacts().map(|law| law.name()), " or ");
-        format!("{names}; another law needs the program that brings it")
+        format!("{names}; any other law needs the program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {

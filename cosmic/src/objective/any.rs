@@ -1,8 +1,8 @@
-//! A loss behind a pointer, and the losses that scenes choose by name.
+//! Losses behind a pointer, and the losses that scenes choose by name.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, a user's loss
-//! is compiled for them in the user's crate, and the simulator only in this crate. The simulator is not compiled again
-//! for every loss, and stays optimised when the user's crate is not.
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. With a pointer, the user's
+//! crate compiles only the loss for these types, and this crate compiles the simulator. So the simulator is not
+//! compiled again for every loss, and it is optimised even if the user's crate is not.
 
 use std::sync::Arc;
 

@@ -27,7 +27,7 @@ pub struct AugmentedLagrangian {
 }
 
 impl AugmentedLagrangian {
-    /// All multipliers zero and all penalties equal.
+    /// The start: all multipliers are zero, and all penalties are `penalty`.
     pub fn new(penalty: f64) -> Self {
         Self {
             multiplier: [0.0; 4],
@@ -44,7 +44,7 @@ impl AugmentedLagrangian {
         })
     }
 
-    /// The terms that are added to the loss for measures above their thresholds.
+    /// The terms that the augmented objective adds to the loss, for measures with these thresholds.
     pub fn terms<R: Real>(&self, measures: &Measures<R>, thresholds: &[f64; 4]) -> R {
         self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }

@@ -13,7 +13,7 @@ use crate::simulator::Trajectory;
 pub struct Displacement {
     /// The ground.
     pub ground: Ground,
-    /// The states that the loss reads.
+    /// Which states the loss reads.
     pub settings: LossSettings,
 }
 
@@ -98,7 +98,7 @@ mod tests {
             steps: vec![0, 8, 24, 40],
             states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
         };
-        // Rotations of numbers below 10 are rounded at 1e-15.
+        // Rotating numbers below 10 has a rounding error of 1e-15.
         let last = displacement(LossKind::Final).loss(&trajectory);
         assert!((last + 6.0).abs() < 1e-14);
         let mean = displacement(LossKind::Mean).loss(&trajectory);

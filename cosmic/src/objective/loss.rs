@@ -9,14 +9,14 @@ use crate::simulator::Trajectory;
 /// A loss is written once over [`Real`], and the engine differentiates it. There is no adjoint to write.
 /// [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots for it, on several threads at once.
 /// `cosmic_lab::verify::check_gradients_of` checks that the gradient is the derivative of the values. A `floor` or a
-/// branch on a value can make it wrong.
+/// branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {
-    /// The states that the loss reads in a rollout of `steps` steps, by the number of steps done: ascending, and ending
-    /// with `steps`.
+    /// The states that the loss reads in a rollout of `steps` steps, each as the number of steps done when the state is
+    /// reached. The numbers must ascend and end with `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// The number of nodes that the loss reads, counted from the first one, which carries the payload. States in a
-    /// gradient hold only these nodes. By default all nodes.
+    /// The number of nodes that the loss reads, counted from the first one, which carries the payload. When a gradient
+    /// is computed, states hold only these nodes. By default the loss reads all nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }

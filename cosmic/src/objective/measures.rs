@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use crate::design::{Material, Mixture};
 
-/// The measures of mixtures; each a mean over the edges.
+/// The measures of mixtures. Each is a mean over the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures<R> {
     /// Share of solid material, `V`.

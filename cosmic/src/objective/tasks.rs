@@ -1,7 +1,7 @@
-//! The tasks of a scene. Each is a few lines over the states of a rollout.
+//! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
-//! They are examples of losses that a user may write. A loss reads only states, so the effort is derived from them: the
-//! energy that a robot spends is the energy that its damping removes.
+//! They are examples for users who write a loss. A loss reads only states, so energy is derived from states: the energy
+//! that a robot spends is the energy that its damping removes.
 
 use autodiff::Real;
 
@@ -16,7 +16,7 @@ use crate::simulator::Trajectory;
 pub struct Objective {
     /// The task and its numbers.
     pub settings: ObjectiveSettings,
-    /// The ground, and the states that the loss reads.
+    /// The displacement loss, with the ground and the choice of the states that the loss reads.
     pub far: Displacement,
     /// Damping rate, 1/s.
     pub damping: f64,
@@ -25,7 +25,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// The objective of a scene's sections.
+    /// The objective for these sections of a scene.
     pub fn new(
         settings: &ObjectiveSettings,
         loss: &LossSettings,
@@ -42,8 +42,8 @@ impl Objective {
         }
     }
 
-    /// The squared distance along the ground from the payload to the target, plus the square of the way that the payload
-    /// would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
+    /// The squared distance along the ground from the payload to the target, plus the square of the distance that the
+    /// payload would cover in the time `settle`, m^2. A payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, state: &State<R>) -> R {
         let along = self.far.ground.point_to_ground(state.x[0]).forward();
         let way = state.v[0] * R::lit(self.settings.settle);
@@ -53,8 +53,8 @@ impl Objective {
 
     /// The energy that damping removes over the observed states, J/kg.
     ///
-    /// On level ground only the actuators add energy to a robot for long. The contacts and the damping remove it, the
-    /// damping at a rate of `damping |v|^2` per mass. States have no masses, so the mean is over the nodes.
+    /// On level ground only the actuators add energy to a robot in the long run. The contacts and the damping remove
+    /// it, the damping at a rate of `damping |v|^2` per mass. States have no masses, so the mean is over the nodes.
     fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &Vector<R>| R::dot(v.as_slice(), v.as_slice());
         let at = |step: usize| {
@@ -80,7 +80,7 @@ impl Objective {
 impl Loss for Objective {
     fn observed(&self, steps: usize) -> Vec<usize> {
         match self.settings.task {
-            // The whole rollout.
+            // Energy is spent over the whole rollout.
             TaskKind::Economy => {
                 let every = self.far.settings.every;
                 (steps % every..=steps).step_by(every).collect()
@@ -141,7 +141,7 @@ mod tests {
         Objective::new(&scene.objective, &scene.loss, &scene.physics)
     }
 
-    /// A payload, and a node that rests, after 1, 2 and 3 steps.
+    /// A moving payload and a node at rest, at the start and after 1, 2 and 3 steps.
     fn walk() -> Trajectory<f64> {
         let state = |(x, v): (f64, f64)| State {
             x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
@@ -161,9 +161,9 @@ mod tests {
         assert_eq!(loss(TaskKind::Far), -3.0);
         assert_eq!(loss(TaskKind::Back), 3.0);
         assert_eq!(loss(TaskKind::Climb), -0.75);
-        // 3 m too far and a metre per settling time, then 1 m too far and at rest.
+        // First 3 m beyond the target and moving 1 m in the time `settle`, then 1 m beyond it and at rest.
         assert_eq!(loss(TaskKind::Reach), 0.5 * (9.0 + 1.0 + 1.0));
-        // (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg at a quarter of a metre each.
+        // Energy: (16 + 4) / 2 nodes * 2 / s * 0.5 s = 10 J/kg, each at the price of 0.25 m.
         assert_eq!(loss(TaskKind::Economy), -3.0 + 2.5);
     }
 
@@ -185,7 +185,8 @@ mod tests {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);
-        // States at steps 1 and 3, of one and two steps; at step 3 of all three.
+        // With `every` = 2 the states after steps 1 and 3 count for one and two steps; with 16 the state after step 3
+        // counts for all three.
         let energy = |every, walk: &Trajectory<f64>| {
             let mut economy = objective(TaskKind::Economy);
             economy.far.settings.every = every;

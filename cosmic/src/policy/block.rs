@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub enum Shape {
     /// A list of numbers of this length.
     Vector(usize),
-    /// Rows one after the other.
+    /// A matrix whose rows are stored one after the other.
     Matrix {
         /// The number of rows.
         rows: usize,
@@ -19,7 +19,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The number of entries. It saturates, because a file may have absurd sizes.
+    /// The number of entries, or the largest `usize` if there would be more: a file may state absurd sizes.
     pub fn len(self) -> usize {
         match self {
             Self::Vector(len) => len,
@@ -44,10 +44,10 @@ impl Shape {
 /// The role of a block, which decides its initial numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
-    /// Weights, for a layer one row per unit. They start with random numbers of a magnitude up to
-    /// `gain sqrt(6 / (rows + columns))`.
+    /// Weights; those of a layer have one row per unit. They start with random numbers between plus and minus `gain
+    /// sqrt(6 / (rows + columns))`.
     Weights {
-        /// The factor on the range.
+        /// The factor on the range of the random numbers.
         gain: f64,
     },
     /// Numbers that start at zero, such as biases.
@@ -75,7 +75,7 @@ impl Block {
         }
     }
 
-    /// A vector that starts with random numbers of a magnitude up to `gain sqrt(6 / len)`.
+    /// A vector that starts with random numbers between plus and minus `gain sqrt(6 / len)`.
     pub fn drawn(name: &'static str, len: usize, gain: f64) -> Self {
         Self {
             name,
@@ -123,7 +123,7 @@ impl<R> Controller<R> {
 
     pub(super) fn of_parts(layout: Arc<[Part]>, numbers: Vec<R>) -> Self {
         let len: usize = layout.iter().map(|part| part.shape.len()).sum();
-        assert_eq!(numbers.len(), len, "the numbers of a controller's blocks");
+        assert_eq!(numbers.len(), len, "the blocks need this many numbers");
         Self { layout, numbers }
     }
 
@@ -137,7 +137,7 @@ impl<R> Controller<R> {
         &self.numbers
     }
 
-    /// As [`numbers`](Self::numbers), mutable.
+    /// Like [`numbers`](Self::numbers), but mutable.
     pub fn numbers_mut(&mut self) -> &mut [R] {
         &mut self.numbers
     }
@@ -165,7 +165,7 @@ impl<R> Controller<R> {
         &self.numbers[self.range(name)]
     }
 
-    /// As [`block`](Self::block), mutable.
+    /// Like [`block`](Self::block), but mutable.
     pub fn block_mut(&mut self, name: &str) -> &mut [R] {
         let range = self.range(name);
         &mut self.numbers[range]
@@ -173,7 +173,7 @@ impl<R> Controller<R> {
 }
 
 impl<R: Copy> Controller<R> {
-    /// Every number replaced by a function of it.
+    /// This controller with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
         Controller {
             layout: Arc::clone(&self.layout),

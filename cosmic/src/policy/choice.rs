@@ -42,9 +42,9 @@ pub fn blocks_of(settings: &ControllerSettings, nodes: usize, edges: usize) -> V
 }
 
 impl Controller<f64> {
-    /// The initial parameters of a policy, by the [role](Role) of each block. Weights are random:
-    /// X. Glorot and Y. Bengio, "Understanding the difficulty of training deep feedforward neural networks",
-    /// AISTATS 2010, equation 16, which has no gain.
+    /// The initial parameters of a policy, drawn by the [role](Role) of each block. Random weights follow X. Glorot and
+    /// Y. Bengio, "Understanding the difficulty of training deep feedforward neural networks", AISTATS 2010, equation
+    /// 16, times the block's gain.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
         let blocks = blocks_of(settings, lattice.nodes(), lattice.edges.len());
         let mut stream = random::stream(seed, Purpose::Weights);

@@ -6,25 +6,26 @@ use super::sensing::{Sight, phases};
 use crate::geometry::{Ground, Vector};
 use crate::scene::{ControllerSettings, Senses};
 
-/// How a folded layer takes the mean position and the presence of nodes.
+/// How a folded layer handles the mean position and the presence of the nodes.
 #[derive(Clone, Copy, Debug)]
 pub enum Mean<'a, R> {
     /// All nodes are present. Offsets from the mean are folded into the weights.
     OfAll,
-    /// Nodes count by their presence, which is folded into the weights too.
+    /// Nodes are weighted by these presences, which are folded into the weights too.
     Folded(&'a [R]),
-    /// The step weights the nodes. The layer takes the weighted nodes and the mean.
+    /// The step itself weights the nodes by their presence. The layer reads the weighted nodes and their mean.
     InStep,
 }
 
 /// Converts the weights of a layer on an [observation](super::observation()) to weights on the raw state in the
 /// ground's frame.
 ///
-/// An observation is a linear function of the state: mean, scales, goal and the rotation of an incline are constant,
-/// and clocks of one frequency are sums of one sine and one cosine. The folded layer has these columns: x of all
-/// nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`, `cos(omega t)`. A goal that
-/// does not move is in the biases. If the step weights the nodes, positions are weighted offsets from the weighted
-/// mean, velocities are weighted, and the two coordinates of the mean follow if the goal is relative to it.
+/// This is possible because an observation is a linear function of the state and of one sine and one cosine: the
+/// scales, the goal and the rotation of an incline are constant, and all clocks have one frequency. The folded layer
+/// has these columns: x of all nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`,
+/// `cos(omega t)`. A goal that does not move is folded into the biases. With [`Mean::InStep`] the columns for positions
+/// read weighted offsets from the weighted mean, and the columns for velocities read weighted velocities. If the goal
+/// is relative to the mean, two more columns read the mean.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
@@ -44,7 +45,7 @@ impl<'a, R: Real> Fold<'a, R> {
     /// A fold with columns for everything that `sight` observes.
     ///
     /// # Panics
-    /// If the presence has another number of nodes.
+    /// If there is not one presence per node.
     pub fn new(
         settings: &'a ControllerSettings,
         ground: &'a Ground,
@@ -53,7 +54,7 @@ impl<'a, R: Real> Fold<'a, R> {
         mean: Mean<'a, R>,
     ) -> Self {
         if let Mean::Folded(presence) = mean {
-            assert_eq!(presence.len(), nodes, "the presence of each node");
+            assert_eq!(presence.len(), nodes, "expected one presence per node");
         }
         let (sines, cosines) = phases(settings)
             .map(f64::sin_cos)
@@ -74,7 +75,7 @@ impl<'a, R: Real> Fold<'a, R> {
         }
     }
 
-    /// This fold without columns that have no effect.
+    /// This fold without the columns for positions or velocities, if the policy does not observe them.
     #[must_use]
     pub(crate) fn without_constants(self) -> Self {
         Self {
@@ -99,7 +100,7 @@ impl<'a, R: Real> Fold<'a, R> {
     /// The biases of the folded layer.
     ///
     /// # Panics
-    /// As [`weights`](Self::weights).
+    /// The panics of [`weights`](Self::weights).
     pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
         let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
         let goal = self.constant_goal().map(R::lit);
@@ -112,12 +113,12 @@ impl<'a, R: Real> Fold<'a, R> {
         let inputs = self.sight.length(self.settings, self.nodes);
         assert!(
             weights.len().is_multiple_of(inputs),
-            "the controller has another number of inputs than the observation"
+            "the rows of the weights must be as long as an observation"
         );
         inputs
     }
 
-    /// The weights on the goal, scaled.
+    /// The two weights of a row on the goal, times the scale of the goal.
     fn on_goal(&self, row: &[R]) -> Vector<R> {
         let scale = R::lit(self.settings.goal_scale);
         let goal = &row[self.settings.clocks..];
@@ -164,7 +165,7 @@ impl<'a, R: Real> Fold<'a, R> {
         })
     }
 
-    /// Weights on the nodes times their presence.
+    /// The weights on the nodes, times the presence of each node if the presence is folded.
     fn present(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {
@@ -197,8 +198,8 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The part of the goal that does not move with the robot. The shift is there because the state is measured from a
-    /// point of the ground and the goal from the world's origin.
+    /// The part of the goal that does not move with the robot. A relative goal is shifted, because positions are
+    /// measured from a point of the ground but the goal is measured from the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
         let goal = Vector::new(self.settings.goal);
         if !self.sight.follows_goal(self.settings) {

@@ -126,7 +126,7 @@ impl<R: Real> Controller<R> {
     /// Makes a network ignore its inputs: its activations become `tanh` of these numbers, one per edge.
     ///
     /// # Panics
-    /// If the controller is not a network, or has another number of edges.
+    /// If the controller is not a network, or if there is not one bias per edge.
     pub fn hold_outputs(&mut self, biases: &[R]) {
         self.block_mut(W2).fill(R::zero());
         self.block_mut(B2).copy_from_slice(biases);
@@ -156,7 +156,7 @@ mod tests {
         }
     }
 
-    /// Compares the folded controller with the observation and the network as they are defined.
+    /// Checks that the folded network computes the same activations from the state as the network from the observation.
     fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
         let lattice = Lattice::sample(3, 2, 0.0);
         let state = random_state(lattice.nodes());
@@ -171,8 +171,8 @@ mod tests {
         let got = folded.activation(&sensed);
         assert_eq!(got.len(), plain.len());
         for (a, b) in got.iter().zip(&plain) {
-            // Each sum has some thirty terms of order one, rounded at 1e-16. The phase of a clock is near 82 rad and
-            // rounded at 1e-14.
+            // Each sum has about thirty terms of order one, each with a rounding error of 1e-16. The phase of a clock
+            // is near 82 rad, with a rounding error of 1e-14.
             assert!((a - b).abs() < 1e-13);
         }
     }
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_paper_s_shapes_and_weights_that_fill_the_glorot_range() {
+    fn the_network_has_the_paper_s_shapes_and_glorot_weights() {
         let mut scene = Scene::paper();
         scene.controller.gain = [2.0, 1.0];
         let lattice = Lattice::new(&scene.lattice, &scene.physics);

@@ -14,7 +14,7 @@ use crate::scene::ControllerSettings;
 pub struct Sizes<'a> {
     /// The number of nodes.
     pub nodes: usize,
-    /// The number of edges. Each has an activation.
+    /// The number of edges. A policy computes one activation per edge.
     pub edges: usize,
     /// The section `controller` of the scene.
     pub settings: &'a ControllerSettings,
@@ -35,7 +35,7 @@ pub trait Policy: Debug + Send + Sync {
     /// The blocks of the parameters. Names are keys in files: lower case letters, digits and underscores.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
-    /// The observation of [an observed layer](PolicyStep::observed_layer).
+    /// What [an observed layer](PolicyStep::observed_layer) observes.
     fn observe(&self) -> Sight {
         Sight::Robot
     }

@@ -28,7 +28,7 @@ enum Numbers {
 }
 
 impl Numbers {
-    /// The rows of a matrix.
+    /// Splits the flat numbers of a matrix into rows.
     fn rows(numbers: &[f64], columns: usize) -> Self {
         let rows = numbers.chunks_exact(columns.max(1));
         Self::Rows(rows.map(<[f64]>::to_vec).collect())
@@ -39,7 +39,7 @@ impl Weights {
     /// The controller with these numbers in these blocks.
     ///
     /// # Errors
-    /// If a block is missing, unknown or has another shape. The message names `file`.
+    /// If a block is missing, is unknown or has the wrong shape. The message names `file`.
     pub fn controller(&self, blocks: &[Block], file: &str) -> error::Result<Controller<f64>> {
         let says = |says: String| Err(Error::Usage(format!("{file}: {says}")));
         let is_known = |name: &str| blocks.iter().any(|block| block.name == name);
@@ -89,7 +89,7 @@ impl Weights {
         })
     }
 
-    /// Sets the number of hidden units in the settings to that of the network.
+    /// Sets the number of hidden units in the settings to the number in these parameters, if they belong to a network.
     ///
     /// # Errors
     /// If the network has no hidden units.
@@ -105,7 +105,7 @@ impl Weights {
         Ok(())
     }
 
-    /// Checks that a network has the number of hidden units of the settings.
+    /// Checks that these parameters, if they belong to a network, have as many hidden units as the settings say.
     ///
     /// # Errors
     /// [`Error::Misfit`].
@@ -244,8 +244,8 @@ enum Entry {
     Row(Vec<f64>),
 }
 
-/// The key of a snapshot for the number of columns of a matrix. The keys of the network are older than the names of
-/// blocks.
+/// The key under which a snapshot stores the number of columns of the matrix `name`. The two keys of the network are
+/// older than the names of blocks.
 fn columns_key(name: &str) -> Cow<'static, str> {
     match name {
         "w1" => Cow::Borrowed("inputs"),
@@ -254,7 +254,7 @@ fn columns_key(name: &str) -> Cow<'static, str> {
     }
 }
 
-/// Flat lists. Before them are the numbers of columns of the matrices.
+/// Writes the number of columns of each matrix, then every block as a flat list.
 impl Serialize for Controller<f64> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -312,7 +312,8 @@ impl<'de> Visitor<'de> for FlatBlocks {
                     Shape::Matrix { rows, columns }
                 }
                 Some((_, columns)) => {
-                    let says = format!("`{name}` has {len} entries, not whole rows of {columns}");
+                    let says =
+                        format!("`{name}` has {len} entries; they must fill rows of {columns}");
                     return Err(A::Error::custom(says));
                 }
             };
@@ -354,7 +355,7 @@ mod tests {
         Controller::new(&blocks(), (0..11).map(|k| 0.5 * f64::from(k)).collect())
     }
 
-    /// The text that snapshots have had from the first version on.
+    /// Snapshots still have the text of the first version.
     #[test]
     fn a_snapshot_has_flat_blocks_and_two_sizes() {
         let text = serde_json::to_string(&controller()).unwrap();

@@ -1,4 +1,4 @@
-//! The observation of a policy.
+//! What a policy observes.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::geometry::{Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, Senses};
 
-/// The observation of a policy.
+/// What a policy observes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
     /// Clocks, goal, and the motion of the robot.
@@ -18,8 +18,8 @@ pub enum Sight {
 }
 
 impl Sight {
-    /// The length of an observation for a number of nodes. It saturates, because a file may have an absurd number of
-    /// clocks.
+    /// The length of an observation for a number of nodes, or the largest `usize` if it would be longer: a file may
+    /// state an absurd number of clocks.
     pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
         let robot = match self {
             Self::Robot => 4 * nodes,
@@ -51,11 +51,12 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
 /// velocities of the nodes in the same order. Offsets and velocities are in the world's frame, the goal is in the
 /// ground's frame (D3).
 ///
-/// `time` is in seconds since the start. It must be a product `n dt` and not a sum, because phases reach 164 rad. The
-/// state is in the world's frame. `presence` has the weight of each node in the mean and in the observation; empty
-/// means that all nodes are present.
+/// `time` is in seconds since the start. It must be computed as a product `n dt`, not as a sum of steps: phases reach
+/// 164 rad, so rounding errors would matter. The state is in the world's frame. `presence` has the weight of each node
+/// in the mean and in the observation; empty means that all nodes are present.
 ///
-/// This is the definition. A rollout [folds](super::Fold) it into the first layer of a policy.
+/// This function defines the observation. Rollouts do not call it; they [fold](super::Fold) it into the first layer of
+/// a policy.
 pub fn observation<R: Real>(
     settings: &ControllerSettings,
     time: f64,
@@ -82,8 +83,8 @@ pub fn observation<R: Real>(
     observation
 }
 
-/// `sin(omega t)` and `cos(omega t)`. Every clock is a sum of multiples of both. They are in double precision even if
-/// the rollout is not. `time` is a product `n dt`, as for [`observation`].
+/// `sin(omega t)` and `cos(omega t)`. Every clock is a weighted sum of the two. They are computed in double precision
+/// even if the rollout is not. `time` must be a product `n dt`, as for [`observation`].
 pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
     let (sin, cos) = (settings.omega * time).sin_cos();
     [sin, cos]
@@ -95,8 +96,8 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
     (0..count).map(move |j| TAU * j as f64 / count as f64)
 }
 
-/// The scaled goal: the numbers of the settings, or their distance from the mean position. Both are measured along the
-/// ground and normal to it from the world's origin, as the displacement is.
+/// The goal of the settings, or its offset from the mean position if it is relative, times the scale of the goal. Goal
+/// and mean position are measured from the world's origin, along the ground and normal to it, like the displacement.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal.into());

@@ -19,7 +19,7 @@ pub(crate) struct Seen {
     pub(crate) presence: Option<Array>,
 }
 
-/// The places of the activations of a step.
+/// Where a step stores its activations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs<'a> {
     pub(crate) graph: &'a Graph,
@@ -36,23 +36,23 @@ impl Outputs<'_> {
     }
 }
 
-/// Numbers of a controller that are one parameter of the step.
+/// Numbers of a controller that become one parameter of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Given {
     /// The folded weights of a layer on the observation.
     Weights(&'static str),
     /// The biases of this layer, plus the constant part of the observation.
     Biases(&'static str, &'static str),
-    /// A block.
+    /// A block as it is.
     Whole(&'static str),
-    /// The rows, or the numbers, of the edges with an actuator.
+    /// The part of a block that belongs to edges with an actuator. The block has one row or one number per edge.
     OfActuators(&'static str),
-    /// One number per edge, in slots.
+    /// A block of one number per edge, moved to the slots of the edges.
     OfEdges(&'static str),
 }
 
 impl Given {
-    /// The numbers for a controller.
+    /// The numbers of this parameter for a controller.
     pub(crate) fn numbers<R: Real>(
         self,
         controller: &Controller<R>,
@@ -77,7 +77,7 @@ impl Given {
     }
 }
 
-/// The observation of nodes that count by their presence.
+/// An observation in which nodes are weighted by their presence.
 pub(crate) struct Weighted {
     /// Weighted offsets, weighted velocities, and the clock.
     all: Array,
@@ -91,7 +91,7 @@ pub(crate) trait Recording {
     fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
     fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
     fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// The weighted positions and velocities that `senses` ask for.
+    /// The positions and velocities that `senses` selects, weighted by `presence`.
     fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
     fn any(&mut self) -> AnyProgram<'_>;
 }
@@ -156,7 +156,7 @@ pub struct PolicyStep<'a> {
     follows_goal: bool,
     seen: Seen,
     outputs: Outputs<'a>,
-    /// The observation after it was asked for.
+    /// The observation, once it is recorded.
     observation: Option<Vec<Array>>,
     /// The parameters declared so far.
     given: Vec<Given>,
@@ -192,7 +192,7 @@ impl<'a> PolicyStep<'a> {
         self.seen.clock
     }
 
-    /// `tanh(W o + b)` of the observation `o`, by the names of the blocks `W` and `b`.
+    /// Records `tanh(W o + b)`. `o` is the observation; `weights` and `biases` are the names of the blocks `W` and `b`.
     ///
     /// # Panics
     /// If a block is unknown.
@@ -207,7 +207,7 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &observation, bias)
     }
 
-    /// `tanh(W x + b)`, by the names of the blocks `W` and `b`.
+    /// Records `tanh(W x + b)`. `weights` and `biases` are the names of the blocks `W` and `b`.
     ///
     /// # Panics
     /// If a block is unknown, or `x` has another length than a row of `W`.
@@ -219,10 +219,11 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &[x], bias)
     }
 
-    /// The activations `tanh(W x + b)` of the edges. `W` is a block with one row per edge, `b` with one number per edge.
+    /// Records the activations `tanh(W x + b)` of the edges. `weights` and `biases` are the names of the blocks `W`,
+    /// with one row per edge, and `b`, with one number per edge.
     ///
     /// # Panics
-    /// As [`layer`](Self::layer).
+    /// The panics of [`layer`](Self::layer).
     pub fn output_layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
         let (_, columns) = self.matrix_of(weights);
         let rows = self.outputs.actuated.len();
@@ -237,7 +238,7 @@ impl<'a> PolicyStep<'a> {
         (self.program).dense_tanh_spread(matrix, &[x], bias, &places)
     }
 
-    /// A block of numbers.
+    /// Records a block as a parameter of the step.
     ///
     /// # Panics
     /// If the block is unknown.
@@ -247,7 +248,7 @@ impl<'a> PolicyStep<'a> {
         self.program.parameter(len)
     }
 
-    /// A block of one number per edge, in the order of the activations.
+    /// Records a block of one number per edge as a parameter, in the order of the activations.
     pub fn per_edge(&mut self, name: &'static str) -> Array {
         self.given.push(Given::OfEdges(name));
         self.program.parameter(self.outputs.graph.slots())
@@ -264,7 +265,7 @@ impl<'a> PolicyStep<'a> {
         self.program.any()
     }
 
-    /// The arrays for which [`Fold`] has columns.
+    /// Records the observation, once: the arrays that the columns of [`Fold`] read.
     fn observation(&mut self) -> Vec<Array> {
         if let Some(observation) = &self.observation {
             return observation.clone();

@@ -200,7 +200,7 @@ pub fn allow_unstable(folder: &Path, registry: &Registry) -> Result<()> {
     if snapshot.progress.as_ref().is_some_and(|p| p.own_loss) {
         return Err(Error::OwnLoss {
             file: folder.display().to_string(),
-            remedy: "begins anew, with `physics.unstable_step = \"warn\"` in its scene",
+            remedy: "must begin a new run, with `physics.unstable_step = \"warn\"` in its scene",
         });
     }
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {

@@ -306,7 +306,7 @@ impl Snapshot {
             return Err(if progress.own_loss {
                 Error::OwnLoss {
                     file: file.to_string(),
-                    remedy: "goes on with it, by record::resume_with",
+                    remedy: "can continue the run with record::resume_with",
                 }
             } else {
                 Error::Usage(format!(

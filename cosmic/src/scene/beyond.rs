@@ -13,14 +13,14 @@ settings! {
         task: TaskKind = TaskKind::Far, since 1,
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
-        /// A loss that replaces the task's loss, by the name that the program adds it with.
+        /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: Chosen = Chosen::loss(), since 1, source "the paper has none";
         /// For "reach": the desired position of the payload along the ground, from its origin, in the states that the
         /// loss covers. The robot passes the target and keeps moving, because no task makes a robot stop yet.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
-        /// For "reach": the time that converts a speed at the target into a distance.
+        /// For "reach": the time by which the payload's speed is multiplied, to count as a distance from the target.
         settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", since 1,
             read "with the task `reach`" if |s: &Scene| s.objective.task == TaskKind::Reach && s.has_task(),
             source "beyond the paper";
@@ -49,9 +49,9 @@ settings! {
 }
 
 settings! {
-    /// Gradients averaged over robots and surroundings drawn around the nominal ones.
+    /// Gradients averaged over random variations of the robot and its surroundings.
     struct RobustSettings {
-        /// Draws per gradient, new ones in every iteration; 0 for the nominal robot only.
+        /// Number of random variations per gradient, drawn anew in every iteration; 0 for the nominal robot only.
         samples: usize = 0, allowed within(0.0, 1e4), since 1, source "paper: 0";
         /// Largest deviation of a coordinate of the start.
         start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", since 1,
@@ -73,8 +73,8 @@ settings! {
 }
 
 impl RobustSettings {
-    /// The largest frequency of a drawn robot over that of the nominal robot: the drawn edges may be stiffer and the
-    /// nodes lighter. 1 if no robots are drawn.
+    /// The ratio of the largest frequency of a random variation to that of the nominal robot, because edges may be
+    /// stiffer and nodes lighter. 1 if there are no variations.
     pub fn faster(&self) -> f64 {
         match self.samples {
             0 => 1.0,
@@ -86,11 +86,12 @@ impl RobustSettings {
 settings! {
     /// How `optimize --starts N --search halving` drops weak starts. Other commands do not read it.
     struct SearchSettings {
-        /// Iterations after which starts are dropped, ascending. At the last iteration and later no start is dropped.
+        /// Iterations after which starts are dropped, ascending. No start is dropped at the last iteration of the run
+        /// or later.
         rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), since 1, source "beyond the paper";
-        /// Share of the starts that continue after each of them, rounded up.
+        /// Share of the starts that continue after each rung. The number of starts is rounded up.
         keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, since 1, source "beyond the paper";
-        /// Number of iterations before a rung. A start is judged by its median over them.
+        /// Number of iterations before a rung that count. A start is judged by its median over these iterations.
         window: usize = 10, allowed within(1.0, 1e5), since 1, source "beyond the paper";
     }
 }

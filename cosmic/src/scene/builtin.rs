@@ -21,7 +21,7 @@ pub struct Builtin {
     pub text: &'static str,
 }
 
-/// The beginning of the line that names a built-in scene's base.
+/// The beginning of the line in which a built-in scene names its base.
 const BASE_LINE: &str = "base = ";
 
 impl Builtin {
@@ -87,7 +87,7 @@ impl Default for Scene {
     }
 }
 
-/// Scenes of the folder `scenes` by their names.
+/// Makes built-in scenes from the files in the folder `scenes`, by their names.
 macro_rules! builtin {
     ($($name:literal),+ $(,)?) => {
         [$(Builtin {

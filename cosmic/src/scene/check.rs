@@ -10,7 +10,8 @@ use super::{
 use crate::error::{Error, Result};
 
 impl Scene {
-    /// Checks the values of all settings. A scene that was read always passes; a scene whose fields were set may not.
+    /// Checks the values of all settings. A scene that was read always passes. A scene whose fields were set by hand
+    /// may fail.
     ///
     /// # Errors
     /// [`Error::Usage`] with all settings that are out of range, or else with all settings that contradict one another.
@@ -37,9 +38,10 @@ impl Scene {
 
 /// Two settings that contradict each other.
 pub(super) struct Conflict {
-    /// Their keys. The first one is pointed at. One key twice if its own entries contradict each other.
+    /// The keys of the two settings; the message points at the first one. It is the same key twice if the entries of
+    /// one setting contradict each other.
     pub(super) keys: [&'static str; 2],
-    /// What is wrong, with the numbers.
+    /// The error, with the numbers.
     pub(super) says: String,
 }
 
@@ -58,7 +60,7 @@ pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
 struct Conflicts(Vec<Conflict>);
 
 impl Conflicts {
-    /// Notes a conflict unless `holds`.
+    /// Adds a conflict unless `holds` is true.
     fn require(&mut self, holds: bool, keys: [&'static str; 2], says: String) {
         if !holds {
             self.0.push(Conflict { keys, says });
@@ -86,7 +88,8 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// The steps that carry the gradient must be steps of the rollout. A mean loss averages some of them.
+/// The horizon, whose steps carry the gradient, must not be longer than the rollout. A mean loss averages the last
+/// steps of the horizon.
 fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
@@ -104,7 +107,7 @@ fn horizons(scene: &Scene, found: &mut Conflicts) {
         window <= shortest,
         ["loss.window", "schedule.horizon"],
         format!(
-            "the loss averages {window} steps, more than the shortest horizon has ({shortest})"
+            "the loss averages the last {window} steps, but the shortest horizon has only {shortest}"
         ),
     );
     found.require(
@@ -152,7 +155,10 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
     found.require(
         !is_layout || start.tilt == 0.0,
         ["start.tilt", "start.kind"],
-        format!("a layout cannot be tilted (by {})", start.tilt),
+        format!(
+            "a layout cannot be tilted (by {}): set start.tilt = 0",
+            start.tilt
+        ),
     );
 }
 
@@ -236,11 +242,14 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
     found.require(
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
-        format!("two goals need the task far, not {}", task.name()),
+        format!(
+            "two goals need the task far, but the task is {}",
+            task.name()
+        ),
     );
 }
 
-/// A profile of points needs points. Steps must not overlap.
+/// The profile `points` must have points. Steps must not overlap.
 fn terrain(scene: &Scene, found: &mut Conflicts) {
     let ground = &scene.physics.ground;
     found.require(
@@ -270,6 +279,9 @@ fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ramp < spacing,
         ["ground.ramp", "ground.spacing"],
-        format!("the ramp of a step is {ramp} m long, and the next step begins after {spacing} m"),
+        format!(
+            "the ramp of a step is {ramp} m long, but the next step begins after {spacing} m; set ground.ramp below \
+             ground.spacing"
+        ),
     );
 }

@@ -26,12 +26,12 @@ impl Chosen {
     /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
     pub(crate) const POLICIES: [&'static str; 2] = ["mlp", "clock"];
 
-    /// The choice of a policy: the paper's network.
+    /// A choice of policies that begins with the paper's network.
     pub(super) fn policy() -> Self {
         Self::of(Self::POLICY, &Self::POLICIES)
     }
 
-    /// The choice of a loss: the loss of the task.
+    /// A choice of losses that begins with the loss of the task.
     pub(super) fn loss() -> Self {
         Self::of(Self::LOSS, &[OFF])
     }
@@ -50,7 +50,7 @@ impl Chosen {
         self.name
     }
 
-    /// True for the paper's choice.
+    /// True if the paper's policy or loss is chosen.
     pub fn is_default(&self) -> bool {
         self.name == self.built_in[0]
     }
@@ -65,10 +65,10 @@ impl Chosen {
         built_in.chain(self.registry.names(self.kind))
     }
 
-    /// Chooses the item of a name.
+    /// Chooses the item with this name.
     ///
     /// # Errors
-    /// A sentence about an unknown name.
+    /// A sentence if the name is unknown.
     pub(crate) fn choose(&mut self, name: &str) -> Result<(), String> {
         let found = self.known().find(|known| *known == name);
         self.name = found.ok_or_else(|| {
@@ -101,7 +101,7 @@ impl PartialEq for Chosen {
 impl SettingValue for Chosen {
     fn allowed(&self, _: &Limits) -> String {
         let (kind, names) = (self.kind, quoted(self.known(), " or "));
-        format!("{names}; another {kind} needs the program that brings it")
+        format!("{names}; any other {kind} needs the program that adds it")
     }
 
     fn json(&self) -> serde_json::Value {

@@ -30,7 +30,7 @@ macro_rules! departures {
     };
 }
 
-/// In the order in which summaries list them.
+/// All known departures, in the order in which summaries list them.
 const KNOWN: &[KnownDeparture] = &departures! {
     "loss.kind": "the loss is the payload's mean position over the horizon's end, not its last"
         if |s| s.loss.kind == LossKind::Mean && s.has_task();
@@ -68,7 +68,7 @@ const KNOWN: &[KnownDeparture] = &departures! {
         if |s| !s.controller.policy.is_default();
     "controller.goal_relative": "the goal is given relative to the robot, not absolute"
         if |s| s.controller.goal_relative;
-    "start.tilt": "the start thins out towards a side that is drawn from the seed"
+    "start.tilt": "the initial design has more void towards one side, which the seed decides"
         if |s| s.start.tilt > 0.0;
     "physics.integrator": "steps are integrated by leapfrog"
         if |s| s.physics.integrator != Integrator::SymplecticEuler;
@@ -128,7 +128,7 @@ impl Scene {
             .collect()
     }
 
-    /// Whether the cycle has passes of this kind or needs none.
+    /// Whether the cycle has passes of this kind, or the design is a layout, so that the cycle is not used.
     fn passes(&self, pass: Pass) -> bool {
         !self.designs() || self.schedule.cycle.contains(&pass)
     }

@@ -84,7 +84,7 @@ const READ_WITH: &[(&str, &str)] = &[("start.layout", "start.kind = 'three_legge
 const PLAIN: &[&str] = &["lattice.drop", "physics.incline_deg", "ground.seed"];
 
 crate::settings! {
-    /// Ground that does not change velocities along it.
+    /// Ground that does not change the velocity along the ground.
     struct Ice {}
 }
 

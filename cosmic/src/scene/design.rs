@@ -19,10 +19,12 @@ settings! {
         beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4),
             read "with a start other than a layout" if Scene::designs,
             source "paper, table 2";
-        /// Keeps the pairwise measures from dividing zero by zero.
+        /// Small number added to the mean of two shares in the overlap measures, so that they never divide zero by
+        /// zero.
         delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
-        /// Subtracted before every projection from the solid entry that an edge does not have in the layout "filled".
-        /// This holds the materials, so that only the topology is designed.
+        /// Number that is subtracted, before every projection, from an edge's entry for the solid material that the
+        /// edge does not have in the layout "filled". A large number fixes the solid materials, so that only the
+        /// topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0), since 1,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
@@ -34,12 +36,12 @@ settings! {
     struct StartSettings {
         /// Mixture of the edges at the start. "layout" is one-hot, and only the controller is trained.
         kind: StartKind = StartKind::Stability, source "paper, design b";
-        /// Surplus of void at the topmost edge, for "stability".
+        /// For "stability": the surplus of void at the topmost edge.
         void_shift: f64 = 0.12, allowed within(-0.33, 0.66),
             read "with the start `stability`" if |s: &Scene| s.start.kind == StartKind::Stability,
             source "paper: 0.12";
-        /// Share of void: for "three_legged" where the layout is void, for "filled" everywhere. It is less if
-        /// `projection.beta` is so small that no design vector has this share.
+        /// Share of void: with "three_legged" the share where the layout is void, with "filled" the share everywhere.
+        /// The share is smaller if `projection.beta` is so small that no design vector has it.
         void: f64 = 0.6, allowed within(0.001, 0.999),
             read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
             source "paper silent";
@@ -47,8 +49,8 @@ settings! {
         layout: Layout = Layout::Short,
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
-        /// Mean surplus of void, which grows towards a side drawn from the seed: nearly none at the opposite side,
-        /// twice the mean at this side.
+        /// Mean surplus of void. The surplus grows from nearly zero at one side to twice the mean at the opposite side.
+        /// The seed decides which sides these are.
         tilt: f64 = 0.0, allowed within(0.0, 0.5), since 1, source "paper: 0";
     }
 }
@@ -70,8 +72,8 @@ settings! {
 }
 
 settings! {
-    /// A hand-made layout: three-legged ones of the 6x6 lattice within the volume budget, or one
-    /// that fills any lattice.
+    /// A hand-made layout: two with three legs, for the 6x6 lattice and within the volume budget, and one that fills
+    /// any lattice.
     enum Layout {
         /// Legs three cells high, all 22 actuators vertical: the paper's description.
         Tall = "tall",
@@ -86,8 +88,8 @@ settings! {
 settings! {
     /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
     struct DesignSettings {
-        /// Whether all bars must be connected with the payload. Then the weight of a node in the mean position and in
-        /// the observation depends on how solid its edges are; it is 0 without a bar.
+        /// Whether all bars must be connected with the payload. If so, the weight of a node in the mean position and in
+        /// the observation depends on how solid its edges are, and is 0 for a node without a bar.
         one_piece: bool = true, since 1 before false, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, since 1,
@@ -97,7 +99,7 @@ settings! {
         crossings: bool = true, since 1,
             read "with a start other than a layout" if Scene::designs,
             source "paper: true";
-        /// Least number of nodes of the lowest row that have a bar.
+        /// Smallest number of nodes in the lowest row that must have a bar.
         feet: usize = 0, allowed within(0.0, 1e4), since 1,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
@@ -107,11 +109,11 @@ settings! {
 settings! {
     /// Bounds on the volume fractions, and their widening during a run.
     struct VolumeSettings {
-        /// Least and most share of solid edges, skeleton and actuator.
+        /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE, source "paper, table 2";
-        /// Least and most share of actuator edges.
+        /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE, source "paper, table 2";
-        /// Final widening of each bound.
+        /// Amount by which each bound is wider at the end.
         widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
         /// First and last iteration of the widening.
         widening_over: [usize; 2] = [110, 150], allowed ITERATIONS,
@@ -121,10 +123,10 @@ settings! {
 }
 
 settings! {
-    /// The augmented Lagrangian of the four binarisation measures, and the attraction to one-hot.
+    /// The augmented Lagrangian of the four binarisation measures, and the attraction of edges to a single material.
     struct BinarisationSettings {
-        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints of
-        /// the design's optimiser.
+        /// How the measures are held below their thresholds: by augmented terms of the objective, or by constraints in
+        /// the optimiser of the design.
         method: BinarisationMethod = BinarisationMethod::Augmented, since 1, source "paper: augmented";
         /// Final threshold of each measure. The thresholds begin at the first values of the measures.
         threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
@@ -134,13 +136,14 @@ settings! {
         penalty: f64 = 0.3, allowed within(0.0, 1e6),
             read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
             source "paper, table 2";
-        /// Factor on a penalty weight where a violation grew, divisor where it fell.
+        /// Factor by which a penalty weight is multiplied if the violation of its measure grew, and divided if it fell.
         penalty_growth: f64 = 1.01, allowed within(1.0, 10.0),
             read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
             source "paper, table 2";
-        /// Confidence above which an edge is attracted, first and last.
+        /// Confidence above which an edge is attracted to its material, at the start and at the end of the attraction.
         confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
-        /// Step of the design vector of an attracted edge per iteration, first and last.
+        /// Change of the design vector of an attracted edge in an iteration, at the start and at the end of the
+        /// attraction.
         nudge: [f64; 2] = [0.002, 0.006], allowed SHARE, source "found by experiment";
     }
 }

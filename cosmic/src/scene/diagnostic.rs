@@ -6,10 +6,10 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// The most errors that are shown. A file that is not a scene can have thousands.
+/// The largest number of errors that are shown. A file that is not a scene can have thousands.
 const SHOWN: usize = 10;
 
-/// The command-line option before a setting.
+/// The command-line option that is written before a setting.
 const OPTION: &str = "--set ";
 
 /// A text that sets keys of a scene: a file or an option.
@@ -63,7 +63,7 @@ pub(super) struct Fault {
     pub(super) allowed: String,
 }
 
-/// One error for all errors found.
+/// One error that reports all faults, in the order of the sources.
 pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error {
     faults.sort_by_key(|fault| (fault.source, fault.span.start));
     let shown = faults.iter().take(SHOWN);
@@ -86,7 +86,8 @@ pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error 
     }
 }
 
-/// An error below its source line. An option is shown as the user wrote it, instead of file and line.
+/// The text of an error below its source line. For an option, the text shows the option as the user wrote it instead of
+/// file and line.
 fn show(source: &SceneText, fault: &Fault) -> String {
     let given = source.file.map_or(OPTION, |_| "");
     let text = format!("{given}{}", source.text);

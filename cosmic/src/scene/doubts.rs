@@ -1,4 +1,4 @@
-//! Settings that can be simulated and are probably a mistake.
+//! Settings that can be simulated but are probably a mistake.
 
 use super::{ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
@@ -90,7 +90,7 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.physics.contact.has_ground() && s.lattice.lowest() >= 0.0 && starts_inside(s);
     ["ground.count", "ground.spacing"]: "the rough ground ends within eight lengths of the robot; the ground beyond it is flat"
         if ends_soon;
-    ["controller.gain", "lattice.columns", "lattice.rows"]: "the first controller barely moves so many nodes; the controller settings of the scene \"large\" suit them"
+    ["controller.gain", "lattice.columns", "lattice.rows"]: "the initial controller barely moves so many nodes; use the controller settings of the scene \"large\""
         if |s| {
             let nodes = s.lattice.columns * s.lattice.rows;
             let is_default = s.controller.gain == Scene::paper().controller.gain;
@@ -104,7 +104,7 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.selection.perturbation == 0.0;
 };
 
-/// True if a node of the lowest row starts below the profile.
+/// True if a node of the lowest row, or of a truss, starts below the profile.
 fn starts_inside(scene: &Scene) -> bool {
     let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
     let is_inside = |place: Vector<f64>| profile.above(place) < 0.0;

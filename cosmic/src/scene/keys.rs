@@ -6,7 +6,7 @@ use crate::settings::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
-    /// The scene after the items of a registry were made available to its settings.
+    /// This scene with a registry. Its settings may name the items of the registry.
     pub(crate) fn knowing(mut self, registry: &Registry) -> Self {
         self.of_sections(|_, settings| {
             let fields = settings.fields().into_iter();
@@ -32,7 +32,7 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// The results of a function for every section. The sections of the ground and of laws come last.
+    /// Calls `of` for every section and returns the results. The sections of the ground and of laws come last.
     pub(super) fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
@@ -81,7 +81,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if this number is allowed.
+/// If `number` is not allowed at a key such as `physics.dt`, the allowed values as a phrase. `None` if it is allowed.
 ///
 /// # Panics
 /// If no scene has the key.

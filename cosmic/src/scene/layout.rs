@@ -1,12 +1,13 @@
-//! The hand-made layouts: two with three legs, drawn after the baseline of the paper, which lists no edges, and the
-//! filled one of its ablation.
+//! The hand-made layouts: two with three legs, and the filled layout of the paper's ablation. The paper does not list
+//! the edges of its three-legged baseline, so the two layouts are drawn to resemble it.
 
 use super::design::Layout;
 
-/// Nodes along each side of the lattice that the layouts belong to.
+/// The number of nodes along each side of the lattice for which the three-legged layouts are made.
 pub(crate) const LAYOUT_SIDE: usize = 6;
 
-/// One digit for each edge (0 void, 1 skeleton, 2 actuator) and one group for each row of nodes, bottom row first.
+/// The layout "tall": one digit for each edge (0 void, 1 skeleton, 2 actuator), and one string for each row of nodes,
+/// bottom row first.
 const TALL: [&str; LAYOUT_SIDE] = [
     "121020112100201121021",
     "021020102100201021021",
@@ -16,7 +17,7 @@ const TALL: [&str; LAYOUT_SIDE] = [
     "00000",
 ];
 
-/// As [`TALL`].
+/// The layout "short", in the form of [`TALL`].
 const SHORT: [&str; LAYOUT_SIDE] = [
     "121020112100201121021",
     "121020112100201121021",

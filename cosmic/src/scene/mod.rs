@@ -6,7 +6,7 @@
 //! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
 //! the commented template and the tables of keys in the docs are made from the declarations. The declared defaults are
 //! the values of the paper. They form the scene `stability`. Other scenes state how they differ from their [`Base`].
-//! The order of `mod` is the architecture: a file imports only files above it.
+//! The order of the `mod` lines is the architecture: a file imports only files above it.
 
 mod pass;
 mod truss_file;
@@ -79,7 +79,7 @@ settings! {
         physics: PhysicsSettings;
         /// The library of materials.
         materials: MaterialSettings;
-        /// From design vectors to mixtures.
+        /// The projections from design vectors to mixtures.
         projection: ProjectionSettings;
         /// The controller.
         controller: ControllerSettings;
@@ -89,7 +89,7 @@ settings! {
         design: DesignSettings;
         /// Bounds on the volume fractions.
         volume: VolumeSettings, read "with a start other than a layout" if Scene::designs;
-        /// The work of each iteration.
+        /// What each iteration does.
         schedule: ScheduleSettings;
         /// The augmented Lagrangian and the attraction.
         binarisation: BinarisationSettings, read "with a start other than a layout" if Scene::designs;
@@ -107,7 +107,7 @@ settings! {
         objective: ObjectiveSettings;
         /// Random variation of robots and surroundings.
         robust: RobustSettings;
-        /// The choice of the starts that continue.
+        /// Which starts of a search continue.
         search: SearchSettings;
     }
 }

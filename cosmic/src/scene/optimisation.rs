@@ -8,12 +8,12 @@ use crate::settings;
 use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 
 settings! {
-    /// The work of each iteration.
+    /// What each iteration does.
     struct ScheduleSettings {
         /// Number of iterations.
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
-        /// Number of steps that carry the gradient, at the start and at the end.
+        /// Number of steps that carry the gradient, at the start and at the end of the run.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS,
@@ -21,7 +21,7 @@ settings! {
             source "paper: 80 to 150";
         /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
         horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
-        /// First iteration in which edges are attracted to one-hot.
+        /// First iteration in which edges are attracted to a single material.
         attraction_from: usize = 170, allowed ITERATIONS,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 170";
@@ -38,8 +38,8 @@ settings! {
         polish_trials: usize = 16, allowed within(0.0, 1e4), since 1 before 0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
-        /// Iterations from one polish to the next. The first polish is right after the snap. There is none while the
-        /// fine-tuning settles.
+        /// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while
+        /// the fine-tuning settles.
         polish_every: usize = 3, allowed within(1.0, 1e5), since 1,
             read "with `polish_trials` above 0" if |s: &Scene| s.schedule.polish_trials > 0 && s.designs(),
             source "paper silent";
@@ -60,9 +60,9 @@ settings! {
 settings! {
     /// Which steps of a rollout carry the gradient (D11).
     enum HorizonMode {
-        /// A rollout of this number of steps with the loss at its end.
+        /// The first steps: the rollout ends after the horizon, with the loss at its end.
         Head = "head",
-        /// The whole rollout, of which the last steps carry the gradient.
+        /// The last steps: the whole rollout is simulated, and only its last steps carry the gradient.
         Tail = "tail",
     }
 }
@@ -104,8 +104,8 @@ settings! {
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated.
         fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
-        /// Learning rate at the end of the fine-tuning over that at its start. The rate falls linearly. Once the
-        /// fine-tuning settles, it falls to zero.
+        /// Ratio of the learning rate at the end of the fine-tuning to the rate at its start. The rate falls linearly.
+        /// Once the fine-tuning settles, it falls to zero.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";
         /// Decay of the first and the second moment.
         betas: [f64; 2] = [0.9, 0.999], allowed within(0.0, 0.999999), source "Kingma and Ba";
@@ -123,20 +123,21 @@ settings! {
         design_norm: Option<f64> = Some(0.3), allowed POSITIVE,
             read "with a start other than a layout" if Scene::designs,
             source "found by experiment";
-        /// Weight of earlier design gradients, each bounded, in the running mean with the next one; 0 uses every
-        /// gradient as it is.
+        /// Weight of the earlier design gradients in the running mean that moves the design. Each gradient is bounded
+        /// before it enters the mean. 0 uses only the newest gradient.
         design_memory: f64 = 0.8, allowed DEVIATION, since 1 before 0.0,
             read "with a start other than a layout" if Scene::designs,
             source "paper: 0";
         /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
-        /// Steps from one check of the cotangent to the next.
+        /// Number of steps from one check of the cotangent to the next.
         cotangent_every: usize = 16, allowed STEPS,
             read "with a `cotangent_bound`" if |s: &Scene| s.gradient.cotangent_bound.is_some(),
             source "found by experiment";
         /// Memory for the states that a gradient keeps of its rollout, or of all rollouts that a thread runs together;
-        /// "off" for no limit. With less memory, steps are computed again. The gradient does not depend on it.
+        /// "off" for no limit. If the memory is too small, some steps are computed again. The gradient does not depend
+        /// on it.
         memory: Option<f64> = None, allowed POSITIVE, unit "MB", since 1, source "paper silent";
         /// Number type of the rollouts during the optimisation: for gradients, for trials of other materials, and for
         /// the full rollout of an iteration. Medians over perturbed starts, which choose controllers and are the
@@ -164,7 +165,7 @@ settings! {
 }
 
 settings! {
-    /// The displacement loss for gradients. Reports have the final displacement.
+    /// The displacement loss for gradients. Reports state the final displacement.
     struct LossSettings {
         /// Payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
@@ -195,7 +196,7 @@ settings! {
         /// The last controller, or the one with the best median over perturbed starts; for an
         /// unreliable robot, the 10 % quantile replaces the median.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
-        /// Number of controllers, those with the best single rollouts, whose medians are compared.
+        /// Number of controllers whose medians are compared: those with the best single rollouts.
         candidates: usize = 6, allowed within(1.0, 1e4),
             read "with the kind `median`" if |s: &Scene| s.selection.kind == SelectionKind::Median,
             source "found by experiment";
@@ -216,7 +217,7 @@ settings! {
     }
 }
 
-/// The passes of valid letters.
+/// The passes for these letters, which must be valid.
 fn passes(letters: &str) -> Vec<Pass> {
     super::pass::cycle(letters).unwrap_or_default()
 }

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The kind of the sources that are files.
+/// What the sources that are files contain.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Settings that change another scene.
@@ -63,8 +63,8 @@ impl Scene {
         Reader::over(registry.blank(), Kind::Run, &source).resolved()
     }
 
-    /// As [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss,
-    /// if there is one, next to the scene.
+    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. The snapshot stores the truss, if there
+    /// is one, next to the scene.
     ///
     /// # Errors
     /// The errors of [`Scene::parse_of_run`].
@@ -163,7 +163,7 @@ impl Lacks {
     }
 }
 
-/// The settings of the command line as sources.
+/// The settings given with `--set`, as sources.
 pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
@@ -205,7 +205,7 @@ pub(super) struct Reader<'s, 't> {
     untaken: Vec<String>,
 }
 
-/// The bytes of a value in one of the sources.
+/// The place of a value: the number of the source, and its bytes there.
 #[derive(Clone, Default)]
 pub(super) struct KeyPlace {
     source: usize,
@@ -213,8 +213,7 @@ pub(super) struct KeyPlace {
 }
 
 impl<'s, 't> Reader<'s, 't> {
-    /// Reads all sources over a scene. A file that is a whole scene replaces the given scene by its own
-    /// base.
+    /// Reads all sources into `scene`. A file that is a whole scene first replaces `scene` by the base of the file.
     fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Self::new(scene, kind, sources);
         reader.read();
@@ -290,7 +289,7 @@ impl<'s, 't> Reader<'s, 't> {
         let SceneText { file, text } = &self.sources[self.source];
         if file.is_none() && !text.contains('=') {
             let message = format!("`{text}` has no value");
-            let allowed = "write SECTION.KEY=VALUE, as physics.gravity=9.81";
+            let allowed = "write SECTION.KEY=VALUE, for example physics.gravity=9.81";
             return self.fault(0..text.len(), message, allowed.to_owned());
         }
         match parsed(self.source, text) {
@@ -382,7 +381,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, message, allowed + &point.unwrap_or_default());
     }
 
-    /// The folder of the file that set a key last; the working directory for the command line.
+    /// The folder of the file that set a key last. It is the working directory if the command line set the key.
     fn folder(&self, key: &str) -> PathBuf {
         let file = self
             .places
@@ -404,7 +403,7 @@ impl<'s, 't> Reader<'s, 't> {
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
     }
 
-    /// Points a conflict at the first of its settings that the sources name.
+    /// Records an error for every conflict, at the first of its settings that the sources set.
     fn conflicts(&mut self) {
         for conflict in check::conflicts(&self.scene) {
             let mut keys = conflict.keys.iter();
@@ -422,7 +421,7 @@ impl<'s, 't> Reader<'s, 't> {
     }
 }
 
-/// Parses a source of this number as TOML.
+/// Parses `text`, the source with the number `source`, as TOML.
 pub(super) fn parsed(
     source: usize,
     text: &str,

@@ -25,7 +25,7 @@ settings! {
         rows: usize = 6, allowed within(2.0, 64.0),
             read "without a `file`" if Scene::is_generated,
             source "paper: 6";
-        /// Distance of neighbouring nodes.
+        /// Distance between neighbouring nodes.
         spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
             source "D1";
@@ -71,7 +71,7 @@ impl LatticeSettings {
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// These settings with the nodes of a truss, if there is one, as one row.
+    /// These settings. If the lattice is a truss, `columns` and `rows` describe its nodes as one row.
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
         let mut settings = self.clone();
@@ -101,7 +101,8 @@ settings! {
         steps: usize = 8192, allowed STEPS, source "paper, table 2";
         /// Integration method.
         integrator: Integrator = Integrator::SymplecticEuler, since 1, source "paper: symplectic Euler";
-        /// Number of mechanical steps, each of `dt / substeps`, for one step of the controller, whose output is held.
+        /// Number of mechanical steps, each of length `dt / substeps`, per step of the controller. The controller's
+        /// output is constant during them.
         substeps: usize = 1, allowed within(1.0, 64.0), since 1, source "paper: 1";
         /// Gravity, which points straight down on inclines too.
         gravity: f64 = 4.8, allowed within(-1e3, 1e3), unit "m/s2", source "found by experiment";
@@ -109,7 +110,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass of a node without its edges.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of the payload, node 0 unless a truss says otherwise.
+        /// Extra mass of the payload, which is node 0 unless a truss file names other nodes.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Height of the ground line at x = 0. `[ground]` has the profile above this line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
@@ -137,7 +138,7 @@ settings! {
         /// that fly apart.
         speed_bound: Option<f64> = Some(100.0), allowed POSITIVE, unit "m/s", since 1 before "off",
             source "found by experiment";
-        /// Reaction of an optimisation to a time step with which the robot's vibrations grow.
+        /// What an optimisation does if the time step is so long that the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, since 1, source "beyond the paper";
     }
 }
@@ -146,12 +147,11 @@ settings! {
     /// The integration method of positions and velocities.
     #[derive(Default)]
     enum Integrator {
-        /// First the velocities by the forces at hand, then the positions by the new velocities: of
-        /// first order.
+        /// Updates the velocities with the current forces, then the positions with the new velocities. First order.
         #[default]
         SymplecticEuler = "symplectic_euler",
-        /// Half a drift, the forces at the middle between two half dampings, half a drift: of second
-        /// order between contacts.
+        /// Half a drift, half a damping, the forces at the middle, half a damping, half a drift. Second order between
+        /// contacts.
         Leapfrog = "leapfrog",
     }
 }
@@ -163,8 +163,8 @@ settings! {
         /// They pull with the stiffness of void.
         #[default]
         Keep = "keep",
-        /// They do not pull at all, and no step computes them; their mass stays. Mixtures, and
-        /// designs that something is differentiated by, keep theirs.
+        /// They do not pull at all, and no step computes them; their mass stays. Void edges keep their stiffness in
+        /// mixtures, and in designs with respect to which something is differentiated.
         Drop = "drop",
     }
 }
@@ -201,7 +201,7 @@ impl PhysicsSettings {
         all
     }
 
-    /// The contact law in force.
+    /// The contact law of the scene, with its coefficient of friction.
     pub(crate) fn contact_law(&self) -> Box<dyn AnyContact> {
         self.contact.law().with_friction(self.friction)
     }
@@ -252,7 +252,7 @@ settings! {
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s", source "paper: 10";
-        /// Goal: along the ground and above it, from the world's origin.
+        /// Position of the goal along the ground and above it, from the world's origin.
         goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m",
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "paper: 2, 0.1";
@@ -263,11 +263,10 @@ settings! {
         goal_relative: bool = false,
             read "with a `goal_scale` above 0" if |s: &Scene| s.controller.goal_scale > 0.0,
             source "D3; paper: false";
-        /// Whether the controller is also trained for a second goal, mirrored behind the origin: the
-        /// payload must get equally far back. Robots are ranked by the worse of the two goals. The
-        /// controller does not steer yet: with the default `goal_scale` the robot walks to the same
-        /// side for both goals, and with none of the scales 0.05, 0.5, 1.5 and 3 it walks well both
-        /// ways.
+        /// Whether the controller is also trained for a second goal, mirrored behind the origin: the payload should get
+        /// as far back as it gets ahead. Robots are ranked by the worse of the two goals. The controller does not steer
+        /// yet: with the default `goal_scale` the robot walks to the same side for both goals, and it walks well both
+        /// ways with none of the scales 0.05, 0.5, 1.5 and 3.
         two_goals: bool = false, since 1, source "paper: false";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",

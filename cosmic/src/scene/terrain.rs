@@ -10,18 +10,18 @@ use crate::settings;
 use crate::settings::{Filled, Limits, SettingValue, above, json, misfit, within, wrong_kind};
 
 settings! {
-    /// The height profile of the ground above its line. Below the lattice it is level, unless it has points there. The
-    /// robot is not raised to its height.
+    /// The height profile of the ground above the ground line. Below the lattice its height is 0, unless it has points
+    /// there. The robot is not raised to the height of the profile.
     struct GroundSettings {
         /// The kind of profile on the ground line.
         profile: ProfileKind = ProfileKind::Flat, since 1,
             read "with a contact law that has a ground" if |s: &Scene| s.physics.contact.has_ground(),
             source "paper: flat";
-        /// For "points": the corners of the profile, each with its place along the ground and its height.
+        /// For "points": the corners of the profile, each as its place along the ground and its height.
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
-        /// For "steps" and "rough": their beginning along the ground.
+        /// For "steps" and "rough": the place along the ground where they begin.
         from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
@@ -30,7 +30,7 @@ settings! {
         count: usize = 10, allowed within(1.0, 62.0), since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
-        /// For "steps" and "rough": the distance from one to the next.
+        /// For "steps" and "rough": the distance from one step or drawn height to the next.
         spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
@@ -38,7 +38,7 @@ settings! {
         rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
-        /// For "steps": the length of the ramp of a step, shorter than the distance to the next step.
+        /// For "steps": the length of the ramp of a step. It must be shorter than the distance to the next step.
         ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", since 1,
             read "with the profile `steps`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps]),
             source "beyond the paper";
@@ -57,12 +57,12 @@ settings! {
     /// The kinds of profile on the ground line.
     #[derive(Default)]
     enum ProfileKind {
-        /// Nothing.
+        /// No profile: the ground is the ground line.
         #[default]
         Flat = "flat",
-        /// Given points.
+        /// The corners in `points`.
         Points = "points",
-        /// Steps of one height.
+        /// Steps of equal height.
         Steps = "steps",
         /// Heights drawn at random.
         Rough = "rough",
@@ -75,7 +75,7 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
     physics.contact.has_ground() && kinds.contains(&physics.ground.profile)
 }
 
-/// The most steps. Each has two corners.
+/// The largest number of steps. Each step has two corners.
 pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
@@ -114,7 +114,7 @@ impl GroundSettings {
         (0..self.count).flat_map(step).collect()
     }
 
-    /// Heights at equal distances. The two ends are on the ground line.
+    /// Random heights at equal distances. The first and the last point are on the ground line.
     fn rough(&self) -> Vec<Vector<f64>> {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));

@@ -1,4 +1,4 @@
-//! Structs, declarations and text agree.
+//! Checks that structs, declarations and texts of scenes agree.
 
 use super::check::conflicts;
 use super::*;
@@ -33,7 +33,7 @@ fn the_value_of_a_key_for_older_runs_is_valid() {
     assert_eq!(scene.robust, Scene::paper().robust);
 }
 
-/// The scene of a run of version 1, which had no policies.
+/// A scene of version 1, which has no `controller.policy`, is read; a scene of version 2 without this key is refused.
 #[test]
 fn the_scene_of_a_run_of_version_1_is_read() {
     let text = Scene::paper().to_run_toml();
@@ -83,15 +83,15 @@ fn every_key_has_its_own_line_below_a_comment() {
     assert_eq!(written, paths());
 }
 
-/// The default scene with a value at a key, whether or not it fits the others; `None` where the key
-/// takes no such value.
+/// The paper's scene with a value at a key, even if the value contradicts other settings. `None` if the key refuses the
+/// value.
 fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::paper();
     scene.field(path).unwrap().read_text(value).ok()?;
     Some(scene)
 }
 
-/// The negated loss of another task does not make a task.
+/// Only the task `far` can have a second goal, because only there is the negated loss a useful task.
 #[test]
 fn two_goals_need_the_task_far() {
     let of = |task: &str| {
@@ -105,7 +105,7 @@ fn two_goals_need_the_task_far() {
     {
         let says = of(task).unwrap_err();
         assert!(
-            says.contains(&format!("the task far, not {task}")),
+            says.contains(&format!("the task far, but the task is {task}")),
             "{says}"
         );
         assert!(says.contains("two:2:"), "{says}");

@@ -54,7 +54,7 @@ impl<'t> TomlFile<'t> {
     /// the scene is unchanged.
     ///
     /// # Errors
-    /// As [`Scene::with`].
+    /// The errors of [`Scene::with`].
     pub fn change(&self, scene: &Scene, path: &str) -> Result<Scene> {
         let Some(value) = self.value(path) else {
             return Ok(scene.clone());
@@ -65,10 +65,10 @@ impl<'t> TomlFile<'t> {
         }
     }
 
-    /// Checks that every name in the list at a path is one of those that are known.
+    /// Checks that every one of `names`, the list at `path`, is in `known`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] for the first name that is not.
+    /// [`Error::Malformed`] for the first name that is unknown.
     pub fn check_names(&self, path: &str, names: &[String], known: &[String]) -> Result<()> {
         let unknown = names.iter().position(|name| !known.contains(name));
         unknown.map_or(Ok(()), |k| {

@@ -13,8 +13,8 @@ use crate::lattice::Truss;
 use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
-/// The path of a truss file, or the name of a truss in the [registry](Registry::with_lattice), with its nodes and
-/// edges; or none.
+/// The setting `lattice.file`: no truss, or a truss with the path of its file or its name in the
+/// [registry](Registry::with_lattice).
 #[derive(Clone, Debug)]
 pub struct TrussFile {
     path: String,
@@ -49,7 +49,7 @@ impl Serialize for TrussFile {
 }
 
 impl TrussFile {
-    /// The name of the copy in the folder of a run, beside the scene.
+    /// The name of the copy of the truss file in the folder of a run.
     pub const COPY: &'static str = "truss.json";
 
     /// A truss, and the path by which a scene names it.
@@ -87,7 +87,7 @@ impl TrussFile {
     /// Takes the truss with this name from the registry, or reads the file. Its path is relative to `folder`.
     ///
     /// # Errors
-    /// Those of [`Truss::read`].
+    /// The errors of [`Truss::read`].
     pub(super) fn resolve(&mut self, folder: &Path) -> Result<()> {
         if !self.is_to_be_read() {
             return Ok(());
@@ -118,7 +118,7 @@ impl SettingValue for TrussFile {
     }
 
     fn toml(&self) -> String {
-        // TOML has other escapes than Rust.
+        // TOML and Rust escape characters differently.
         toml::Value::String(self.path.clone()).to_string()
     }
 

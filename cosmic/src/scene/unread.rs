@@ -32,7 +32,7 @@ impl Scene {
         (!(field.is_read)(scene)).then_some(field.when)
     }
 
-    /// Whether the design is optimised. A given layout is not.
+    /// Whether the design is optimised. It is not if the start is a layout.
     pub(super) fn designs(&self) -> bool {
         self.start.kind != StartKind::Layout
     }

@@ -13,8 +13,8 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 impl Reader<'_, '_> {
-    /// Begins to read a whole scene: from its base, or from the defaults if the file must be complete. Returns the
-    /// version whose keys the file must hold, if it must be complete.
+    /// Begins to read a whole scene. The reader starts from the scene's base, or from the defaults if the file must be
+    /// complete. Returns the version whose keys a complete file must hold; `None` if keys may be missing.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<Option<u32>, Fault> {
         if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
@@ -128,7 +128,7 @@ impl Reader<'_, '_> {
                 }
             }
         });
-        /// The most missing keys that a message names.
+        /// The largest number of missing keys that a message names.
         const NAMED: usize = 3;
         let (named, others) = missing.split_at(NAMED.min(missing.len()));
         let message = match (named, others.len()) {

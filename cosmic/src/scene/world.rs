@@ -4,8 +4,8 @@ use super::{ProfileKind, Scene};
 use crate::settings::Named;
 
 impl Scene {
-    /// The world in one line: gravity, contact and friction, drag, damping of the bars and end stops. Other forces
-    /// and ground that is not flat follow if there are any.
+    /// The world in one line: gravity, contact and friction, drag, damping of the bars and end stops. Other forces, an
+    /// incline and a ground profile are named if there are any.
     pub fn world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s2", physics.gravity)];

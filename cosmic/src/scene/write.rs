@@ -29,8 +29,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// As [`to_toml`](Scene::to_toml), with format and version, for the scene of a run, in which no key
-    /// may be missing.
+    /// Like [`to_toml`](Scene::to_toml), with format and version, for the scene of a run, in which no key may be
+    /// missing.
     pub fn to_run_toml(&self) -> String {
         let text = self.to_toml();
         format!(

@@ -1,6 +1,7 @@
-//! The macro that declares the settings of a scene: everything about a key in one place.
+//! The macro that declares the settings of a scene. It keeps everything about a key in one place.
 
-/// Declares a section of the scene, the names that a setting is chosen from, or the scene itself.
+/// Declares a section of a scene (`struct`), the names among which a setting chooses (`enum`), or the scene itself
+/// (`scene`).
 ///
 /// ```text
 /// settings! {
@@ -12,24 +13,25 @@
 /// }
 /// ```
 ///
-/// `struct Mud<R> {` declares the settings of a law. Its numbers have the type `R`, not `f64`: a law's generic method
-/// gets them as numbers of its own type, so that a rollout can be differentiated by them. See [`Inputs`].
+/// `struct Mud<R> {` declares the settings of a law. Its numbers have the type `R` instead of `f64`: the generic
+/// methods of the law receive them in their own number type, so that a rollout can be differentiated with respect to
+/// them. See [`Inputs`].
 ///
 /// [`Inputs`]: crate::settings::Inputs
 ///
 /// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
-/// A new key is marked, before `source`: `since 2 before 0.5` for a key that scenes of runs hold from version 2
-/// on. `scene::VERSION` must be raised with it. In scenes of older runs the key has the value after `before`,
-/// written as in TOML, or the default if there is no `before`. This value must reproduce what programs without the
-/// key did.
+/// A new key has a mark before `source`, such as `since 2 before 0.5`: scenes of runs hold the key from version 2 on,
+/// and `scene::VERSION` must be raised to that version. In scenes of older runs the key has the value after `before`,
+/// written as in TOML, or the default if there is no `before`. With this value the program must do what programs
+/// without the key did.
 ///
-/// A key that only some scenes read has a condition next: `read "with the task reach" if |s: &Scene| ...`. A scene
-/// that sets the key but does not read it gets a warning.
+/// If only some scenes read a key, a condition follows the mark: `read "with the task reach" if |s: &Scene| ...`. A
+/// scene that sets the key but does not read it gets a warning.
 ///
-/// The type and the default are Rust. `allowed` is for numbers, and `unit` for numbers with a unit. The macro makes the
-/// struct with public fields, its `Default`, its documentation, and its `Settings`, from which the reader, the
-/// template and the documentation of the keys are made. An `enum` lists its members with their names in files. The
+/// The type and the default are Rust code. `allowed` is for numbers, and `unit` for numbers with a unit. The macro
+/// makes the struct with public fields, its `Default`, its documentation, and its `Settings`, from which the reader,
+/// the template and the documentation of the keys are made. An `enum` lists its members with their names in files. The
 /// `scene` lists its sections and the type of its base.
 #[macro_export]
 macro_rules! settings {
@@ -134,7 +136,7 @@ macro_rules! settings {
         }
 
         impl $Scene {
-            /// The defaults of the declarations.
+            /// The scene with all declared defaults.
             fn declared(base: $Base) -> Self {
                 Self { base, $($section: <$Settings>::default(),)+ }
             }
@@ -194,7 +196,7 @@ macro_rules! settings {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };
-    // Without inputs.
+    // Settings without inputs.
     (@inputs $Settings:ident [] $fields:tt) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<R: $crate::settings::Real> = Self;
@@ -209,7 +211,7 @@ macro_rules! settings {
             }
         }
     };
-    // Generic over its numbers, with the type and the key of each field.
+    // Settings that are generic over their numbers. The macro gets the type and the key of each field.
     (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
         impl $crate::settings::Inputs for $Settings {
             type Of<$R: $crate::settings::Real> = $Settings<$R>;

@@ -10,7 +10,7 @@ use super::limits::Limits;
 use super::value::SettingValue;
 use crate::registry::OFF;
 
-/// A setting: its value and everything from its declaration.
+/// A setting: its value and everything that its declaration says.
 pub struct Field<'a> {
     /// The key within its section.
     pub key: &'static str,
@@ -20,9 +20,9 @@ pub struct Field<'a> {
     pub unit: &'static str,
     /// The source of the default: the paper, a decision (D1 to D11), or an experiment.
     pub source: &'static str,
-    /// The first version of a run's scene that has the key.
+    /// The first version of the scenes of runs that hold the key.
     pub since: u32,
-    /// The key's value in older scenes, as TOML; empty for the default.
+    /// The key's value in older scenes, as TOML; empty if it is the default.
     pub before: &'static str,
     /// The condition under which the key is read, in words; empty if every scene reads it.
     pub when: &'static str,
@@ -43,7 +43,7 @@ impl Field<'_> {
     /// Sets the value to a value written in TOML.
     ///
     /// # Errors
-    /// The part of a message between key and value.
+    /// The part of the error message that stands between the key and the value.
     pub(crate) fn read_text(self, text: &str) -> Result<(), String> {
         let text = format!("value = {text}");
         let table = DeTable::parse(&text).ok();
@@ -55,15 +55,15 @@ impl Field<'_> {
         read.map_err(|misfit| misfit.says)
     }
 
-    /// Sets the key to its value for scenes that are older than the key. False if the declaration is wrong.
+    /// Sets the key to its value for scenes that are older than the key. False if the declared value is invalid.
     pub(crate) fn take_before(self) -> bool {
         let before = self.before;
         before.is_empty() || self.read_text(before).is_ok()
     }
 }
 
-/// Whether a condition on a scene holds. The type is a parameter because settings are declared below the
-/// scene and do not know its type.
+/// Whether a condition on a scene holds. The type of the scene is a parameter, because this module comes before the
+/// scene and does not know its type.
 pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> bool {
     scene.downcast_ref().is_none_or(condition)
 }

@@ -4,13 +4,13 @@ use autodiff::Real;
 
 use super::value::Named;
 
-/// Settings whose numbers are inputs of a step: a rollout can be differentiated by them, and robots of one batch may
-/// differ in them. [`settings!`](crate::settings!) implements it: the numbers of `struct Mud<R>` are its fields of
-/// type `R`.
+/// Settings whose numbers are inputs of a step: a rollout can be differentiated with respect to them, and robots of one
+/// batch may differ in them. [`settings!`](crate::settings!) implements it: the numbers of `struct Mud<R>` are its
+/// fields of type `R`.
 pub trait Inputs: Sized {
     /// These settings with numbers of type `R`.
     type Of<R: Real>;
-    /// How many numbers are inputs.
+    /// The number of inputs.
     const COUNT: usize;
 
     /// The key and value of each input. A key with a point names its section too: `physics.friction`.
@@ -19,23 +19,23 @@ pub trait Inputs: Sized {
     /// These settings with other numbers, in the order of [`inputs`](Inputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
 
-    /// These settings with their own numbers as constants.
+    /// These settings with their numbers as constants of type `R`.
     fn constant<R: Real>(&self) -> Self::Of<R> {
         let numbers = self.inputs().into_iter();
         self.of(&numbers.map(|(_, x)| R::lit(x)).collect::<Vec<_>>())
     }
 }
 
-/// A field of settings that become an `Out` if their numbers become an `N`.
+/// The type of a field of settings. If the numbers of the settings get the type `N`, the field gets the type `Out`.
 #[doc(hidden)]
 pub trait InputField<N, Out> {
-    /// How many numbers it has; 0 for a field that stays.
+    /// The number of inputs in the field; 0 for a field without inputs.
     const COUNT: usize = 0;
-    /// The key and value of each number.
+    /// The key and value of each input in the field.
     fn inputs(&self, _key: &str) -> Vec<(String, f64)> {
         Vec::new()
     }
-    /// The field with the next of some numbers.
+    /// The field with its inputs taken from the front of `numbers`.
     fn of(&self, numbers: &mut &[N]) -> Out;
 }
 

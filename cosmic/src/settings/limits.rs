@@ -11,7 +11,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// No limits, for values other than numbers.
+    /// No limits. Settings that are not numbers have these.
     pub const NONE: Limits = within(f64::MIN, f64::MAX);
 
     /// Whether a number is in the range. False for NaN and infinities.
@@ -38,9 +38,9 @@ pub const fn above(low: f64, high: f64) -> Limits {
     }
 }
 
-/// The number of an iteration; 0 is before the first one.
+/// Numbers of iterations; 0 is before the first iteration.
 pub(crate) const ITERATIONS: Limits = within(0.0, 1e5);
-/// The length of a rollout or of a part of it.
+/// Lengths of a rollout or of a part of it, in steps.
 pub(crate) const STEPS: Limits = within(1.0, 1e6);
 /// Factors and costs without a natural bound.
 pub(crate) const POSITIVE: Limits = above(0.0, 1e6);

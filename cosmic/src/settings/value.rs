@@ -11,7 +11,7 @@ use toml::de::DeValue;
 
 /// The type of a setting.
 pub trait SettingValue: Debug {
-    /// The values that a file may have, as a phrase.
+    /// The values that are allowed in a file, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
     /// The value as TOML. Rust writes numbers, booleans and arrays of them as TOML does, with the fewest digits that
     /// read back to the same bits.
@@ -20,13 +20,13 @@ pub trait SettingValue: Debug {
     }
     /// The value as JSON.
     fn json(&self) -> serde_json::Value;
-    /// Takes the value in a file.
+    /// Replaces this value by the value in a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
     /// True if the value is within the limits.
     fn fits(&self, _limits: &Limits) -> bool {
         true
     }
-    /// Makes the additions of a program available to a setting that chooses an item by its name.
+    /// Gives the registry to a setting that chooses an item by its name.
     fn know(&mut self, _registry: &Registry) {}
 }
 
@@ -93,7 +93,7 @@ impl SettingValue for f64 {
         json(self)
     }
 
-    /// The number may have a point or not. A number that overflows becomes infinite and is out of range.
+    /// The number may be written without a point. A number that overflows becomes infinite, which is out of range.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let x = match value.get_ref() {
             DeValue::Float(x) => x.as_str().parse().ok(),
@@ -137,7 +137,7 @@ impl SettingValue for usize {
     }
 }
 
-/// The numbers that an array may hold.
+/// A number type that an array setting may hold.
 pub trait ArrayNumber: SettingValue {
     /// The noun for such a number.
     const NOUN: &'static str;
@@ -175,7 +175,7 @@ impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
     }
 }
 
-/// A bound that can be off.
+/// A bound that can be switched off.
 impl SettingValue for Option<f64> {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a number {limits}, or {OFF:?}")
@@ -220,7 +220,7 @@ impl SettingValue for bool {
 
 /// An enum whose members have names in scene files.
 pub trait Named: Copy + Debug + PartialEq + 'static {
-    /// Every member with its name.
+    /// Every member of the enum, with its name before it.
     const ALL: &'static [(&'static str, Self)];
 
     /// The member's name.
@@ -266,7 +266,7 @@ impl<T: Named> SettingValue for T {
     }
 }
 
-/// Names in quotes, with a word between them.
+/// The names in quotes, joined by `between`.
 pub(crate) fn quoted<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
     let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
     quoted.join(between)
