@@ -1,4 +1,4 @@
-//! A law along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
+//! A force along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
 //! shortened, or the other way round.
 //!
 //! The law is added to the bar's spring; it does not replace the spring.

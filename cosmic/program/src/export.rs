@@ -11,7 +11,7 @@ use cosmic_lab::export::{self, ExportFile, mujoco};
 use cosmic_lab::report::RunFiles;
 use std::path::{Path, PathBuf};
 
-/// Write a robot for other programs: a model for MuJoCo, or files for the workshop
+/// Export a robot: a model for MuJoCo, or files for the workshop
 ///
 /// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in millimetres, tables in SI units. docs/files.md describes the files.
 #[derive(Debug, Args)]
@@ -61,7 +61,7 @@ struct Sizes {
     /// Thickness of the plate for the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
     thickness: f64,
-    /// Minimum distance of bars in a layer of the pattern or a plane of the solid, mm
+    /// Minimum distance between bars in one layer of the pattern or one plane of the solid, mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = size, allow_negative_numbers = true)]
     gap: f64,
     /// Radius of the skeleton struts of the solid, mm; the radius of actuators follows from the line densities
@@ -119,8 +119,8 @@ impl Arguments {
         let run = &RunFiles::read(Path::new(&self.run), registry)?;
         if run.robot.design.design().layout().is_none() {
             note(
-                "warning: the design is undecided; every edge gets its largest material, so this is not the \
-                 robot of the trajectory",
+                "warning: the design is undecided; the files give every edge its largest material, so their robot \
+                 differs from the robot of the trajectory",
             );
         }
         if let Some(says) = run
@@ -149,7 +149,7 @@ impl Arguments {
     }
 }
 
-/// The outcome of an export.
+/// The files that an export wrote, and the options that failed.
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,

@@ -12,7 +12,7 @@ use cosmic_lab::study::{Base, Study, StudyFile};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Do the experiments of a study file and compare their results with published numbers
+/// Run the experiments of a study file and compare their results with published numbers
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML file, or `paper`, `ablation`, `findings` or `transfer`

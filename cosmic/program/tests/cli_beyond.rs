@@ -113,8 +113,8 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
         let said = bench.optimize(run, options);
         said.fails(3, &[]);
         let says = format!(
-            "error: {run}: no displacement to quote: the delivered design diverges from perturbed \
-             starts, though not from its own (displacement_p50 is null in summary.json)"
+            "error: {run}: there is no median displacement: the delivered design walks from its own start but \
+             diverges from perturbed starts (displacement_p50 is null in summary.json)"
         );
         assert_eq!(said.error.lines().last().unwrap(), says);
         let summary = bench.json(&format!("{run}/summary.json"));

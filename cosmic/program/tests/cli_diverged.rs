@@ -22,7 +22,7 @@ fn a_divergence_is_told_kept_and_seen_again() {
         3,
         &[
             "cosmic evaluate diverged.json",
-            "not finite, written as null: ",
+            "these results are not finite and were written as null: ",
             "trajectory.2048.x",
         ],
     );

@@ -153,7 +153,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
-    assert!(told.error.contains("the design is not decided"), "{told:?}");
+    assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
 /// Numbers have neither exponents nor rounding noise in their last digits.
