@@ -27,9 +27,9 @@ PROJECTIONS = ("auto", "performance", "stability", "none")
 
 
 class Inputs(NamedTuple):
-    """Everything that a rollout depends on and can be differentiated by.
+    """All arrays that a rollout depends on, and with respect to which it can be differentiated.
 
-    Each array may have one more axis in front for several robots; robots share arrays without it.
+    For several robots, an array has one more axis in front; all robots share an array without it.
     For JAX and torch, a named tuple is a tree of arrays.
     """
 
@@ -198,8 +198,8 @@ class Simulator:
         return Trajectory(x, v), Trajectory(dx, dv)
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if
-        any."""
+        """Replaces numbers that are not finite by 0. Also returns a mask of the affected robots, or
+        None if there are none."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
         for array, shape in zip(arrays, self.shapes.values()):

@@ -1,4 +1,4 @@
-"""Both derivative products, against differences and against each other."""
+"""`vjp` and `jvp`, compared with finite differences and with each other."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NAMES = cosmic.Inputs._fields
 
 
 def pairing(a: cosmic.Inputs | cosmic.Trajectory, b: cosmic.Inputs | cosmic.Trajectory) -> float:
-    """The sum of products of numbers at the same places."""
+    """The inner product of two trees of arrays."""
     return float(sum(np.sum(x * y) for x, y in zip(a, b, strict=True)))
 
 
@@ -44,9 +44,9 @@ def test_both_products_agree(sim: cosmic.Simulator, height: float) -> None:
     seen, along = sim.jvp(inputs, tangents, *SPAN)
     bars = cosmic.Trajectory(*like(seen, 2))
     gradient = sim.vjp(inputs, bars, *SPAN)
-    # Both are exact but for rounding, which the 48 steps multiply.
+    # Both are exact up to rounding, which grows over the 48 steps.
     assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
-    # The states come with their derivatives, in another order of sums.
+    # `jvp` sums in another order than `rollout`.
     np.testing.assert_allclose(seen.x, sim.rollout(inputs, *SPAN).x, atol=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""The examples run from top to bottom, and the types hold."""
+"""The examples run without errors, and the package passes the type checker."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
-#: What a notebook needs beside the package.
+#: Packages that a notebook needs in addition to `cosmic`.
 NEEDS = {"own_objective": "jax"}
 
 
@@ -30,7 +30,7 @@ def test_a_notebook_runs(
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     read = nbformat.read(notebook, as_version=4)
     code = [cell for cell in read.cells if cell.cell_type == "code"]
-    # What a notebook shows is made by whoever runs it.
+    # Notebooks are stored without outputs; whoever runs them makes the outputs.
     assert not any(cell.outputs or cell.execution_count for cell in code)
     client = nbclient.NotebookClient(
         read, timeout=120, resources={"metadata": {"path": str(tmp_path)}}

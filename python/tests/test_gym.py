@@ -1,4 +1,4 @@
-"""Environments of gymnasium."""
+"""The environments for gymnasium."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import cosmic.gym  # noqa: E402
 import gymnasium.wrappers.vector  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-#: Six frames to an episode, the last of them short.
+#: An episode has six frames; the last one is shorter.
 FRAMES = {"frame_skip": 50}
 NAME = "cosmic.gym:cosmic/Walk-v0"
 
@@ -29,7 +29,7 @@ def test_an_environment_is_what_gymnasium_wants(render_mode: str | None) -> None
 
 
 def episode(env: Any, seed: int) -> list[Any]:
-    """Observations, rewards and ends of an episode of drawn actions."""
+    """Observations, rewards and ends of an episode with random actions."""
     random = np.random.default_rng(seed)
     seen: list[Any] = [env.reset(seed=seed)[0]]
     while len(seen) == 1 or not (seen[-1][2] or seen[-1][3]):
@@ -67,7 +67,7 @@ def test_seeds_repeat_and_differ() -> None:
     env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
     starts = [env.reset(seed=seed)[0] for seed in (1, 1, 2)]
     assert np.array_equal(starts[0], starts[1]) and not np.array_equal(starts[0], starts[2])
-    # Without a seed the next start is another.
+    # Without a seed, every reset draws another start.
     assert not np.array_equal(env.reset()[0], starts[2])
     calm = cosmic.gym.WalkEnv(SCENE, scatter=0.0, **FRAMES)
     assert np.array_equal(calm.reset(seed=1)[0], calm.reset(seed=2)[0])
@@ -90,7 +90,7 @@ def test_many_robots_are_single_ones_side_by_side() -> None:
     seen, _ = many.reset(seed=10)
     assert np.array_equal(seen, [env.reset(seed=10 + k)[0] for k, env in enumerate(alone)])
     begins = [False] * robots
-    # Two episodes: after the first each begins anew, for which one step is spent.
+    # Two episodes. Between them each robot is reset, which takes one step.
     for _ in range(14):
         actions = random.uniform(-1.0, 1.0, many.action_space.shape).astype(np.float32)
         seen, made, lost, over, info = many.step(actions)

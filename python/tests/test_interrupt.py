@@ -1,4 +1,4 @@
-"""Ctrl-C: a run that is interrupted returns what there is, and can be gone on with."""
+"""Ctrl-C: an interrupted run returns its current robot and can be resumed."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ moved = float(abs(run.trajectory[-1] - run.trajectory[0]).max())
 print(json.dumps([run.summary["iterations"], text, files, moved]))
 """
 
-#: So many iterations that the signal comes in their midst.
+#: Enough iterations that the signal arrives before the run ends.
 LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
 
 
 def interrupted(out: Path | str) -> tuple[int, str]:
-    """A run that is told to stop: how far it got, and its warning."""
+    """Interrupts a run. Returns the number of its last iteration, and its warning."""
     arguments = [json.dumps(LONG), str(out), str(SEED)]
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, *arguments],

@@ -1,4 +1,4 @@
-"""Rollouts in JAX: derivatives, compilation, batches, losses."""
+"""Rollouts in JAX: derivatives, compilation, batches and losses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NAMES = cosmic.Inputs._fields
 
 @pytest.fixture(autouse=True)
 def double_precision():
-    """JAX in double precision for these tests alone."""
+    """Sets JAX to double precision for the tests of this file."""
     before = jax.config.jax_enable_x64
     jax.config.update("jax_enable_x64", True)
     yield
@@ -30,7 +30,7 @@ def double_precision():
 
 
 def number(sim: cosmic.Simulator):
-    """A number from all states of a rollout, not linear in them."""
+    """A function that computes one number from all states of a rollout, not linearly."""
 
     def of(inputs: cosmic.Inputs):
         seen = cosmic.jax.rollout(sim, inputs, *SPAN)
@@ -99,7 +99,7 @@ def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
     assert {g.dtype for g in jax.grad(number(sim))(narrow)} == {jnp.dtype("float32")}
 
 
-#: What robots share, and so what `in_axes` has no axis for.
+#: The arrays that robots share; `in_axes` is None for them.
 SHARED = [(), NAMES[1:], ("w1", "b1", "w2", "b2"), ("z", "x0", "v0")]
 
 
@@ -223,7 +223,7 @@ def test_wrong_arrays_are_refused_before_anything_runs(
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"steps": 1000}, "1000 is beyond the scene's last, 256"),
+        ({"steps": 1000}, "1000 is beyond the scene's last step, 256"),
         ({"steps": 100, "first": 200}, "300 is beyond"),
         ({"first": -1}, "first: -1"),
         ({"observed": [3, 1]}, "ascend"),
@@ -287,7 +287,7 @@ print(jax.block_until_ready(of(many)).shape)
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs a process on one core")
 def test_the_workaround_for_one_core_works() -> None:
-    # Without the flags this call waits forever, see docs/python.md.
+    # Without the flag this call waits forever, see docs/python.md.
     flags = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
     command = [sys.executable, "-c", ONE_CORE]
     done = subprocess.run(command, capture_output=True, text=True, env=flags, timeout=120)

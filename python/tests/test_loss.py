@@ -15,7 +15,7 @@ FINAL = {**SCENE, "loss.kind": "final"}
 
 
 def final(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Minus how far the payload gets on flat ground."""
+    """Minus the distance of the payload on flat ground."""
     gradient = np.zeros_like(x)
     gradient[-1, 0, 0] = -1.0
     return -x[-1, 0, 0], gradient, np.zeros_like(v)
@@ -52,13 +52,13 @@ def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (lambda x, v: 1.0, "expected three things"),
-        (lambda x, v: (1.0, x), "expected three things"),
+        (lambda x, v: 1.0, "must return three things"),
+        (lambda x, v: (1.0, x), "must return three things"),
         (lambda x, v: (x, x, v), "expected a number"),
         (lambda x, v: (1j, x, v), "expected a number"),
-        (lambda x, v: (1.0, x[0], v), r"by x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
-        (lambda x, v: (1.0, x, 0.0), r"by v: .* of the shape \(1, 9, 2\), found .*\(\)"),
-        (lambda x, v: (1.0, 1j * x, v), "by x: .*found complex128"),
+        (lambda x, v: (1.0, x[0], v), r"respect to x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
+        (lambda x, v: (1.0, x, 0.0), r"respect to v: .* of the shape \(1, 9, 2\), found .*\(\)"),
+        (lambda x, v: (1.0, 1j * x, v), "respect to x: .*found complex128"),
     ],
 )
 def test_wrong_answers_of_a_loss_are_named(answer: Any, says: str) -> None:

@@ -1,4 +1,4 @@
-"""Wrong arguments: each is an exception that says what was expected, and nothing is broken after it."""
+"""Wrong arguments raise an exception that says what was expected. Later calls still work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from common import SHORT, robot, same, stacked
 
 Call = Callable[[cosmic.Simulator, cosmic.Inputs, cosmic.Trajectory], Any]
 
-#: What is done wrong, and words of the message.
+#: Wrong calls by name, and words that the message must contain.
 WRONG: dict[str, tuple[Call, list[str]]] = {
     "no arrays": (lambda sim, i, t: sim.rollout(None, 32), ["7 arrays", "found NoneType"]),
     "too few arrays": (lambda sim, i, t: sim.rollout(i[:6], 32), ["7 arrays", "found 6"]),
@@ -65,7 +65,7 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
 
 
 def changed(inputs: cosmic.Inputs, value: float) -> cosmic.Inputs:
-    """The inputs with this velocity at one place."""
+    """The inputs with one velocity replaced by ``value``."""
     v0 = inputs.v0.copy()
     v0[2, 1] = value
     return inputs._replace(v0=v0)
@@ -80,7 +80,7 @@ def test_a_wrong_argument_is_named(sim: cosmic.Simulator, what: str) -> None:
         call(sim, inputs, before)
     assert isinstance(raised.value, ValueError)
     assert all(word in str(raised.value) for word in words), str(raised.value)
-    # What it was done to works as before.
+    # The simulator still works.
     assert same(sim.rollout(inputs, 32), before)
 
 

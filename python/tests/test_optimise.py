@@ -1,4 +1,4 @@
-"""Runs: the program's bytes, folders, reports, and what stops them."""
+"""Runs: files equal to those of the program, folders, reports, and errors that stop a run."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_run_is_saved_and_loaded(run: cosmic.Run, tmp_path: Path) -> None:
     assert is_same_run(run.folder, copy.folder)
     assert same(run.inputs, copy.inputs)
     assert copy.scene.to_toml() == run.scene.to_toml()
-    with pytest.raises(cosmic.InputError, match="not a new or empty folder"):
+    with pytest.raises(cosmic.InputError, match="name a new or empty folder"):
         run.save(tmp_path / "copy")
 
 

@@ -123,6 +123,6 @@ sys.exit(process.exitcode)
 
 
 def test_a_forked_process_has_threads_of_its_own() -> None:
-    # In a process of its own: other libraries of this one do not like to be forked.
+    # In a separate process, because other libraries in this process cannot be forked safely.
     done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

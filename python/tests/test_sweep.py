@@ -1,4 +1,4 @@
-"""Sweeps: planned, given to executors, merged."""
+"""Sweeps: plans, executors and merged results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def planned(folder: Path) -> cosmic.Sweep:
 
 
 def numbers(sweep: cosmic.Sweep) -> dict[str, list[str]]:
-    """The results but for wall times."""
+    """The merged results without wall times."""
     merged = sweep.merge()
     return {name: list(map(str, column)) for name, column in merged.items() if name != "seconds"}
 
@@ -42,11 +42,11 @@ def test_executors_of_any_kind_do_the_same_runs(tmp_path: Path) -> None:
     expected = numbers(serial)
     assert numbers(threads) == expected and numbers(processes) == expected
     assert len(set(expected["scene"])) == 4
-    # The values that the grid gives, as numbers.
+    # The values of the grid are numbers.
     merged = serial.merge()
     assert merged["physics.friction"].tolist() == [0.6] * 4 + [2.5] * 4
     assert merged["controller.clocks"].tolist() == [6, 6, 8, 8] * 2
-    # What is over is not done twice.
+    # Finished runs are not submitted again.
     assert cosmic.Sweep(serial.folder).submit(OneAtATime(8)) == []
 
 
@@ -62,7 +62,7 @@ def test_dask_s_executor_does_them(tmp_path: Path) -> None:
 
 
 class OneAtATime:
-    """An executor that does so many runs at once when they are submitted, and no other."""
+    """An executor that does the first ``most`` runs as soon as they are submitted, and drops the others."""
 
     def __init__(self, most: int) -> None:
         self.most = most

@@ -1,4 +1,4 @@
-"""Rollouts in torch: derivatives, batches, losses."""
+"""Rollouts in torch: derivatives, batches and losses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) ->
     inputs = cosmic.torch.inputs(airborne(sim))
     array = getattr(inputs, name).requires_grad_()
     if name in ("w1", "w2"):
-        # A tenth of the many weights is looked at.
+        # Only a tenth of the many weights is checked.
         kept = array.detach().reshape(-1)
         array = kept[::10].clone().requires_grad_()
 
@@ -30,7 +30,7 @@ def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) ->
             moved = whole.reshape(getattr(inputs, name).shape)
         return tuple(cosmic.torch.rollout(sim, inputs._replace(**{name: moved}), *SPAN))
 
-    # As for differences of step 1e-6 elsewhere: they err by 1e-8, rounding adds 1e-9.
+    # As in the other tests with a step of 1e-6: differences err by 1e-8, and rounding adds 1e-9.
     assert torch.autograd.gradcheck(of, (array,), eps=1e-6, atol=1e-6, rtol=1e-5)
 
 

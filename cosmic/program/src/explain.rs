@@ -104,9 +104,9 @@ fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     (inputs, hidden, lattice.edges.len())
 }
 
-/// The JSON value that describes a rollout. `friction` is null unless the contact law is Coulomb's. `controller` has the
-/// numbers of observed numbers, hidden units (null without a network) and activations. `layout` is true if every edge has
-/// exactly one material.
+/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has the counts of
+/// observed numbers, hidden units (null without a network) and activations. `layout` is true if every edge has exactly
+/// one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";

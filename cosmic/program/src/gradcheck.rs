@@ -11,8 +11,8 @@ use cosmic_lab::verify::check_gradients;
 
 /// Compare the gradient with finite differences and forward mode
 ///
-/// The loss is the one that the scene sets, or the scene beside a design. For a reference case it is the displacement of
-/// the payload after the last step.
+/// The loss is that of the scene; a design uses the scene beside it. For a reference case the loss is the displacement
+/// of the payload after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -110,7 +110,7 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
     ))
 }
 
-/// The error for a scene that is refused. It shows the place where the file or `--set` sets one of the keys in question.
+/// The error for a scene that is refused. It shows where the file or `--set` sets one of the keys in question.
 fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);
