@@ -6,7 +6,7 @@ use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
 
-/// The small scene with more sections.
+/// A bench with the small scene, more keys in `[physics]` and more sections.
 fn bench(physics: &str, more: &str) -> Bench {
     Bench::with(&(scene(24, 64, physics) + more))
 }
@@ -17,7 +17,7 @@ fn robustness(bench: &Bench, line: &str) -> Value {
 }
 
 #[test]
-fn a_robust_design_is_another_one_and_repeats() {
+fn a_robust_design_differs_from_the_nominal_one_and_is_reproducible() {
     let bench = bench("contact = \"coulomb\"", "[robust]\nsamples = 2\n");
     bench.run("a", "");
     bench.run("b", "--threads 3");
@@ -30,7 +30,7 @@ fn a_robust_design_is_another_one_and_repeats() {
 }
 
 #[test]
-fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
+fn robustness_compares_runs_under_the_same_random_draws() {
     let bench = Bench::finished();
     bench.run("b", "--seed 1");
     let both = robustness(&bench, "a b --samples 8");
@@ -63,7 +63,7 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
 }
 
 #[test]
-fn every_task_runs_and_tells_its_loss() {
+fn every_task_runs_and_reports_its_loss() {
     let plain = Bench::default();
     plain.run("a", "");
     assert!(plain.json("a/summary.json")["loss_p50"].is_null());
@@ -97,8 +97,8 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A robot at rest with an unstable time step. Within eight steps, vibrations of a millimetre diverge, and those of a
-/// rounding error grow to a millimetre.
+/// A scene whose robot rests with an unstable time step. In eight steps, perturbations of a millimetre diverge, but
+/// rounding errors only grow to a millimetre. So perturbed starts diverge and the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
@@ -107,7 +107,7 @@ fn house_of_cards() -> Bench {
 }
 
 #[test]
-fn a_median_that_diverged_is_told_and_ends_with_3() {
+fn a_run_whose_median_diverged_says_so_and_exits_with_3() {
     let bench = house_of_cards();
     for (run, options) in [("a", ""), ("b", "--json"), ("c", "--starts 2")] {
         let said = bench.optimize(run, options);

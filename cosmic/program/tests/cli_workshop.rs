@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The values that the export of a run must have, from the run's own files.
+/// The values that the export of a run must contain. They are computed from the files of the run.
 fn expected(bench: &Bench, sizes: Value) -> Value {
     let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
@@ -82,7 +82,8 @@ fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more options.
+/// A bench with a finished run. `lattice` replaces the keys of the lattice, `truss` is the text of `truss.json`, and
+/// `more` has options of `optimize`.
 fn finished(lattice: &str, truss: &str, more: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene);
@@ -107,7 +108,7 @@ fn a_robot_of_triangles_is_read_back_by_other_programs() {
     read_back(&bench, "", defaults());
 }
 
-/// Odd angles and lengths, nodes without a bar, and a bar that is always solid and lies across a node.
+/// A truss with odd angles and lengths, nodes without a bar, and an always solid bar that lies across a node.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
@@ -156,7 +157,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
     assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
-/// Numbers have neither exponents nor rounding noise in their last digits.
+/// Asserts that numbers in the files have neither exponents nor rounding noise in their last digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")
