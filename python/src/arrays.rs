@@ -131,7 +131,10 @@ impl<'py, R: Number> Given<'py, R> {
         let found = self.shape();
         match found.strip_suffix(shape) {
             Some([]) => Ok(None),
-            Some([0]) => Err(refused(format!("{}: the batch has no robots; expected one or more", self.name))),
+            Some([0]) => Err(refused(format!(
+                "{}: the batch has no robots; expected one or more",
+                self.name
+            ))),
             Some([count]) => Ok(Some(*count)),
             _ => {
                 let batched: Vec<String> = shape.iter().map(usize::to_string).collect();

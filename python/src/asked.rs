@@ -164,7 +164,11 @@ impl<R: Number> Asked<R> {
         let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
         let guarded = task.guarded(&design, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
-            || Error::NoFigure("the rollout diverged in single precision but not in double precision".to_owned()),
+            || {
+                Error::NoFigure(
+                    "the rollout diverged in single but not in double precision".to_owned(),
+                )
+            },
             Error::from,
         )
     }

@@ -68,7 +68,8 @@ impl Driven {
         let z = Given::<f64>::new("z", z)?;
         if z.batch(&[sizes.edges, 3])?.is_some() {
             return Err(refused(
-                "z: expected the design of one robot, of shape (edges, 3), found several".to_owned(),
+                "z: expected the design of one robot, of shape (edges, 3), found several"
+                    .to_owned(),
             ));
         }
         let design = Design::of_vectors(z.finite()?.as_chunks().0.to_vec());

@@ -39,5 +39,9 @@ pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
         return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));
     }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Error::new_err(format!("cannot start {threads} threads: {error}; choose fewer with `threads`")))
+    pool.map_err(|error| {
+        Error::new_err(format!(
+            "cannot start {threads} threads: {error}; choose fewer with `threads`"
+        ))
+    })
 }

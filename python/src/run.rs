@@ -137,7 +137,8 @@ pub(crate) fn frame<'py>(
     let last = trajectory.states.len() - 1;
     let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);
     let drawn = caught(|| Ok(py.detach(draw)))?;
-    let drawn = drawn.ok_or_else(|| OutOfMemoryError::new_err("there is not enough memory for the picture"))?;
+    let drawn = drawn
+        .ok_or_else(|| OutOfMemoryError::new_err("there is not enough memory for the picture"))?;
     let rows = drawn.len() / 3 / FRAME_WIDTH;
     let drawn = array(py, drawn, &[rows, FRAME_WIDTH, 3])?;
     Ok(drawn.cast_into()?)

@@ -199,7 +199,8 @@ impl Simulator {
             .is_some_and(|size| Some(size) != asked.batch.size)
         {
             return Err(refused(
-                "tangents: this is a batch, but the inputs are not a batch of the same size".to_owned(),
+                "tangents: this is a batch, but the inputs are not a batch of the same size"
+                    .to_owned(),
             ));
         }
         let robots = asked.batch.robots();

@@ -75,7 +75,9 @@ impl Arguments {
         };
         if !names.is_empty() {
             let names = names.join(", ");
-            note(&format!("these results are not finite and were written as null: {names}"));
+            note(&format!(
+                "these results are not finite and were written as null: {names}"
+            ));
         }
         let text = case.diverged_json(divergence) + "\n";
         let path = self.beside(DIVERGED);

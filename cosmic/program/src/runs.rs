@@ -65,7 +65,11 @@ pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     // For rayon, 0 means one thread per core.
     let threads = threads.map_or(0, NonZeroUsize::get);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}; choose fewer with --threads")))
+    pool.map_err(|error| {
+        Error::Usage(format!(
+            "cannot start {threads} threads: {error}; choose fewer with --threads"
+        ))
+    })
 }
 
 fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
