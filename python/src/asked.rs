@@ -98,7 +98,7 @@ impl<R: Number> Asked<R> {
         )
     }
 
-    /// Simulates some robots. Several robots share one controller.
+    /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
         let designs = robots.clone().map(|robot| self.design(task, robot));
         let designs: Vec<_> = designs.collect();
@@ -132,7 +132,7 @@ impl<R: Number> Asked<R> {
         let length = self.span.observed.len() * 2 * task.lattice.nodes();
         let places = x.chunks_mut(together * length);
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
-        // Every thread writes the states of its robots to their places and drops them.
+        // To save memory, each thread copies the states of its robots into the arrays and drops them.
         let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
             if stop.load(Ordering::Relaxed) {
                 x.fill(R::lit(f64::NAN));
@@ -269,7 +269,7 @@ pub(crate) fn in_pool<T: Send>(
     Ok((done, raised))
 }
 
-/// The result of work, or the exception of a signal: partial results are dropped.
+/// Returns the result of work. If a signal interrupted the work, drops the partial result and returns the exception.
 pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
     raised.map_or(Ok(done), Err)
 }

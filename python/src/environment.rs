@@ -16,7 +16,7 @@ use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// A robot whose actuators are held at given activations.
+/// A robot that is simulated with activations from the caller.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
     driven: Library,

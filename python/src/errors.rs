@@ -34,7 +34,7 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         | Library::Write { .. }
         | Library::Taken(_) => FileError::new_err(says),
         Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
-        // The message of the library names Rust functions.
+        // Not the library's message, because it names Rust functions.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(
             "{file}: this run has a loss in Python; pass it to cosmic.resume as `loss`"
         )),
@@ -62,7 +62,7 @@ pub(crate) fn refused(says: String) -> PyErr {
     InputError::new_err(says)
 }
 
-/// Runs an entry point. A panic of the library becomes an exception.
+/// Runs the body of a function that Python calls. A panic of the library becomes an exception.
 pub(crate) fn caught<T>(entry: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(entry)).unwrap_or_else(|panic| Err(panicked(&*panic)))
 }

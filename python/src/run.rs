@@ -23,7 +23,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
 
-/// The arrays and texts of a finished run.
+/// Reads a finished run. Returns a dictionary of its arrays and of the texts of its files.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
     let run = caught(|| {

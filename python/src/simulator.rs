@@ -26,7 +26,7 @@ pub(crate) struct Simulator {
     sizes: Sizes,
 }
 
-/// Positions and velocities.
+/// The arrays of observed positions and velocities.
 type Seen<'py> = [Bound<'py, PyAny>; 2];
 
 impl Simulator {

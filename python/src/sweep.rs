@@ -1,4 +1,4 @@
-//! Sweeps: planned, run one by one, merged.
+//! Plans sweeps, does their runs one at a time, and merges the results.
 
 use crate::attended::{Listener, attended};
 use crate::errors::{caught, raised, refused};

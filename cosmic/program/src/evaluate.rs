@@ -83,7 +83,7 @@ impl Arguments {
         let path = self.beside(DIVERGED);
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
             Ok(()) => note(&see_again(&path)),
-            // The divergence matters more; the caller reports it.
+            // Only a note, because the error that is returned is the divergence.
             Err(error) => note(&format!("the last states could not be written: {error}")),
         }
         Err(Error::from(divergence))

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Export a robot: a model for MuJoCo, or files for the workshop
 ///
-/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in millimetres, tables in SI units. docs/files.md describes the files.
+/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in
+/// millimetres, tables in SI units. docs/files.md describes the files.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
@@ -158,7 +159,7 @@ struct Made {
 }
 
 impl Made {
-    /// Reports all failed options. Returns the last one as the error.
+    /// Returns an error if options failed. It prints the errors of all failed options but the last, and returns that one.
     fn judge(self) -> Result<()> {
         let is_alone = self.written.is_empty() && self.failed.len() == 1;
         let named = |(option, error): (&str, Error)| match error {

@@ -39,7 +39,7 @@ impl Arguments {
         let options = Options {
             directions: self.directions.into(),
             seed: self.seed,
-            // Near contact, a slope is valid over less than a nanometre.
+            // Near a contact, the slope is constant over less than a nanometre, so steps must be shorter.
             smallest_step: 1e-12,
             ..Options::default()
         };

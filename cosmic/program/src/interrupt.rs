@@ -19,7 +19,7 @@ impl Interrupt {
         let heard = Arc::clone(&asked);
         let on_signal = move || {
             if heard.swap(true, Ordering::Relaxed) {
-                // The last snapshot can be resumed.
+                // Ending at once loses little: the run can be resumed from its last snapshot.
                 process::exit(75);
             }
         };

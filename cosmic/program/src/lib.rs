@@ -131,7 +131,7 @@ fn command(registry: &Registry) -> clap::Command {
 pub struct Program(Registry);
 
 impl Program {
-    /// The program as it ships.
+    /// The program without additions.
     pub fn new() -> Self {
         Self::default()
     }

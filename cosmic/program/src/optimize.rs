@@ -76,7 +76,7 @@ struct Origin {
     scene: Scene,
     /// The name in the summary and in the name of the run's folder.
     name: String,
-    /// The built-in name or the file, as messages show it.
+    /// The built-in name or the path of the scene, for messages.
     source: String,
 }
 

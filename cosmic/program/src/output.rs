@@ -17,7 +17,8 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Converts the result of writing to standard output. A reader that stops early (`cosmic scene default | head`) is not an error.
+/// Converts the result of writing to standard output. It is not an error if the reader stops early, as in
+/// `cosmic scene default | head`.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -46,7 +47,7 @@ pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
 }
 
-/// The mark after the displacement of an unreliable robot; empty for other robots.
+/// The text that follows the displacement of an unreliable robot; empty for other robots.
 pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     match verdict {
         Some(Reliability::Unreliable { .. }) => ", unreliable",

@@ -24,7 +24,7 @@ pub(super) struct Progress {
     interrupt: Interrupt,
     /// The lines to print when the first run begins.
     introduction: Vec<String>,
-    /// The runs by their seeds.
+    /// The active runs, by their seeds.
     runs: BTreeMap<u64, Shown>,
 }
 
@@ -141,7 +141,7 @@ impl Observer for Progress {
 
 /// The speed of this process, for estimates of the remaining time.
 struct Pace {
-    /// Iterations or runs that earlier processes did.
+    /// The number of iterations, or of runs, that were done before this process began.
     before: usize,
     since: Instant,
 }

@@ -39,7 +39,7 @@ fn robustness_compares_runs_under_the_same_random_draws() {
     assert!(least.as_f64().unwrap() < p50.as_f64().unwrap());
     let along = &bench.json("a/summary.json")["displacement_along"];
     assert_eq!(runs[0]["nominal"], *along);
-    // The second run's row does not depend on the first.
+    // The results of run `b` do not depend on run `a`.
     let second = robustness(&bench, "b --samples 8");
     assert_eq!(second["runs"][0], runs[1]);
     let other = robustness(&bench, "a b --samples 8 --seed 1");
@@ -78,7 +78,7 @@ fn every_task_runs_and_reports_its_loss() {
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
-        // The plain design with this task.
+        // Both designs are simulated with this task. The losses differ.
         let other = plain.path("a").display().to_string();
         let both = robustness(&bench, &format!("{other} a --scene tiny.toml --samples 8"));
         let loss = |k: usize| both["runs"][k]["loss"].as_f64().unwrap();

@@ -71,7 +71,7 @@ fn the_last_states_lie_beside_the_results() {
     assert!(!exists("diverged.json"));
     #[cfg(unix)]
     {
-        // No file can be written beside a device.
+        // Beside a device no file can be written, so the states are in the current folder.
         evaluate(&folder, "case.json --out /dev/null").fails(3, &[]);
         assert!(exists("diverged.json"));
         assert!(!std::path::Path::new("/dev/diverged.json").exists());

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run of seconds with every phase, for a task whose starts are ranked by the loss.
+/// A scene whose run takes seconds and has every phase. Its starts are ranked by the loss of the task.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -34,7 +34,7 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
-/// The headings of the generated parts, which are the ends of the pages.
+/// The headings of the generated parts. Each part reaches to the end of its page.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
 
@@ -162,7 +162,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
     let Found { mut names, tables } = found;
-    // The user chooses this name.
+    // The user chooses the name of this file, so the page cannot contain it.
     names.remove("robustness.csv");
     let table = tables.iter().map(|(name, columns)| match &name[..] {
         "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
@@ -194,7 +194,7 @@ fn the_page_describes_the_results_of_a_case() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The errors of the reader of cases list the known keys.
+/// The known keys come from the errors of the reader of cases, which list them.
 #[test]
 fn the_page_describes_every_key_of_a_case() {
     let mut names = BTreeSet::new();

@@ -29,7 +29,7 @@ fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// The terrain of these scenes begins below the lattice, and the robot falls on it.
+/// In these scenes the terrain begins below the lattice, and the robot falls on it.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [
@@ -69,7 +69,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// The loss is that of the scene's task.
+/// `gradcheck` checks the loss of the scene's task, so the tables of all tasks differ.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::Output;
 use std::sync::LazyLock;
 
-/// Iterations of a run that is long enough to be interrupted.
+/// The number of iterations of a run that is long enough to be interrupted.
 const ITERATIONS: usize = 100;
 
 fn slow() -> Bench {
@@ -114,7 +114,7 @@ fn a_run_killed_several_times_resumes_to_the_same_bytes() {
         await_rows(&bench, "a", wanted);
         child.kill().unwrap();
         child.wait().unwrap();
-        // A process killed during a write leaves this behind.
+        // A process that is killed during a write leaves such a file.
         if !bench.path("a/summary.json").exists() {
             bench.write("a/.cosmic-half", "{");
         }
@@ -135,7 +135,7 @@ fn several_starts_resume_where_they_were() {
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), code);
         if code.is_some() {
-            // The search is resumed, not a start.
+            // The message names the folder of the search, not that of a start.
             let error = Told::of(output).error;
             let how = format!("; go on with: cosmic resume {name}\n");
             assert!(error.ends_with(&how), "{error}");
@@ -152,7 +152,7 @@ fn snapshots_are_never_far_behind() {
     let mut child = bench.start("optimize tiny.toml --out a");
     let mut checked = 0;
     while child.try_wait().unwrap().is_none() {
-        // The history first, because the snapshot may be replaced in between.
+        // The history is read first, because the snapshot may be replaced in between.
         let rows = bench.lines("a/history.jsonl") as u64;
         if rows > 0 {
             let snapshot = bench.json("a/snapshot.json");
@@ -269,7 +269,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
 #[test]
 fn resume_refuses_a_run_whose_history_is_missing() {
     let bench = nearly_finished();
-    // A run that is not finished has this file.
+    // Every unfinished run has this file.
     bench.write("a/.cosmic-lock", "");
     for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
         let file = format!("a/{name}");

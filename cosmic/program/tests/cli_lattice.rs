@@ -109,7 +109,7 @@ fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     legs.fails(2, &["6x6 nodes, not", "gate.json"]);
 }
 
-/// The run folder has a copy of the file and needs nothing else.
+/// The folder of a run can be moved and its run resumed, because it contains a copy of the truss file.
 #[test]
 fn a_run_on_a_truss_file_resumes_in_another_folder() {
     let bench = bench();
@@ -134,7 +134,7 @@ fn a_run_on_a_truss_file_resumes_in_another_folder() {
     bench.ok("gradcheck elsewhere/b --steps 32");
     bench.ok("optimize --from elsewhere/b --out c");
     assert_rules_hold(&bench.json("c/design.json"));
-    // The payload is node 0, at any place in the file.
+    // The payload is node 0 of the robot, whatever its number in the truss file.
     let design = bench.json("c/design.json");
     assert_eq!(design["edges"][15], serde_json::json!([6, 0]));
 }
@@ -288,7 +288,7 @@ fn a_case_of_any_lattice_reads_back_to_the_same_results() {
         let read = Case::parse("case.json", &json).unwrap();
         assert_eq!(read.to_json(), json);
         let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
-        // Too many numbers to show.
+        // `assert_eq!` would print too many numbers.
         assert!(results(&read) == results(&case), "{}", scene.lattice.name());
         let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
         if wrong != json {

@@ -104,14 +104,15 @@ fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
         design.materials.iter().filter(solid).count() as f64 / 20.0
     };
     assert_eq!([volume, actuator_volume], [share(1), share(2)]);
-    // 0.47 to 0.53 and 0.17 to 0.25, up to rounding of the bounds.
+    // The widened volume bounds are 0.47 to 0.53 and 0.17 to 0.25, up to rounding.
     assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
 
     let text = bench.read("a/trajectory.json");
     let trajectory: TrajectoryFile = serde_json::from_str(&text).unwrap();
     assert_eq!(trajectory.steps, [0, 16, 32, 48, 64]);
     let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
-    // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
+    // Displacements are computed in the frame of the ground, which is shifted by 0.1 m. This rounds numbers of about
+    // 0.5 twice.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
     // The name of a run's folder stands for its design.
     let by_folder = bench.cosmic("evaluate a").json();
@@ -164,7 +165,7 @@ fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
     // The final design is the undecided one of the last iteration.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
-    // Means over 20 edges in two orders.
+    // Both are means over 20 edges, summed in different orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
 
     // The design has no bars yet, so there are no counts and no loads.

@@ -43,7 +43,7 @@ fn a_robot_with_one_material_per_edge_starts_after_the_snap() {
     // The limit counts only the iterations of this run.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
-    // Its start and its scene reproduce it.
+    // Its `start.json` and its scene reproduce the run.
     bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
     let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_eq!(b, d);

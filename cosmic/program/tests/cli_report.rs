@@ -81,7 +81,7 @@ fn pictures(bench: &Bench, name: &str) -> usize {
         let mut colours = frame.buffer.to_vec();
         colours.sort_unstable();
         colours.dedup();
-        // Sky, ground, robot and label at least.
+        // Sky, ground, robot and label need at least four colours.
         assert!((frame.width, frame.height) == (800, 334) && colours.len() > 3);
         count += 1;
     }
@@ -120,9 +120,9 @@ fn a_robot_of_mixtures_is_drawn() {
     let told = bench.cosmic("report run --evolution").ok().out;
     assert_eq!(told.lines().count(), 5);
     let drawn = bench.read("run/robot.svg").matches("<polyline").count();
-    // At least one moment of the journey and six of the gait, with 20 edges each.
+    // The picture shows at least one moment of the walk and six of the gait, with 20 edges each.
     assert!(drawn >= 7 * 20, "{drawn} lines");
-    // One row of designs, and the delivered robot.
+    // The animation shows the only kept design and the delivered robot.
     assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13);
 }
 
@@ -175,7 +175,7 @@ fn a_missing_or_truncated_file_is_named() {
             report(&bench).fails(4, &[name]);
             bench.write(&file, &whole);
         }
-        // Cut inside a line, because a shorter list of lines could be valid.
+        // The text is cut inside a line, because fewer complete lines could be valid.
         refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
     }
     assert!(!bench.path("run/report.html").exists());
@@ -266,7 +266,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     bench.optimize("run", "--allow-unstable").fails(3, &[]);
     of_summary("the run diverged; see its last states with: cosmic evaluate run/diverged.json");
 
-    // The folder is gone.
+    // Without the folder, there is no advice to resume the run.
     fs::remove_dir_all(bench.path("run")).unwrap();
     let told = report(&bench);
     told.fails(4, &[]);
@@ -406,7 +406,7 @@ const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";
 
-/// The document of a file after its scripts ran for a second of the browser's virtual time.
+/// Loads a file in the browser. Returns the document after its scripts ran for a second of virtual time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
@@ -432,7 +432,7 @@ fn document(browser: &str, file: &str) -> String {
 #[test]
 fn a_browser_draws_the_page_without_errors() {
     let Some(browser) = browser() else {
-        // The test harness hides what passing tests print, but not this.
+        // Written directly to standard error, because the test harness hides what passing tests print.
         writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
         return;
     };

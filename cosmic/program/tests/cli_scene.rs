@@ -165,7 +165,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     }
     cosmic("--help").ok();
     cosmic("--version").ok();
-    // On a full disk.
+    // Writing to `/dev/full` fails as on a full disk.
     #[cfg(target_os = "linux")]
     {
         let full = fs::File::create("/dev/full").unwrap();

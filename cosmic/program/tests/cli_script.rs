@@ -118,7 +118,7 @@ fn a_script_for_parallel_does_the_unfinished_runs() {
     let there = Command::new("parallel").arg("--version").output();
     if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
         let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
-        // Directly, because the test harness hides the output of passing tests.
+        // Written directly to standard error, because the test harness hides what passing tests print.
         io::stderr().write_all(says.as_bytes()).unwrap();
         return;
     }

@@ -90,7 +90,7 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert!(filled.iter().zip(&held).all(kept), "{held:?}");
     assert!(held.contains(&0), "{held:?}");
     let solid = materials(&design("material-control"));
-    // 0.90 of 20 edges, minus the widening of 0.03: 17.4.
+    // At least 0.90 of the edges are solid, minus the widening of 0.03. For 20 edges this is 17.4.
     assert!(solid.iter().filter(|m| **m > 0).count() >= 18, "{solid:?}");
 }
 
@@ -154,7 +154,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // Valid by itself, but not for the scenes of the study.
+    // This base is valid by itself, but not for the scenes of the study.
     let says = "error: the settings of base.toml do not fit the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
@@ -194,7 +194,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let bench = bench(SHORT);
     study(&bench, "paper", "p", "--seeds 1 --iterations 2").ok();
     let document = bench.read("p/paper.md");
-    // In both tables.
+    // Each of these lines is in both tables.
     for line in ["| b, stability heuristic | 1.90 |", "| 5x5 nodes | 1.10 |"] {
         assert_eq!(document.matches(line).count(), 2, "{line}: {document}");
     }
@@ -209,7 +209,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
 
 /// The scenes of all trials of a study, by the names of the trials.
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
-    // `true` replaces a Python with MuJoCo.
+    // The command `true` stands in for a Python with MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
     bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));

@@ -105,7 +105,7 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
-    // A finished run that lost its summary and a history.
+    // Run 1 was finished. Here it loses its summary and a history.
     fs::remove_file(run(1, "summary.json")).unwrap();
     fs::remove_file(run(1, "history.csv")).unwrap();
     sweep("run s --index 1").fails(4, &["history.csv"]);

@@ -96,7 +96,7 @@ fn finished(lattice: &str, truss: &str, more: &str) -> Bench {
 fn a_robot_of_squares_is_read_back_by_other_programs() {
     let bench = finished("columns = 6\nrows = 5\n", "", "");
     read_back(&bench, "", defaults());
-    // Strips so wide that parallel diagonals, 70.7 mm apart, need two layers.
+    // These strips are so wide that parallel diagonals, 70.7 mm apart, need two layers.
     let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
     let options = "--width 60 --hole 20.5 --gap 15 --radius 2 --thickness 5";
     read_back(&bench, options, sizes);
@@ -150,7 +150,7 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
         "{nodes}"
     );
     numbers_are_plain(&bench);
-    // A run that ended before the snap has another robot than the one that moves.
+    // If a run ended before the snap, the exported robot differs from the one that moved.
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
@@ -186,7 +186,7 @@ fn numbers_are_plain(bench: &Bench) {
     }
 }
 
-/// Node 2 of the file is the payload, so it becomes node 0 of the robot.
+/// Node 4 of the file is the payload, so it becomes node 0 of the robot.
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
@@ -284,7 +284,7 @@ fn an_impossible_export_is_refused_before_anything_is_written() {
         bench.cosmic(line).fails(code, &[says]);
         assert!(!bench.path("run/export").exists(), "{line}");
     }
-    // Materials without mass have no section.
+    // A material without mass has no section, so there is no solid.
     let massless = "[materials]\ndensity = [1e-8, 0.0, 0.1]\n";
     let bench = Bench::with(&(scene(24, 64, "node_mass = 0.01") + massless));
     bench.run("run", "--quiet");

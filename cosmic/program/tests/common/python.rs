@@ -35,7 +35,7 @@ pub(crate) fn python() -> Option<&'static Path> {
         Ok(python) => Some(python),
         Err(why) => {
             let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
-            // The test harness hides what passing tests print, but not this.
+            // Written directly to standard error, because the test harness hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
         }

@@ -26,14 +26,14 @@ impl Told {
         }
     }
 
-    /// The output of a command that must succeed.
+    /// Asserts that the command succeeded. Returns its output.
     #[track_caller]
     pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{self:?}");
         self
     }
 
-    /// The JSON output of a command that must succeed.
+    /// Asserts that the command succeeded. Returns the JSON that it printed.
     #[track_caller]
     pub(crate) fn json(self) -> Value {
         serde_json::from_str(&self.ok().out).unwrap()
