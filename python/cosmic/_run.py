@@ -37,7 +37,7 @@ Progress = Callable[[int, int, dict[str, Any]], object]
 
 @dataclass(frozen=True)
 class Design:
-    """A layout of materials on the edges of a lattice."""
+    """The design of a robot: the materials on the edges of a lattice."""
 
     edges: _Whole
     """The two nodes of every edge, shape ``(edges, 2)``."""
@@ -80,9 +80,9 @@ class Run:
     velocities: _Floats
     """Velocities in the final rollout, same shape, m/s."""
     steps: _Whole
-    """The steps of these states."""
+    """The numbers of the steps after which these states were observed."""
     times: _Floats
-    """Their times, s."""
+    """The times of these states, s."""
 
     def __init__(self, folder: _Path, *, keep: Any = None) -> None:
         self.folder = Path(folder)
@@ -244,8 +244,8 @@ def resume(
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
 ) -> Run:
-    """Continues the run in a folder; a finished run is only read. A run with a loss in Python needs
-    this ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
+    """Continues the run in a folder; a finished run is only read. If the run has a loss in Python, pass
+    the same ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
     scene, for a run whose time step has become unstable."""
     own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:

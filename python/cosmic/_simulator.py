@@ -96,13 +96,17 @@ class Simulator:
         return Inputs(*self._core.initial(as_seed(seed)))
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
-        """The observed steps of a rollout: the list ``observed``, or every ``observed``-th of ``steps``
-        steps (by default all steps of the scene) and the last one."""
+        """The numbers of the observed steps of a rollout.
+
+        They are the list ``observed``. If ``observed`` is an interval, they are every so many steps
+        up to ``steps`` (by default all steps of the scene), and the last step."""
         if isinstance(observed, (int, np.integer)):
             last = self.steps if steps is None else whole("steps", steps, 0)
             return [*range(0, last, whole("observed", observed, 1)), last]
         if steps is not None:
-            raise InputError("give `steps`, or `observed` as a list that ends with the last step")
+            raise InputError(
+                "`steps` cannot be given with a list of steps; end the list `observed` with the last step"
+            )
         given = observed.tolist() if isinstance(observed, np.ndarray) else observed
         try:
             listed = [operator.index(step) for step in given]

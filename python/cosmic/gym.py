@@ -1,4 +1,4 @@
-"""Gymnasium environments in which a policy drives one design.
+"""Gymnasium environments in which a policy controls robots of one design.
 
 >>> import cosmic.gym, gymnasium
 >>> env = gymnasium.make("cosmic/Walk-v0", robot="three_legged")
@@ -287,7 +287,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         else:
             seeds = list(seed)
         if len(seeds) != self.num_envs:
-            raise InputError(f"seed: {len(seeds)} seeds for {self.num_envs} robots")
+            raise InputError(f"seed: expected {self.num_envs} seeds, one per robot, found {len(seeds)}")
         begins = self._mask(options)
         self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
         self._begin(begins)
@@ -317,7 +317,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
     ) -> tuple[_Floats, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
         walk, mode = self._walk, self.autoreset_mode
         if not all(self._seen):
-            raise gymnasium.error.ResetNeeded("call reset first")
+            raise gymnasium.error.ResetNeeded("no episode is running: call reset")
         if mode is AutoresetMode.DISABLED and self._over.any():
             over = np.flatnonzero(self._over).tolist()
             raise gymnasium.error.ResetNeeded(
@@ -350,13 +350,13 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
     def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
-        """Keeps the states for the next picture."""
+        """Keeps the positions of robots for their next picture."""
         if self.render_mode is not None:
             for robot in map(int, np.flatnonzero(robots)):
                 self._seen[robot].append(self._walk.x[robot].copy())
 
     def _info(self, robots: npt.NDArray[np.bool_]) -> dict[str, Any]:
-        """The infos of some robots, with the mask of these robots, in the format of gymnasium."""
+        """The infos of the masked robots, in the format of gymnasium: every entry has a mask beside it."""
         walk = self._walk
         of_each = {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
         info: dict[str, Any] = {}

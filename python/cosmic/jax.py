@@ -140,7 +140,7 @@ def _checked(simulator: Simulator, inputs: Any) -> Inputs:
 
 
 def _precision(inputs: Inputs) -> Any:
-    """The type for the computation: double precision if any array has it, otherwise single."""
+    """The number type of the computation: double precision if any array has it, otherwise single."""
     is_double = jnp.result_type(*inputs, float) == jnp.float64
     return jnp.float64 if is_double else jnp.float32
 
@@ -175,7 +175,7 @@ def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inpu
 
 
 def _cotangent(gradient: Any, of: Any) -> Any:
-    """The gradient in the type of its input; JAX has no gradients for integers."""
+    """Converts a gradient to the type of its input. For integers, JAX expects zeros of the type float0."""
     if not jnp.issubdtype(of.dtype, jnp.floating):
         return np.zeros(of.shape, jax.dtypes.float0)
     return gradient.astype(of.dtype)

@@ -171,7 +171,7 @@ def test_wrong_actions_are_refused_and_change_nothing() -> None:
     _, _, _, _, info = env.step(np.zeros(size))
     assert info["time"] == pytest.approx(env.metadata["render_fps"] ** -1)
     many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
-    with pytest.raises(cosmic.InputError, match="1 seeds for 2 robots"):
+    with pytest.raises(cosmic.InputError, match="expected 2 seeds, one per robot, found 1"):
         many.reset(seed=[1])
     with pytest.raises(cosmic.InputError, match="reset_mask: expected 2 booleans"):
         many.reset(options={"reset_mask": np.zeros(2, np.bool_)})
