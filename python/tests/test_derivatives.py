@@ -17,7 +17,7 @@ def pairing(a: cosmic.Inputs | cosmic.Trajectory, b: cosmic.Inputs | cosmic.Traj
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_gradient_is_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+def test_the_gradient_agrees_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = airborne(sim)
     bars = cosmic.Trajectory(*like(sim.rollout(inputs, *SPAN), 1))
     gradient = getattr(sim.vjp(inputs, bars, *SPAN), name)
@@ -38,7 +38,7 @@ def test_the_gradient_is_what_differences_say(sim: cosmic.Simulator, name: str) 
 
 
 @pytest.mark.parametrize("height", [0.0, 1.0], ids=["on the ground", "above it"])
-def test_both_products_agree(sim: cosmic.Simulator, height: float) -> None:
+def test_vjp_and_jvp_agree(sim: cosmic.Simulator, height: float) -> None:
     inputs = robot(sim, 0, height)
     tangents = cosmic.Inputs(*like(inputs, 1))
     seen, along = sim.jvp(inputs, tangents, *SPAN)
@@ -51,7 +51,7 @@ def test_both_products_agree(sim: cosmic.Simulator, height: float) -> None:
 
 
 @pytest.mark.parametrize("shared", [(), ("w1", "b1", "w2", "b2", "x0", "v0"), ("z",)])
-def test_products_of_a_batch_are_those_of_its_robots(
+def test_products_of_a_batch_equal_those_of_its_robots(
     sim: cosmic.Simulator, shared: tuple[str, ...]
 ) -> None:
     batch = stacked([robot(sim, seed) for seed in range(5)], shared)
@@ -76,7 +76,7 @@ def test_tangents_may_be_shared(sim: cosmic.Simulator) -> None:
         assert same(sim.jvp(alone, tangents, *SPAN)[1], (along.x[k], along.v[k]))
 
 
-def test_derivatives_go_on_from_a_later_step(sim: cosmic.Simulator) -> None:
+def test_derivatives_can_begin_at_a_later_step(sim: cosmic.Simulator) -> None:
     inputs = airborne(sim)
     tangents = cosmic.Inputs(*like(inputs, 1))
     _, along = sim.jvp(inputs, tangents, *SPAN, first=50)
@@ -87,7 +87,7 @@ def test_derivatives_go_on_from_a_later_step(sim: cosmic.Simulator) -> None:
     assert not same(gradient, sim.vjp(inputs, bars, *SPAN))
 
 
-def test_a_bound_holds_large_cotangents_back_alone(sim: cosmic.Simulator) -> None:
+def test_a_bound_limits_only_large_cotangents(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     bars = cosmic.Trajectory(*like(sim.rollout(inputs), 1))
     exact = sim.vjp(inputs, bars)

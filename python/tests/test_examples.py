@@ -16,7 +16,7 @@ NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 NEEDS = {"own_objective": "jax"}
 
 
-def test_the_notebooks_are_there() -> None:
+def test_all_notebooks_exist() -> None:
     assert {notebook.stem for notebook in NOTEBOOKS} >= {"first_robot", *NEEDS}
 
 
@@ -49,7 +49,7 @@ def test_the_script_runs() -> None:
     assert done.stdout.startswith("<Run stability, seed 1: 0.0")
 
 
-def test_the_types_hold(tmp_path: Path) -> None:
+def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     settings = EXAMPLES.parent / "pyproject.toml"
     # Copies of what is installed: mypy does not check files where packages are installed.

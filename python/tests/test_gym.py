@@ -23,7 +23,7 @@ NAME = "cosmic.gym:cosmic/Walk-v0"
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
-def test_an_environment_is_what_gymnasium_wants(render_mode: str | None) -> None:
+def test_an_environment_passes_the_checks_of_gymnasium(render_mode: str | None) -> None:
     env = gymnasium.make(NAME, robot=SCENE, render_mode=render_mode, **FRAMES)
     check_env(env.unwrapped)
 
@@ -51,7 +51,7 @@ def test_an_episode_is_a_rollout_of_the_scene() -> None:
         env.step(np.zeros(env.action_space.shape, np.float32))
 
 
-def test_rewards_are_the_distance_made_good() -> None:
+def test_rewards_add_up_to_the_distance() -> None:
     env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
     _, info = env.reset(seed=3)
     start, made = info["along"], 0.0
@@ -73,7 +73,7 @@ def test_seeds_repeat_and_differ() -> None:
     assert np.array_equal(calm.reset(seed=1)[0], calm.reset(seed=2)[0])
 
 
-def test_actions_beyond_the_bounds_are_held_at_them() -> None:
+def test_actions_beyond_the_bounds_are_clipped() -> None:
     def after(action: float) -> Any:
         env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
         env.reset(seed=0)
@@ -83,7 +83,7 @@ def test_actions_beyond_the_bounds_are_held_at_them() -> None:
     assert not np.array_equal(after(1.0), after(-1.0))
 
 
-def test_many_robots_are_single_ones_side_by_side() -> None:
+def test_many_robots_equal_single_robots() -> None:
     robots, random = 5, np.random.default_rng(0)
     many = gymnasium.make_vec(NAME, robots, "vector_entry_point", robot=SCENE, **FRAMES)
     alone = [cosmic.gym.WalkEnv(SCENE, **FRAMES) for _ in range(robots)]
@@ -238,7 +238,7 @@ def test_without_autoreset_an_episode_that_is_over_stays_so() -> None:
         many.step(actions)
 
 
-def test_both_environments_cut_an_episode_off_alike() -> None:
+def test_both_environments_truncate_an_episode_alike() -> None:
     arguments = {"robot": SCENE, "max_episode_steps": 2, **FRAMES}
     one = gymnasium.make(NAME, **arguments)
     many = gymnasium.make_vec(NAME, 1, "vector_entry_point", **arguments)

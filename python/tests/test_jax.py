@@ -40,7 +40,7 @@ def number(sim: cosmic.Simulator):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+def test_gradients_agree_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = airborne(sim)
 
     def of(array):
@@ -56,7 +56,7 @@ def test_all_gradients_at_once(sim: cosmic.Simulator) -> None:
     check_grads(number(sim), (airborne(sim),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
 
 
-def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
+def test_states_and_gradients_equal_those_of_numpy(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     seen, pull = jax.vjp(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN), inputs)
     assert same(seen, sim.rollout(inputs, *SPAN))
@@ -80,7 +80,7 @@ def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> 
     assert not same(gradient, sim.vjp(inputs, bars, *SPAN, first=100))
 
 
-def test_compiled_functions_give_the_same(sim: cosmic.Simulator) -> None:
+def test_compiled_functions_give_the_same_results(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     compiled = jax.jit(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))
     assert same(compiled(inputs), sim.rollout(inputs, *SPAN))
@@ -104,7 +104,7 @@ SHARED = [(), NAMES[1:], ("w1", "b1", "w2", "b2"), ("z", "x0", "v0")]
 
 
 @pytest.mark.parametrize("shared", SHARED)
-def test_vmap_is_a_loop(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
+def test_vmap_equals_a_loop_over_the_robots(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
     robots = [robot(sim, seed) for seed in range(3)]
     batch = stacked(robots, shared)
     axes = cosmic.Inputs(*(None if name in shared else 0 for name in NAMES))
@@ -126,7 +126,7 @@ def test_vmap_is_a_loop(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
             np.testing.assert_allclose(a, b[k], rtol=1e-10, atol=1e-13)
 
 
-def test_gradients_of_a_batch_add_up_over_what_is_shared(sim: cosmic.Simulator) -> None:
+def test_gradients_of_shared_arrays_are_sums_over_the_batch(sim: cosmic.Simulator) -> None:
     robots = [robot(sim, seed) for seed in range(3)]
     designs = jnp.stack([each.z for each in robots])
     rest = robots[0]
@@ -159,7 +159,7 @@ def test_nested_vmap(sim: cosmic.Simulator) -> None:
             assert np.array_equal(grid[i, j], of(designs[i], starts[j]))
 
 
-def test_what_is_not_there_is_refused(sim: cosmic.Simulator) -> None:
+def test_unsupported_derivatives_are_refused(sim: cosmic.Simulator) -> None:
     inputs, of = robot(sim, 0), number(sim)
     with pytest.raises(TypeError, match="forward-mode"):
         jax.jvp(of, (inputs,), (inputs,))
@@ -177,7 +177,7 @@ def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf, 1e9], ids=["NaN", "infinite", "diverges"])
 @pytest.mark.parametrize("name", ["v0", "b2", "z"])
-def test_a_lost_robot_does_not_affect_the_others(
+def test_a_diverging_robot_does_not_affect_the_others(
     sim: cosmic.Simulator, name: str, lost: float
 ) -> None:
     if lost == 1e9 and name != "v0":
@@ -229,7 +229,7 @@ def test_wrong_arrays_are_refused_before_anything_runs(
         ({"observed": [3, 1]}, "ascend"),
     ],
 )
-def test_steps_that_no_rollout_has_are_refused_before_anything_runs(
+def test_invalid_steps_are_refused_before_anything_runs(
     sim: cosmic.Simulator, options, says: str
 ) -> None:
     with pytest.raises(cosmic.InputError, match=says):
@@ -263,7 +263,7 @@ def test_an_objective_in_jax() -> None:
     assert is_same_run(own.folder, cosmic.optimize(scene, SEED, progress=False).folder)
 
 
-def test_an_exception_of_an_objective_is_the_runs() -> None:
+def test_an_exception_in_an_objective_is_raised_by_the_run() -> None:
     @cosmic.jax.loss
     def wrong(x, v):
         return x

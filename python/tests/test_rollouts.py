@@ -30,7 +30,7 @@ def test_seeds_differ_and_repeat(sim: cosmic.Simulator) -> None:
     assert not np.array_equal(sim.initial(1).w1, sim.initial(2).w1)
 
 
-def test_a_rollout_shows_the_steps_that_are_asked_for(sim: cosmic.Simulator) -> None:
+def test_a_rollout_returns_the_requested_steps(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     assert sim.observed(40, 16) == [0, 16, 32, 40]
     whole = sim.rollout(inputs)
@@ -44,7 +44,7 @@ def test_a_rollout_shows_the_steps_that_are_asked_for(sim: cosmic.Simulator) -> 
 
 @pytest.mark.parametrize("shared", [(), CONTROLLER, ("z",), ("x0", "v0"), ("z", *CONTROLLER)])
 @pytest.mark.parametrize("robots", [1, 3, 70])
-def test_a_robot_does_not_notice_the_others(
+def test_a_robot_in_a_batch_equals_the_robot_alone(
     sim: cosmic.Simulator, shared: tuple[str, ...], robots: int
 ) -> None:
     batch = stacked([robot(sim, seed) for seed in range(robots)], shared)
@@ -66,7 +66,7 @@ def test_one_batched_array_is_enough(sim: cosmic.Simulator) -> None:
         assert same(alone, (seen.x[1], seen.v[1])), name
 
 
-def test_a_rollout_goes_on_from_another(sim: cosmic.Simulator) -> None:
+def test_a_rollout_can_continue_another(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     whole = sim.rollout(inputs, observed=[100, 180, 256])
     begun = sim.rollout(inputs, observed=[100])
@@ -100,7 +100,7 @@ def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
     assert sim.rollout(narrow._replace(z=inputs.z), 64).x.dtype == np.float64
 
 
-def test_arrays_may_lie_anyhow(sim: cosmic.Simulator) -> None:
+def test_arrays_may_have_any_memory_layout(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     expected = sim.rollout(inputs, 64)
     columns = cosmic.Inputs(*(np.asfortranarray(array) for array in inputs))

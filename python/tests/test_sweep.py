@@ -50,7 +50,7 @@ def test_executors_of_any_kind_do_the_same_runs(tmp_path: Path) -> None:
     assert cosmic.Sweep(serial.folder).submit(OneAtATime(8)) == []
 
 
-def test_dask_s_executor_does_them(tmp_path: Path) -> None:
+def test_the_executor_of_dask_does_the_runs(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     serial, dask = planned(tmp_path / "serial"), planned(tmp_path / "dask")
     serial.run(threads=1)
@@ -72,7 +72,7 @@ class OneAtATime:
         return function(*arguments) if self.most >= 0 else "skipped"
 
 
-def test_a_run_of_a_sweep_is_a_run(tmp_path: Path) -> None:
+def test_a_sweep_returns_its_runs(tmp_path: Path) -> None:
     sweep = cosmic.sweep(tmp_path / "s", SCENE, seeds=1, first_seed=3, iterations=2)
     sweep.run()
     alone = cosmic.optimize(SCENE, 3, iterations=2, progress=False)
@@ -80,7 +80,7 @@ def test_a_run_of_a_sweep_is_a_run(tmp_path: Path) -> None:
     assert sweep[0].seed == 3 and "0 left" in repr(sweep)
 
 
-def test_plans_that_will_not_do_are_refused(tmp_path: Path) -> None:
+def test_invalid_plans_are_refused(tmp_path: Path) -> None:
     for changes, says in [
         ({"seeds": 0}, "seeds: 0"),
         ({"grid": {"physics.frictoin": [1]}}, "did you mean `friction`"),
