@@ -33,7 +33,7 @@ pub(crate) fn usual_threads() -> PyResult<usize> {
     Ok(shared()?.current_num_threads())
 }
 
-/// A pool with this number of threads; 0 means [the default](usual_threads).
+/// Starts a thread pool with `threads` threads; 0 means [the default](usual_threads).
 pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
     if threads > MOST {
         return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));

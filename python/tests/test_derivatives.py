@@ -32,8 +32,8 @@ def test_the_gradient_agrees_with_differences(sim: cosmic.Simulator, name: str) 
     difference = (shifted(h) - shifted(-h)) / (2.0 * h)
     slope = float(np.sum(gradient * direction))
     assert slope != 0.0
-    # The projection's sharpness of 20 makes the third derivative some 20**3 times the first: the
-    # difference errs by (3 h)**2 20**3 / 6, which is 1e-8. Rounding adds 1e-15 / h, or 1e-9.
+    # The projection has a sharpness of 20, so its third derivative is about 20**3 times the first. The
+    # difference errs by (3 h)**2 20**3 / 6, which is 1e-8. Rounding adds 1e-15 / h, which is 1e-9.
     assert difference == pytest.approx(slope, rel=1e-6)
 
 

@@ -46,8 +46,8 @@ def test_gradients_agree_with_differences(sim: cosmic.Simulator, name: str) -> N
     def of(array):
         return cosmic.jax.rollout(sim, inputs._replace(**{name: array}), *SPAN)
 
-    # JAX's own step is 1e-6 or so in double precision, and a projection's third derivative some
-    # 20**3 times the first: the difference errs by 1e-8, rounding adds 1e-9.
+    # JAX uses a step of about 1e-6 in double precision. The third derivative of a projection is about 20**3
+    # times the first, so the difference errs by 1e-8; rounding adds 1e-9.
     check_grads(of, (getattr(inputs, name),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
 
 
