@@ -1,6 +1,6 @@
-"""What a call from Python costs beside the library's own: `python benches/overhead.py`.
+"""Measures how much longer a call from Python takes than the rollout in it: `python benches/overhead.py`.
 
-Least of many rounds, taken in turns.
+Each time is the minimum of many rounds, which alternate between the two.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def least(call: Callable[[], object], rounds: int) -> float:
 def compared(
     sim: cosmic.Simulator, inputs: cosmic.Inputs, observed: list[int], rounds: int
 ) -> list[float]:
-    """Seconds of a call and of the library within it."""
+    """The time of a call, and the time of the library in it, s."""
     arrays = list(inputs)
     turns = [
         (

@@ -9,7 +9,7 @@ from ._errors import InputError
 
 
 def whole(name: str, value: Any, least: int, most: Optional[int] = None) -> int:
-    """A whole number within bounds."""
+    """Converts an argument to a whole number from ``least`` to ``most``."""
     allowed = f"{least} or more" if most is None else f"{least} to {most}"
     try:
         number = operator.index(value)
@@ -21,5 +21,5 @@ def whole(name: str, value: Any, least: int, most: Optional[int] = None) -> int:
 
 
 def seed(value: Any) -> int:
-    """A seed of the library's generator."""
+    """Converts an argument to a seed of the library's random generator."""
     return whole("seed", value, 0, 2**64 - 1)

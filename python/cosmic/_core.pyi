@@ -1,4 +1,4 @@
-"""The extension module: the library without its Python dress."""
+"""Types of the extension module, which the other modules of this package wrap."""
 
 import os
 from collections.abc import Sequence
@@ -15,26 +15,26 @@ class Scene:
     """A complete experiment: lattice, physics, schedule and every other setting."""
 
     name: str
-    """The name in summaries."""
+    """The name of the scene in summaries."""
     @staticmethod
     def load(source: _Path) -> Scene:
-        """The built-in scene of a name, or the one in a file."""
+        """Loads a built-in scene by its name, or a scene file."""
     @staticmethod
     def parse(text: str) -> Scene:
-        """The scene of a TOML text, over the defaults."""
+        """Parses a scene from TOML. Missing keys come from its `base`."""
     def overridden(self, text: str) -> Scene:
-        """This scene with the settings of a TOML text in place of its own."""
+        """A copy of this scene, changed by the settings in a TOML text."""
     def to_toml(self) -> str:
         """The complete scene as TOML."""
     @staticmethod
     def restore(text: str) -> Scene:
-        """The scene of a text that `pickle` keeps."""
+        """Reads the text that `pickle` keeps of a scene."""
 
 def scenes() -> list[str]:
     """The names of the built-in scenes, the default first."""
 
 class Simulator:
-    """A scene's lattice in its surroundings."""
+    """Simulates robots on the lattice and in the world of a scene."""
 
     def __init__(self, scene: Scene) -> None: ...
     dt: float
@@ -73,13 +73,13 @@ class Simulator:
     ) -> list[_Array]: ...
 
 class Stop:
-    """Stops runs of a sweep that other threads are working on."""
+    """Stops runs of a sweep that run in other threads."""
 
     def __init__(self) -> None: ...
     def set(self) -> None: ...
 
 class Driven:
-    """A robot of given design vectors, whose actuators are held at activations from outside."""
+    """A robot with given design vectors, whose activations come from the caller."""
 
     def __init__(self, scene: Scene, z: _Floats) -> None: ...
     actuators: list[int]

@@ -13,14 +13,14 @@ from ._checks import whole
 from ._errors import InputError
 
 Floats = npt.NDArray[np.float64]
-#: Value, and gradients by positions and velocities, of states ``x`` and ``v``.
+#: From ``x`` and ``v`` to the value and its gradients with respect to positions and velocities.
 ValueAndGradient = Callable[[Floats, Floats], tuple[float, Floats, Floats]]
 #: Steps to observe: an interval, or a function from the number of steps of a rollout to a list of steps.
 Steps = Union[int, Callable[[int], Sequence[int]]]
 
 
 class Loss:
-    """A number to minimise, computed from states of a rollout, with its gradient.
+    """An objective to minimise: a number computed from the states of a rollout, with its gradient.
 
     ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)``. It returns the
     loss and its gradients with respect to both, which have the same shapes. :func:`cosmic.jax.loss`
@@ -69,27 +69,27 @@ class Loss:
         return observed
 
     def value_and_gradient(self, _: Sequence[int], x: Floats, v: Floats) -> tuple[float, Floats]:
-        """The loss, and its gradient by positions and then by velocities as one vector."""
+        """The loss, and its gradient as one vector: with respect to positions, then velocities."""
         answer = self.function(x, v)
         if not isinstance(answer, (tuple, list)) or len(answer) != 3:
             raise InputError(
-                "the loss: expected three things, a value and the gradients by positions and "
-                f"velocities, found {answer!r}"
+                "the loss must return three things, its value and its gradients with respect to "
+                f"positions and velocities; found {answer!r}"
             )
         value, *gradients = map(np.asarray, answer)
         if value.ndim != 0 or value.dtype.kind not in "fiu":
-            raise InputError(f"the loss: expected a number, found {answer[0]!r}")
+            raise InputError(f"the loss: expected a number as its value, found {answer[0]!r}")
         for name, array, like in zip(("x", "v"), gradients, (x, v)):
             if array.shape != like.shape or array.dtype.kind not in "fiu":
                 raise InputError(
-                    f"the gradient of the loss by {name}: expected floats of the shape "
-                    f"{like.shape}, found {array.dtype} of the shape {array.shape}"
+                    f"the gradient of the loss with respect to {name}: expected floats of the "
+                    f"shape {like.shape}, found {array.dtype} of the shape {array.shape}"
                 )
         return float(value), np.concatenate([np.float64(array).ravel() for array in gradients])
 
 
 def as_loss(loss: Any) -> Optional[Loss]:
-    """Returns a loss, also from a function."""
+    """Converts a function to a loss. A loss, or None, is returned as it is."""
     if loss is None or isinstance(loss, Loss):
         return loss
     if callable(loss):

@@ -1,4 +1,4 @@
-"""Finished runs, and designing new ones."""
+"""Finished runs, and functions that design robots."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Progress = Callable[[int, int, dict[str, Any]], object]
 
 @dataclass(frozen=True)
 class Design:
-    """A layout of materials on the edges of a lattice."""
+    """The design of a robot: the materials on the edges of a lattice."""
 
     edges: _Whole
     """The two nodes of every edge, shape ``(edges, 2)``."""
@@ -80,9 +80,9 @@ class Run:
     velocities: _Floats
     """Velocities in the final rollout, same shape, m/s."""
     steps: _Whole
-    """The steps of these states."""
+    """The numbers of the steps after which these states were observed."""
     times: _Floats
-    """Their times, s."""
+    """The times of these states, s."""
 
     def __init__(self, folder: _Path, *, keep: Any = None) -> None:
         self.folder = Path(folder)
@@ -93,7 +93,7 @@ class Run:
         read = _core.load(self.folder)
         self.summary = json.loads(read["summary"])
         self.seed = self.summary["seed"]
-        # From the file, because a custom lattice is in a file beside it.
+        # Read from the file, because a custom lattice is in a second file beside it.
         self.scene = Scene.load(self.folder / "scene.toml")
         self.design = Design(read["edges"], read["z"], read["materials"])
         self.controller = Controller(read["w1"], read["b1"], read["w2"], read["b2"])
@@ -124,7 +124,7 @@ class Run:
         """Copies the run's folder to a new one."""
         path = Path(path)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise InputError(f"{path}: not a new or empty folder")
+            raise InputError(f"{path} exists and is not empty; name a new or empty folder")
         shutil.copytree(self.folder, path, dirs_exist_ok=True)
         return path
 
@@ -155,7 +155,7 @@ class Run:
         return f'<iframe srcdoc="{page}" style="{_STYLE}" onload="{_FIT}" title="{title}"></iframe>'
 
 
-#: The height fits a page 1000 px wide. If scripts can run, the frame takes the height of the page at any width.
+#: The height fits a page 1000 px wide. If scripts can run, the frame is as high as the page at any width.
 _STYLE = "width: 100%; height: 800px; border: 0"
 _FIT = (
     "const page = this.contentDocument.body; "
@@ -244,8 +244,8 @@ def resume(
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
 ) -> Run:
-    """Continues the run in a folder; a finished run is only read. A run with a loss in Python needs
-    this ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
+    """Continues the run in a folder; a finished run is only read. If the run has a loss in Python, pass
+    the same ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
     scene, for a run whose time step has become unstable."""
     own, pool = as_loss(loss), _threads(threads)
     with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:

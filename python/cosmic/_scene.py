@@ -1,4 +1,4 @@
-"""Scenes from names, paths, texts and dictionaries."""
+"""Makes scenes from names, paths, TOML texts and dictionaries."""
 
 from __future__ import annotations
 
@@ -59,7 +59,10 @@ def _toml(settings: Mapping[str, Any]) -> str:
             continue
         section, dot, name = str(key).partition(".")
         if not dot:
-            raise InputError(f"{key!r} is a section: give it a dictionary of its settings")
+            raise InputError(
+                f"{key!r} must be a section with a dictionary of settings; write a single setting as "
+                "'section.key'"
+            )
         sections.setdefault(section, {})[name] = value
     lines = []
     for section, of_section in sections.items():

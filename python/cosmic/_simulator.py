@@ -27,9 +27,9 @@ PROJECTIONS = ("auto", "performance", "stability", "none")
 
 
 class Inputs(NamedTuple):
-    """Everything that a rollout depends on and can be differentiated by.
+    """All arrays that a rollout depends on, and with respect to which it can be differentiated.
 
-    Each array may have one more axis in front for several robots; robots share arrays without it.
+    For several robots, an array has one more axis in front; all robots share an array without it.
     For JAX and torch, a named tuple is a tree of arrays.
     """
 
@@ -96,13 +96,17 @@ class Simulator:
         return Inputs(*self._core.initial(as_seed(seed)))
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
-        """The observed steps of a rollout: the list ``observed``, or every ``observed``-th of ``steps``
-        steps (by default all steps of the scene) and the last one."""
+        """The numbers of the observed steps of a rollout.
+
+        They are the list ``observed``. If ``observed`` is an interval, they are every so many steps
+        up to ``steps`` (by default all steps of the scene), and the last step."""
         if isinstance(observed, (int, np.integer)):
             last = self.steps if steps is None else whole("steps", steps, 0)
             return [*range(0, last, whole("observed", observed, 1)), last]
         if steps is not None:
-            raise InputError("give `steps`, or `observed` as a list that ends with the last step")
+            raise InputError(
+                "`steps` cannot be given with a list of steps; end the list `observed` with the last step"
+            )
         given = observed.tolist() if isinstance(observed, np.ndarray) else observed
         try:
             listed = [operator.index(step) for step in given]
@@ -198,8 +202,8 @@ class Simulator:
         return Trajectory(x, v), Trajectory(dx, dv)
 
     def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Replaces numbers that are not finite by 0. Also returns the mask of affected robots, if
-        any."""
+        """Replaces numbers that are not finite by 0. Also returns a mask of the affected robots, or
+        None if there are none."""
         lost: Any = np.zeros((), np.bool_)
         kept = []
         for array, shape in zip(arrays, self.shapes.values()):

@@ -1,4 +1,4 @@
-"""Many runs from one fixed plan."""
+"""Sweeps: many runs from one fixed plan."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Sweep:
         return len(self._folders)
 
     def left(self) -> list[int]:
-        """The numbers of the unfinished runs, from their files."""
+        """The numbers of the unfinished runs."""
         return _core.sweep_status(self.folder)[1]
 
     def submit(self, executor: Submits) -> list[Future[str]]:
@@ -86,7 +86,7 @@ class Sweep:
         return _columns(Path(table).read_text())
 
     def __getitem__(self, index: int) -> Run:
-        """The finished run of a number."""
+        """Reads the finished run number ``index``."""
         return Run(self._folders[index])
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Gymnasium environments in which a policy drives one design.
+"""Gymnasium environments in which a policy controls robots of one design.
 
 >>> import cosmic.gym, gymnasium
 >>> env = gymnasium.make("cosmic/Walk-v0", robot="three_legged")
@@ -55,10 +55,10 @@ class _Walk:
         self.z = ordered(design)
         self.core = _core.Driven(self.scene, self.z)
         if not self.core.actuators:
-            raise InputError("the design has no actuator, so there is nothing to drive")
+            raise InputError("the design has no actuator, so actions would have no effect; choose another design")
         self.frame_skip = whole("frame_skip", frame_skip, 1, self.core.steps)
         if not 0.0 <= scatter < np.inf:
-            raise InputError(f"scatter: {scatter}: expected a length of 0 or more")
+            raise InputError(f"scatter: {scatter}: expected a length in m that is finite and 0 or more")
         self.scatter = scatter
         self.seconds = self.frame_skip * self.core.dt
         self.x = np.repeat(self.core.rest[None], robots, axis=0)
@@ -76,11 +76,11 @@ class _Walk:
 
     @property
     def frames_per_second(self) -> int:
-        """The frame rate of a video: at least 1, because video players need at least 1."""
+        """The frame rate of a video, rounded to a whole number of 1 or more, as video players need."""
         return max(1, round(1.0 / self.seconds))
 
     def picture(self, seen: list[_Floats]) -> Any:
-        """A picture of a robot in the last of these states. The states are those at the start and
+        """Draws a robot in the last of the states ``seen``, which are its positions at the start and
         after each frame."""
         steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
         return _core.frame(self.scene, self.z, steps, np.array(seen))
@@ -93,7 +93,7 @@ class _Walk:
         self.done[robot] = 0
 
     def held(self, actions: npt.ArrayLike) -> _Floats:
-        """The activations of all edges, one row for each robot."""
+        """Converts actions to the activations of all edges, one row for each robot."""
         given = np.asarray(actions, np.float64)
         expected = (len(self.done), len(self.core.actuators))
         if given.shape != expected:
@@ -105,8 +105,8 @@ class _Walk:
         return held
 
     def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
-        """Holds activations for the steps of a frame. Returns the distances along the ground and which
-        robots diverged; those keep their last state."""
+        """Simulates one frame with constant activations. Returns the distance of each robot along the
+        ground, and whether it diverged. Robots that diverge keep their last state."""
         before = self.core.along(self.x)
         lost = np.zeros(len(self.done), np.bool_)
         # Laws may depend on the time, so robots of the same age are grouped.
@@ -138,15 +138,15 @@ def _check_mode(render_mode: Optional[str]) -> None:
 class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
     """One walking robot.
 
-    - ``robot``: a run, whose design and scene are taken, or a scene; then ``z`` has the design
-      vectors, shape ``(edges, 3)``, or the scene's start is taken.
+    - ``robot``: a run or a scene. The design is ``z``, shape ``(edges, 3)``; by default it is the
+      design of the run, or the design that the scene starts with.
     - An action has an activation from -1 to 1 for every actuator, in the order of the edges; it is
       held for ``frame_skip`` steps.
-    - An observation is that of the paper's controller: clocks, goal, offsets of the nodes from
-      their mean, velocities.
+    - An observation has the numbers that the paper's controller observes: clocks, goal, offsets of
+      the nodes from their mean, velocities.
     - The reward is the distance along the ground, m. An episode is a whole rollout of the scene; a
       robot that diverges ends it, with no reward for that step.
-    - ``scatter``: the start moves every coordinate by up to so much at random, m.
+    - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 50}
@@ -287,7 +287,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         else:
             seeds = list(seed)
         if len(seeds) != self.num_envs:
-            raise InputError(f"seed: {len(seeds)} seeds for {self.num_envs} robots")
+            raise InputError(f"seed: expected {self.num_envs} seeds, one per robot, found {len(seeds)}")
         begins = self._mask(options)
         self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
         self._begin(begins)
@@ -317,11 +317,11 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
     ) -> tuple[_Floats, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
         walk, mode = self._walk, self.autoreset_mode
         if not all(self._seen):
-            raise gymnasium.error.ResetNeeded("call reset first")
+            raise gymnasium.error.ResetNeeded("no episode is running: call reset")
         if mode is AutoresetMode.DISABLED and self._over.any():
             over = np.flatnonzero(self._over).tolist()
             raise gymnasium.error.ResetNeeded(
-                f"the episodes of {over} are over: call reset with a `reset_mask` in its options"
+                f"the episodes of the robots {over} are over: call reset with a `reset_mask` in its options"
             )
         held = walk.held(actions)
         begins = self._over.copy()
@@ -350,13 +350,13 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
     def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
-        """Keeps the states for the next picture."""
+        """Keeps the positions of robots for their next picture."""
         if self.render_mode is not None:
             for robot in map(int, np.flatnonzero(robots)):
                 self._seen[robot].append(self._walk.x[robot].copy())
 
     def _info(self, robots: npt.NDArray[np.bool_]) -> dict[str, Any]:
-        """The infos of some robots, with the mask of these robots, in the format of gymnasium."""
+        """The infos of the masked robots, in the format of gymnasium: every entry has a mask beside it."""
         walk = self._walk
         of_each = {"along": walk.core.along(walk.x), "time": walk.done * walk.core.dt}
         info: dict[str, Any] = {}
@@ -374,7 +374,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         return tuple(self._walk.picture(seen) for seen in self._seen)
 
 
-# Also by `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)`, and by `make_vec`.
+# With `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)` or `make_vec`, gymnasium imports this module itself.
 gymnasium.register(
     id="cosmic/Walk-v0",
     entry_point="cosmic.gym:WalkEnv",

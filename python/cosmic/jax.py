@@ -33,8 +33,8 @@ __all__ = ["loss", "rollout"]
 
 
 class _Plan:
-    """The observed steps of a rollout. Static for JAX, and equal for equal rollouts, so that JAX reuses
-    compiled functions."""
+    """Which steps of a rollout are observed, and how. For JAX this is a static argument. Plans of equal
+    rollouts are equal, so that JAX reuses compiled functions."""
 
     def __init__(
         self, simulator: Simulator, observed: list[int], first: int, bounded: bool
@@ -91,8 +91,9 @@ _Arrays = list[Any]
 def _one_axis(
     arrays: tuple[Any, ...], bases: list[int], bars: int = 0
 ) -> tuple[_Arrays, _Arrays, tuple[int, ...]]:
-    """Inputs and then cotangents whose axes in front are one axis, and what these axes were. Inputs
-    whose axes have length 1 are shared."""
+    """Merges the axes in front of each array into one. Returns the inputs, the cotangents, and the
+    shape of the merged axes. The first ``len(bases)`` arrays are inputs; an input whose axes in front
+    all have length 1 is shared by all robots."""
     given = [np.asarray(array) for array in arrays]
     cores = [array.shape[array.ndim - base :] for array, base in zip(given, bases + [3] * bars)]
     axes = [array.shape[: array.ndim - len(core)] for array, core in zip(given, cores)]
@@ -104,7 +105,7 @@ def _one_axis(
         return np.broadcast_to(given[k], batch + cores[k]).reshape((-1, *cores[k]))
 
     is_shared = [all(length == 1 for length in axes[k]) for k in range(len(bases))]
-    # One input at least has the axis, so that there are so many robots.
+    # At least one input must have the axis, because it sets the number of robots.
     is_shared[-1] = is_shared[-1] and not all(is_shared)
     inputs = [given[k].reshape(cores[k]) if is_shared[k] else spread(k) for k in range(len(bases))]
     return inputs, [spread(len(bases) + k) for k in range(bars)], batch
@@ -115,7 +116,8 @@ def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
 
 
 def _checked(simulator: Simulator, inputs: Any) -> Inputs:
-    """Checks that the arrays are those of one robot. (JAX would wrap an exception raised in a callback.)"""
+    """Checks that the arrays have the shapes of one robot. The check is here and not in the callback, because
+    JAX would wrap the exception."""
     count = len(Inputs._fields)
     if not isinstance(inputs, (tuple, list)) or len(inputs) != count:
         found = len(inputs) if isinstance(inputs, (tuple, list)) else type(inputs).__name__
@@ -138,7 +140,7 @@ def _checked(simulator: Simulator, inputs: Any) -> Inputs:
 
 
 def _precision(inputs: Inputs) -> Any:
-    """The type for the computation: double precision if any array has it, otherwise single."""
+    """The number type of the computation: double precision if any array has it, otherwise single."""
     is_double = jnp.result_type(*inputs, float) == jnp.float64
     return jnp.float64 if is_double else jnp.float32
 
@@ -173,7 +175,7 @@ def _backward(plan: _Plan, inputs: Inputs, cotangents: Trajectory) -> tuple[Inpu
 
 
 def _cotangent(gradient: Any, of: Any) -> Any:
-    """The gradient in the type of its input; JAX has no gradients for integers."""
+    """Converts a gradient to the type of its input. For integers, JAX expects zeros of the type float0."""
     if not jnp.issubdtype(of.dtype, jnp.floating):
         return np.zeros(of.shape, jax.dtypes.float0)
     return gradient.astype(of.dtype)

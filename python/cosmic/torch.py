@@ -69,7 +69,7 @@ def rollout(
     first: int = 0,
     bounded: bool = False,
 ) -> Trajectory:
-    """:meth:`cosmic.Simulator.rollout` of tensors, for ``autograd``.
+    """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate.
 
     If a robot diverges, its later states and its gradient are NaN. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.

@@ -1,4 +1,4 @@
-"""Designs a small robot and looks at it."""
+"""Designs a small robot and prints its materials and its walk."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def main() -> None:
     payload = run.trajectory[:, 0]
     print(f"the payload is at {payload[-1]} m after {run.times[-1]:.2f} s")
 
-    # The same robot on from another start: the simulator takes arrays and returns arrays.
+    # The same robot from another start: the simulator takes arrays and returns arrays.
     sim = run.simulator()
     higher = run.inputs._replace(x0=run.inputs.x0 + [0.0, 0.05])
     seen = sim.rollout(higher)

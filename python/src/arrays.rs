@@ -1,4 +1,4 @@
-//! Arrays in and out.
+//! Converts arrays between Python and the library.
 
 use crate::errors::refused;
 use crate::memory::has_room;
@@ -14,7 +14,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-/// A type of floats in arrays.
+/// The number types that arrays from Python may have.
 pub(crate) trait Number: Real + Element + Into<f64> {}
 impl Number for f32 {}
 impl Number for f64 {}
@@ -25,7 +25,7 @@ pub(crate) struct Sizes {
     pub(crate) nodes: usize,
     pub(crate) edges: usize,
     pub(crate) inputs: usize,
-    /// The blocks of the controller, which are those of a network.
+    /// The blocks of the controller, which is always a network here.
     pub(crate) blocks: Vec<Block>,
 }
 
@@ -75,7 +75,7 @@ pub(crate) struct Given<'py, R: Number> {
 }
 
 impl<'py, R: Number> Given<'py, R> {
-    /// An argument of a given name.
+    /// Reads an array argument. Errors about it contain `name`.
     pub(crate) fn new(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = object.cast::<PyArrayDyn<R>>().map_err(|_| {
             refused(format!(
@@ -94,10 +94,10 @@ impl<'py, R: Number> Given<'py, R> {
         self.array.shape()
     }
 
-    /// The numbers in C order, all of them finite.
+    /// The numbers in C order. Numbers that are not finite are an error.
     pub(crate) fn finite(&self) -> PyResult<&[R]> {
         let numbers = self.numbers()?;
-        // No early exit within a piece, so that it is vectorized.
+        // A piece is searched without an early exit, so that the loop is vectorized.
         let is_finite = |piece: &[R]| {
             piece
                 .iter()
@@ -131,7 +131,10 @@ impl<'py, R: Number> Given<'py, R> {
         let found = self.shape();
         match found.strip_suffix(shape) {
             Some([]) => Ok(None),
-            Some([0]) => Err(refused(format!("{}: a batch of no robots", self.name))),
+            Some([0]) => Err(refused(format!(
+                "{}: the batch has no robots; expected one or more",
+                self.name
+            ))),
             Some([count]) => Ok(Some(*count)),
             _ => {
                 let batched: Vec<String> = shape.iter().map(usize::to_string).collect();
@@ -256,7 +259,7 @@ impl<R: Number> Batch<R> {
     }
 }
 
-/// An array of these numbers.
+/// Makes a NumPy array of this shape.
 pub(crate) fn array<'py, T: Element>(
     py: Python<'py>,
     numbers: Vec<T>,
@@ -265,18 +268,18 @@ pub(crate) fn array<'py, T: Element>(
     numbers.into_pyarray(py).reshape(shape.to_vec())
 }
 
-/// A shape with the axis of several robots in front.
+/// A shape with the axis of a batch in front; without a batch, the shape itself.
 pub(crate) fn behind(batch: Option<usize>, shape: &[usize]) -> Vec<usize> {
     batch.into_iter().chain(shape.iter().copied()).collect()
 }
 
-/// Positions and velocities of trajectories as flat numbers.
+/// The positions and the velocities of trajectories, each as one flat list.
 pub(crate) struct Flat<R> {
     pub(crate) x: Vec<R>,
     pub(crate) v: Vec<R>,
 }
 
-/// The numbers of trajectories.
+/// Concatenates the states of trajectories, in the order of the trajectories.
 pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> Flat<R> {
     let states = || trajectories.iter().flat_map(|seen| &seen.states);
     Flat {

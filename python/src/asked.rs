@@ -19,18 +19,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// The meaning of an array of design vectors.
+/// How the numbers of the array `z` become mixtures.
 pub(crate) enum Mixing {
-    /// Design vectors, which a projection turns into mixtures.
+    /// They are design vectors, which this projection turns into mixtures.
     By(Projection),
-    /// Mixtures.
+    /// They are mixtures.
     AsGiven,
-    /// The mixtures of this layout.
+    /// They are the one-hot vectors of this layout.
     Layout(Vec<Material>),
 }
 
 impl Mixing {
-    /// Selects by name; `auto` uses the vectors of a layout without a projection (D7).
+    /// Reads the argument `projection`. With `auto`, one-hot vectors are a layout and are not projected (D7).
     fn of<R: Number>(name: &str, z: &[[R; 3]]) -> PyResult<Self> {
         let z = z.iter().map(|row| row.map(Into::into)).collect();
         match (name, Design::of_vectors(z)) {
@@ -44,7 +44,8 @@ impl Mixing {
         }
     }
 
-    /// The design to differentiate by. A layout becomes mixtures, whose void edges keep their stiffness.
+    /// The design for derivatives with respect to `z`. A layout becomes mixtures, so that void edges keep their
+    /// stiffness.
     fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::By(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -97,7 +98,7 @@ impl<R: Number> Asked<R> {
         )
     }
 
-    /// Simulates some robots. Several robots share one controller.
+    /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
         let designs = robots.clone().map(|robot| self.design(task, robot));
         let designs: Vec<_> = designs.collect();
@@ -106,7 +107,7 @@ impl<R: Number> Asked<R> {
         task.rollout_many(&designs, controller, &starts, &self.span)
     }
 
-    /// The observed states of every robot, computed by the library alone.
+    /// The observed states of every robot, without the conversion to arrays. For measuring the library's time.
     pub(crate) fn rollouts(&self, task: &Task) -> Vec<Vec<Trajectory<R>>> {
         let robots = self.batch.robots();
         let shared = self.batch.shared_controller().is_some();
@@ -115,11 +116,11 @@ impl<R: Number> Asked<R> {
         })
     }
 
-    /// Writes positions and velocities of all robots to their places. Robots that diverge get NaN from the first
-    /// absurd state on. Robots that have not begun when the work is stopped get NaN.
+    /// Simulates all robots and writes their positions and velocities into the arrays `x` and `v`. A robot that
+    /// diverges gets NaN from its first absurd state on. Robots that have not begun when the work is stopped get NaN.
     ///
     /// # Errors
-    /// With `check`, the number and the divergence of the first robot whose last state is absurd.
+    /// With `check`, the number of the first robot whose last state is absurd, and the reason.
     pub(crate) fn fill(
         &self,
         task: &Task,
@@ -131,7 +132,7 @@ impl<R: Number> Asked<R> {
         let length = self.span.observed.len() * 2 * task.lattice.nodes();
         let places = x.chunks_mut(together * length);
         let places = places.zip(v.chunks_mut(together * length)).enumerate();
-        // Every thread writes the states of its robots to their places and drops them.
+        // To save memory, each thread copies the states of its robots into the arrays and drops them.
         let step = |(group, (x, v)): (usize, (&mut [R], &mut [R]))| {
             if stop.load(Ordering::Relaxed) {
                 x.fill(R::lit(f64::NAN));
@@ -156,21 +157,25 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// Where and why a robot's rollout diverges, in double precision.
+    /// Repeats the rollout of a robot in double precision, to find where and why it diverges.
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
         let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
         let design = (self.design(task, robot)).map(|mixture| Mixture(mixture.0.map(Into::into)));
         let guarded = task.guarded(&design, &controller, &start, &self.span);
         guarded.divergence.as_ref().map_or_else(
-            || Error::NoFigure("diverged in single precision, and not in double".to_owned()),
+            || {
+                Error::NoFigure(
+                    "the rollout diverged in single but not in double precision".to_owned(),
+                )
+            },
             Error::from,
         )
     }
 }
 
-/// Copies positions and velocities of the states to their places. If the robot diverges, NaN replaces the states from
-/// the first absurd one on.
+/// Copies the positions and velocities of the states into `x` and `v`. If the robot diverged, NaN replaces the states
+/// from the first absurd state on.
 fn copy<R: Number>(seen: &Trajectory<R>, x: &mut [R], v: &mut [R]) {
     let nodes = seen.states.first().map_or(1, |state| 2 * state.x.len());
     let places = x.chunks_exact_mut(nodes).zip(v.chunks_exact_mut(nodes));
@@ -195,7 +200,7 @@ fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
     state.is_absurd()
 }
 
-/// True if the last state of [`seen`] is absurd.
+/// True if the last state is absurd in the numbers that [`seen`] returned.
 pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     let last = |half: &[R]| from_flat(&half[half.len() - 2 * nodes..]);
     let (x, v) = seen.split_at(seen.len() / 2);
@@ -205,7 +210,7 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// The observed positions of a robot, then the velocities.
+/// Simulates a robot. Returns its observed positions, then its observed velocities.
 pub(crate) fn seen<R: Real>(
     task: &Task,
     mixing: &Mixing,
@@ -218,7 +223,7 @@ pub(crate) fn seen<R: Real>(
     [seen.x, seen.v].concat()
 }
 
-/// Set when the work must stop. Robots that have not begun are then skipped.
+/// Becomes true when the work must stop. Robots that have not begun are then skipped.
 pub(crate) type Stop = AtomicBool;
 
 /// The interval between checks for signals.
@@ -227,8 +232,8 @@ const LOOK: Duration = Duration::from_millis(50);
 /// The result of work, and the exception of a signal that interrupted it, if any.
 pub(crate) type Interruptible<T> = (T, Option<PyErr>);
 
-/// Runs without the interpreter's lock. Several robots share the pool. A signal stops the work after the current
-/// robots.
+/// Runs `work` without the interpreter's lock, in the thread pool if there are several robots. A signal stops the work
+/// after the current robots.
 pub(crate) fn in_pool<T: Send>(
     py: Python,
     robots: usize,
@@ -264,7 +269,7 @@ pub(crate) fn in_pool<T: Send>(
     Ok((done, raised))
 }
 
-/// The result of work, or the exception of a signal: partial results are dropped.
+/// Returns the result of work. If a signal interrupted the work, drops the partial result and returns the exception.
 pub(crate) fn whole<T>((done, raised): Interruptible<T>) -> PyResult<T> {
     raised.map_or(Ok(done), Err)
 }
@@ -292,7 +297,7 @@ pub(crate) fn in_groups<T: Send>(
     })
 }
 
-/// Applies a function to every robot's number. Robots that have not begun when the work is stopped are skipped.
+/// Applies a function to the number of every robot. Robots that have not begun when the work is stopped are skipped.
 pub(crate) fn each<T: Send>(
     robots: usize,
     stop: &Stop,

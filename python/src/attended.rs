@@ -25,7 +25,7 @@ enum Event {
     Warning(String),
 }
 
-/// Passes on the progress of a run and the request to stop.
+/// Sends the progress of a run to the calling thread, and tells the run when to stop.
 pub(crate) struct Watch {
     events: Sender<Event>,
     stop: Arc<AtomicBool>,
@@ -33,13 +33,13 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// The request to stop, for other threads.
+    /// The flag that asks the run to stop. Other threads may set it.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
     }
 
     fn send(&self, event: Event) {
-        // Nobody listens any more only where the process is about to end.
+        // There is no receiver only if the process is about to end.
         let _ = self.events.send(event);
     }
 }
@@ -63,7 +63,7 @@ impl Observer for Watch {
     }
 }
 
-/// What Python hears of a run: `progress(iteration, last, numbers)`, `warning(text)`.
+/// The Python functions to call during a run: `progress(iteration, last, numbers)` and `warning(text)`.
 #[derive(Default)]
 pub(crate) struct Listener<'a, 'py> {
     pub(crate) progress: Option<&'a Bound<'py, PyAny>>,
@@ -109,7 +109,7 @@ pub(crate) fn attended<T: Send + 'static>(
         failure: Arc::clone(failure),
     };
     let pool = pool::made(threads)?;
-    // The sender is dropped with the work: then there is nothing more to hear.
+    // When the work ends, its sender is dropped. This ends the loop of `attend`.
     let worker = thread::spawn(move || pool.install(move || work(&mut watch)));
     let raised_here = attend(py, &mut heard, &stop, listener);
     let ended = py.detach(|| worker.join());
@@ -118,7 +118,7 @@ pub(crate) fn attended<T: Send + 'static>(
     }
     let ended = ended.map_err(|panic| panicked(&*panic))?;
     match (ended, raised_here) {
-        // The run ended in spite of the request to stop.
+        // The run finished before it saw the request to stop.
         (Ok(done), None) => Ok(Some(done)),
         (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
         (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))

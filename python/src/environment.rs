@@ -1,4 +1,4 @@
-//! Robots that are driven from outside.
+//! Robots whose activations come from Python instead of a controller.
 
 use crate::arrays::{Given, Sizes, array, flattened};
 use crate::asked::{Stop, in_groups, in_pool, whole};
@@ -16,7 +16,7 @@ use cosmic::simulator::{Driven as Library, Span, Trajectory};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// A robot whose actuators are held at given activations.
+/// A robot that is simulated with activations from the caller.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
     driven: Library,
@@ -32,14 +32,14 @@ pub(crate) struct Driven {
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 impl Driven {
-    /// The states of robots, one after the other.
+    /// Reads the states of several robots.
     fn states(&self, x: &Bound<PyAny>, v: &Bound<PyAny>) -> PyResult<Vec<State<f64>>> {
         let shape = [self.sizes.nodes, 2];
         let [x, v] = [Given::<f64>::new("x", x)?, Given::<f64>::new("v", v)?];
         let robots = x.batch(&shape)?;
         if robots.is_none() || v.batch(&shape)? != robots {
             return Err(refused(
-                "x, v: expected the shape (robots, nodes, 2) of both".to_owned(),
+                "x, v: both must have the shape (robots, nodes, 2)".to_owned(),
             ));
         }
         let length = 2 * self.sizes.nodes;
@@ -57,7 +57,7 @@ impl Driven {
 
 #[pymethods]
 impl Driven {
-    /// Prepares the robot of design vectors of shape `(edges, 3)`.
+    /// Prepares a robot from its design vectors, of shape `(edges, 3)`.
     #[new]
     fn new(scene: &Scene, z: &Bound<PyAny>) -> PyResult<Self> {
         simulator_fits(&scene.scene)?;
@@ -67,7 +67,10 @@ impl Driven {
         let sizes = Sizes::of(lattice, &scene.controller);
         let z = Given::<f64>::new("z", z)?;
         if z.batch(&[sizes.edges, 3])?.is_some() {
-            return Err(refused("z: expected one design".to_owned()));
+            return Err(refused(
+                "z: expected the design of one robot, of shape (edges, 3), found several"
+                    .to_owned(),
+            ));
         }
         let design = Design::of_vectors(z.finite()?.as_chunks().0.to_vec());
         let body = task.body(&task.projected(Projection::Performance, &design));
@@ -84,7 +87,7 @@ impl Driven {
         })
     }
 
-    /// The edges that activations move.
+    /// The numbers of the edges that respond to activations.
     #[getter]
     fn actuators(&self) -> Vec<usize> {
         self.actuators.clone()
@@ -121,8 +124,9 @@ impl Driven {
         array(py, along.collect(), &[states.len()])
     }
 
-    /// Holds activations of shape `(robots, edges)` for some steps, of which `first` were done before.
-    /// Returns positions and velocities, each of shape `(robots, nodes, 2)`, and whether each robot diverged.
+    /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
+    /// that were done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, and whether each
+    /// robot diverged.
     fn advance<'py>(
         &self,
         py: Python<'py>,
@@ -148,7 +152,7 @@ impl Driven {
         if steps == 0 || first.saturating_add(steps) > self.physics.steps {
             let last = self.physics.steps;
             return Err(refused(format!(
-                "steps {first} to {first} + {steps}: the scene's last is {last}"
+                "cannot do {steps} steps after step {first}: expected 1 or more, up to the scene's last step {last}"
             )));
         }
         let span = Span {
@@ -172,7 +176,7 @@ impl Driven {
         ))
     }
 
-    /// The observation of each robot as the paper defines it, after the given number of steps of each robot.
+    /// The observation of each robot as the paper defines it. `done` has the number of steps that each robot has done.
     fn observe<'py>(
         &self,
         py: Python<'py>,

@@ -15,12 +15,12 @@ import_exception!(cosmic._errors, InterruptedError);
 import_exception!(cosmic._errors, OutOfMemoryError);
 import_exception!(cosmic._errors, UnstableStepError);
 
-/// The exception of an error.
+/// Converts an error of the library to an exception.
 pub(crate) fn raised(error: Library) -> PyErr {
     of_class(&error, in_python(error.within()))
 }
 
-/// An exception with this message, in the class for the error.
+/// Makes an exception with the message `says`. The kind of the error decides its class.
 pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
     match error {
         Library::Diverged { .. } | Library::NotFinite { .. } | Library::NoFigure(_) => {
@@ -34,7 +34,7 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         | Library::Write { .. }
         | Library::Taken(_) => FileError::new_err(says),
         Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
-        // The message of the library names Rust functions.
+        // Not the library's message, because it names Rust functions.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(
             "{file}: this run has a loss in Python; pass it to cosmic.resume as `loss`"
         )),
@@ -57,17 +57,17 @@ pub(crate) fn in_python(says: String) -> String {
     Python::attach(translate).unwrap_or(says)
 }
 
-/// An exception about an argument.
+/// An [`InputError`] with this message.
 pub(crate) fn refused(says: String) -> PyErr {
     InputError::new_err(says)
 }
 
-/// Runs an entry point. A panic of the library becomes an exception.
+/// Runs the body of a function that Python calls. A panic of the library becomes an exception.
 pub(crate) fn caught<T>(entry: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(entry)).unwrap_or_else(|panic| Err(panicked(&*panic)))
 }
 
-/// The exception of a panic.
+/// Converts a panic to an exception.
 pub(crate) fn panicked(panic: &(dyn Any + Send)) -> PyErr {
     let says = panic.downcast_ref::<String>().map(String::as_str);
     let says = says.or(panic.downcast_ref::<&str>().copied());

@@ -10,10 +10,10 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The first exception of a loss. Later values are NaN, and the run stops.
+/// The first exception that a loss raised. All later values of the loss are NaN, and the run stops.
 pub(crate) type Failure = Arc<Mutex<Option<PyErr>>>;
 
-/// Takes the exception out.
+/// Removes and returns the exception, if there is one.
 pub(crate) fn taken(failure: &Failure) -> Option<PyErr> {
     failure
         .lock()
@@ -34,7 +34,7 @@ impl PythonLoss {
     }
 }
 
-/// The value, or `None` after keeping the exception.
+/// The value of a result. An exception is kept in `failure`, and the value is then `None`.
 fn noted<T>(failure: &Failure, result: PyResult<T>) -> Option<T> {
     result
         .map_err(|error| {
@@ -73,19 +73,19 @@ impl Loss for PythonLoss {
     }
 }
 
-/// One call of a loss: positions of all observed states, then velocities. All number types of an optimisation are
-/// first-order, so Python only sees floats.
+/// The loss as a function of one list of numbers: the positions of all observed states, then their velocities. All
+/// number types of an optimisation are first-order, so Python only sees floats.
 #[derive(Clone)]
 struct Call {
     object: Arc<Py<PyAny>>,
     failure: Failure,
     steps: Vec<usize>,
-    /// The gradient, kept from the value for the partials, which follow it.
+    /// The gradient. `value` gets it from Python together with the value and keeps it for `partials`.
     gradient: Arc<Mutex<Vec<f64>>>,
 }
 
 impl Call {
-    /// Value and gradient from Python.
+    /// Calls Python for the value and the gradient.
     fn ask(&self, numbers: &[f64]) -> PyResult<(f64, Vec<f64>)> {
         Python::attach(|py| {
             let (x, v) = numbers.split_at(numbers.len() / 2);
@@ -113,7 +113,7 @@ impl Rule for Call {
     fn value<R: Real>(&self, x: &[R]) -> R {
         let numbers: Vec<f64> = x.iter().map(|x| x.primal()).collect();
         let lost = || (f64::NAN, vec![f64::NAN; numbers.len()]);
-        // Python would refuse diverged states, which the library reports itself.
+        // The loss is not called with states that diverged. The library reports them itself.
         let is_finite = numbers.iter().all(|x| x.is_finite());
         let asked = is_finite
             .then(|| noted(&self.failure, self.ask(&numbers)))

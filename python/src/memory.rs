@@ -8,10 +8,10 @@ use pyo3::PyResult;
 use std::fs;
 use std::hint::black_box;
 
-/// Smaller sizes are not checked, because a check takes about 20 us.
+/// The number of bytes below which memory is not checked, because a check takes about 20 us.
 const LITTLE: f64 = 16e6;
 
-/// Refuses work that needs more bytes than are available. The error message begins with `what` and ends with `remedy`.
+/// Returns an error if fewer than `bytes` bytes are available. The message begins with `what` and ends with `remedy`.
 pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
     if bytes < LITTLE {
         return Ok(());
@@ -33,9 +33,9 @@ pub(crate) fn has_room(bytes: f64, what: &str, remedy: &str) -> PyResult<()> {
 /// Whether the system can allocate this many bytes. They are freed at once.
 fn is_granted(bytes: f64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
-    // For larger numbers the cast saturates, and the allocation is refused.
+    // A number too large for `usize` saturates, and the allocation is refused.
     let granted = probe.try_reserve_exact(bytes as usize).is_ok();
-    // Otherwise the compiler could remove the allocation.
+    // Without this, the compiler could remove the allocation.
     black_box(&probe);
     granted
 }
@@ -83,7 +83,7 @@ pub(crate) fn simulator_fits(scene: &Scene) -> PyResult<()> {
     )
 }
 
-/// Refuses scenes whose start is too large, if `copies` of it are needed.
+/// Refuses scenes if `copies` copies of the initial inputs do not fit into memory.
 pub(crate) fn start_fits(scene: &Scene, sizes: &Sizes, copies: f64) -> PyResult<()> {
     let (edges, hidden) = (sizes.edges, scene.controller.hidden);
     has_room(
@@ -110,7 +110,8 @@ pub(crate) fn optimisation_fits(scene: &Scene) -> PyResult<()> {
     )
 }
 
-/// The bytes that a gradient records of a rollout: for every step, the state and the results of the operations.
+/// The number of bytes that a gradient records over a rollout: for every step the state and the results of all
+/// operations, limited by the scene's memory budget. A number takes `size` bytes.
 pub(crate) fn kept(scene: &Scene, sizes: &Sizes, steps: usize, size: f64) -> f64 {
     let (nodes, edges, hidden) = (sizes.nodes, sizes.edges, scene.controller.hidden);
     // Measured on lattices of 6 x 6 and 16 x 16 nodes with 32 and 512 hidden neurons.

@@ -1,4 +1,4 @@
-//! Runs in folders.
+//! Does, resumes and delivers runs in folders.
 
 use crate::attended::{Listener, Watch, attended};
 use crate::errors::{caught, raised, refused};
@@ -26,7 +26,7 @@ fn codesign(
     }
 }
 
-/// An exception of the loss takes precedence over its consequences.
+/// Converts a result. If the loss raised an exception, this exception is raised, not the error that it caused.
 fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
     result.map_err(|error| taken(failure).unwrap_or_else(|| raised(error)))
 }

@@ -1,4 +1,4 @@
-//! Threads for batches.
+//! The thread pool for batches.
 
 use crate::errors::{Error, refused};
 use pyo3::prelude::*;
@@ -6,8 +6,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process;
 use std::sync::{Arc, Mutex};
 
-/// The pool of a process. A forked process has a copy of its parent's, whose threads are gone: it makes
-/// its own.
+/// The pool, with the number of the process that made it. A forked process gets a copy of the pool without its
+/// threads, so it makes a new pool.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
 /// The pool of this process: one thread per core, or as many as `RAYON_NUM_THREADS` says.
@@ -24,7 +24,7 @@ pub(crate) fn shared() -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// The most threads that are started: starting more takes longer than a run.
+/// The maximum number of threads; starting more takes longer than a run.
 const MOST: usize = 1024;
 
 /// The default number of threads: one per core, or as many as `RAYON_NUM_THREADS` says.
@@ -33,11 +33,15 @@ pub(crate) fn usual_threads() -> PyResult<usize> {
     Ok(shared()?.current_num_threads())
 }
 
-/// A pool with this number of threads; 0 means [the default](usual_threads).
+/// Starts a thread pool with `threads` threads; 0 means [the default](usual_threads).
 pub(crate) fn made(threads: usize) -> PyResult<ThreadPool> {
     if threads > MOST {
         return Err(refused(format!("threads: {threads}: allowed: 1 to {MOST}")));
     }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Error::new_err(format!("cannot start {threads} threads: {error}")))
+    pool.map_err(|error| {
+        Error::new_err(format!(
+            "cannot start {threads} threads: {error}; choose fewer with `threads`"
+        ))
+    })
 }

@@ -23,7 +23,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
 
-/// The arrays and texts of a finished run.
+/// Reads a finished run. Returns a dictionary of its arrays and of the texts of its files.
 #[pyfunction]
 pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
     let run = caught(|| {
@@ -90,7 +90,7 @@ pub(crate) fn player_page(py: Python, folder: PathBuf) -> PyResult<String> {
     caught(|| py.detach(page).map_err(raised))
 }
 
-/// A picture of the last of these positions of a robot, of shape `(rows, columns, 3)`.
+/// Draws a robot in the last of the states `x`. Returns the picture, an array of shape `(rows, columns, 3)`.
 #[pyfunction]
 pub(crate) fn frame<'py>(
     py: Python<'py>,
@@ -137,7 +137,8 @@ pub(crate) fn frame<'py>(
     let last = trajectory.states.len() - 1;
     let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);
     let drawn = caught(|| Ok(py.detach(draw)))?;
-    let drawn = drawn.ok_or_else(|| OutOfMemoryError::new_err("no memory for the picture"))?;
+    let drawn = drawn
+        .ok_or_else(|| OutOfMemoryError::new_err("there is not enough memory for the picture"))?;
     let rows = drawn.len() / 3 / FRAME_WIDTH;
     let drawn = array(py, drawn, &[rows, FRAME_WIDTH, 3])?;
     Ok(drawn.cast_into()?)

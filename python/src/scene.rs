@@ -1,4 +1,4 @@
-//! Scenes.
+//! The class `Scene`.
 
 use crate::errors::{caught, raised, refused};
 use cosmic::Registry;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Scene {
     pub(crate) scene: scene::Scene,
-    /// The name in summaries.
+    /// The name of the scene in summaries.
     #[pyo3(get)]
     pub(crate) name: String,
 }
@@ -41,7 +41,7 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// This scene, changed by the settings of a TOML text.
+    /// A copy of this scene, changed by the settings in a TOML text.
     fn overridden(&self, text: &str) -> PyResult<Self> {
         Ok(Self {
             scene: caught(|| self.scene.with("overrides", text).map_err(raised))?,
@@ -62,7 +62,7 @@ impl Scene {
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
-    /// The scene of a text from `__reduce__`.
+    /// Reads the text that `__reduce__` made.
     #[staticmethod]
     fn restore(text: &str) -> PyResult<Self> {
         let plan: RunPlan<SavedScene> =

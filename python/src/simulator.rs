@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use std::time::Instant;
 
-/// A scene's lattice in its surroundings.
+/// Simulates robots on the lattice and in the world of a scene.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Simulator {
     scene: scene::Scene,
@@ -26,11 +26,11 @@ pub(crate) struct Simulator {
     sizes: Sizes,
 }
 
-/// Positions and velocities.
+/// The arrays of observed positions and velocities.
 type Seen<'py> = [Bound<'py, PyAny>; 2];
 
 impl Simulator {
-    /// Checks steps and looks at them.
+    /// Checks that a rollout of the scene has the observed steps, counted from step `first`.
     fn span(&self, observed: Vec<usize>, first: usize) -> PyResult<Span> {
         let planned = self.scene.physics.steps;
         let Some(&last) = observed.last() else {
@@ -44,7 +44,7 @@ impl Simulator {
         if first.saturating_add(last) > planned {
             let wanted = first.saturating_add(last);
             return Err(refused(format!(
-                "step {wanted} is beyond the scene's last, {planned}: set physics.steps higher"
+                "step {wanted} is beyond the scene's last step, {planned}; increase physics.steps"
             )));
         }
         Ok(Span {
@@ -57,8 +57,8 @@ impl Simulator {
         behind(batch, &[span.observed.len(), self.sizes.nodes, 2])
     }
 
-    /// Refuses rollouts whose results do not fit into memory. They need `copies` of positions and velocities, and
-    /// `each` bytes more per robot and `thread` bytes more per thread.
+    /// Refuses rollouts whose results do not fit into memory. A rollout needs `copies` copies of the positions and
+    /// velocities, `each` more bytes per robot, and `thread` more bytes per thread.
     fn results_fit<R: Number>(
         &self,
         asked: &Asked<R>,
@@ -111,7 +111,7 @@ impl Simulator {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         self.results_fit(&asked, 1, 0.0, 0.0)?;
         let shape = self.shape(asked.batch.size, &asked.span);
-        // NumPy asks for large arrays in large pages, which cost a tenth of the others.
+        // NumPy requests large memory pages for large arrays, which makes them ten times cheaper.
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
         let (mut x_place, mut v_place) = (x.readwrite(), v.readwrite());
         let places = [x_place.as_slice_mut()?, v_place.as_slice_mut()?];
@@ -119,7 +119,7 @@ impl Simulator {
         let (done, interrupt) = in_pool(py, asked.batch.robots(), work)?;
         drop((x_place, v_place));
         if let Some(error) = interrupt {
-            // Attach the finished states to the exception. Exceptions that do not take attributes go without.
+            // The exception gets the finished states, if it accepts attributes.
             _ = error.value(py).setattr("trajectory", (x, v));
             return Err(error);
         }
@@ -199,7 +199,8 @@ impl Simulator {
             .is_some_and(|size| Some(size) != asked.batch.size)
         {
             return Err(refused(
-                "tangents: a batch, and the inputs are not one of that size".to_owned(),
+                "tangents: this is a batch, but the inputs are not a batch of the same size"
+                    .to_owned(),
             ));
         }
         let robots = asked.batch.robots();
@@ -235,7 +236,7 @@ impl Simulator {
     }
 }
 
-/// The exception for a robot. In a batch it names the robot's number.
+/// Converts an error about a robot to an exception. In a batch the message contains the number of the robot.
 fn of_robot(batch: Option<usize>, robot: usize, error: Error) -> PyErr {
     match batch {
         None => raised(error),
@@ -261,7 +262,7 @@ fn cotangent<R: Number>(name: &str, object: &Bound<PyAny>, shape: &[usize]) -> P
     Ok(given.numbers()?.to_vec())
 }
 
-/// True for arrays in single precision.
+/// True if the arrays are in single precision; the first one decides, because all have the same type.
 fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
     match arrays {
         [first, ..] if arrays.len() == NAMES.len() => Ok(first.cast::<PyArrayDyn<f32>>().is_ok()),
@@ -274,7 +275,7 @@ fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
 
 #[pymethods]
 impl Simulator {
-    /// Prepares rollouts of a scene's lattice.
+    /// Prepares rollouts in a scene.
     #[new]
     fn new(scene: &Scene) -> PyResult<Self> {
         caught(|| {
@@ -332,7 +333,7 @@ impl Simulator {
         self.task.ground().tangent().array()
     }
 
-    /// The seven arrays that a seed starts from.
+    /// The seven arrays that an optimisation with this seed starts with.
     fn initial<'py>(
         &self,
         py: Python<'py>,
@@ -351,7 +352,7 @@ impl Simulator {
         })
     }
 
-    /// Refuses steps that a rollout of the scene does not have.
+    /// Raises an exception if a rollout of the scene does not have these steps.
     fn check_span(&self, observed: Vec<usize>, first: usize) -> PyResult<()> {
         self.span(observed, first).map(drop)
     }
@@ -376,8 +377,8 @@ impl Simulator {
         })
     }
 
-    /// The least seconds, of so many rounds, that the library takes for the rollouts alone: what
-    /// `benches/overhead.py` compares a call with.
+    /// The time in seconds that the library takes for the rollouts, without Python: the minimum of `rounds` rounds.
+    /// `benches/overhead.py` compares it with the time of a call.
     fn library_seconds<'py>(
         &self,
         py: Python<'py>,
@@ -398,7 +399,7 @@ impl Simulator {
         caught(|| whole(in_pool(py, asked.batch.robots(), work)?))
     }
 
-    /// The cotangents of the seven arrays, from those of positions and velocities.
+    /// The cotangents of the seven arrays, given the cotangents of positions and velocities.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -429,7 +430,7 @@ impl Simulator {
         })
     }
 
-    /// Positions, velocities, and the tangents of both along those of the seven arrays.
+    /// Positions and velocities, and the tangents of both, given the tangents of the seven arrays.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn jvp<'py>(
         &self,

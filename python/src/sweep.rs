@@ -1,4 +1,4 @@
-//! Sweeps: planned, run one by one, merged.
+//! Plans sweeps, does their runs one at a time, and merges the results.
 
 use crate::attended::{Listener, attended};
 use crate::errors::{caught, raised, refused};
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Writes a plan of scenes, settings and seeds into a new folder. An axis of the grid is `KEY=V,V`.
+/// Writes a plan of scenes, settings and seeds into a new folder. Each entry of `grid` has the form `KEY=V,V`.
 #[pyfunction]
 pub(crate) fn sweep_plan(
     py: Python,
@@ -69,7 +69,7 @@ impl Stop {
     }
 }
 
-/// Does or continues one run of a sweep on one thread. Returns its outcome in a word.
+/// Does or continues one run of a sweep on one thread. Returns its outcome as one word.
 #[pyfunction]
 #[pyo3(signature = (folder, index, stop = None))]
 pub(crate) fn sweep_run(

@@ -18,11 +18,11 @@ SCENE: dict[str, Any] = {
     "schedule": {"iterations": 40, "attraction_from": 13, "snap_at": 26, "horizon": [128, 256]},
     "loss.window": 64,
 }
-#: Which seed of it gets far.
+#: A seed with which its robot walks far.
 SEED = 1
 #: The scene without its schedule, for rollouts.
 SHORT: dict[str, Any] = {**SCENE, "lattice.rows": 2}
-#: What an optimisation leaves that has no wall time in it.
+#: The files of a run that contain no wall time.
 EXACT = ["design.json", "trajectory.json"]
 
 
@@ -43,18 +43,18 @@ def robot(sim: cosmic.Simulator, seed: int, height: float = 0.0) -> cosmic.Input
 
 
 def airborne(sim: cosmic.Simulator, seed: int = 0) -> cosmic.Inputs:
-    """A robot so high that it touches no ground, where nothing has a kink."""
+    """A robot so high that it never touches the ground, so its rollout has no kinks."""
     return robot(sim, seed, height=1.0)
 
 
 def like(arrays: Any, seed: int) -> list[np.ndarray]:
-    """Numbers drawn in the shapes of arrays."""
+    """Random numbers in the shapes of these arrays."""
     random = np.random.default_rng(seed)
     return [random.normal(size=np.shape(array)) for array in arrays]
 
 
 def stacked(robots: list[cosmic.Inputs], shared: tuple[str, ...] = ()) -> cosmic.Inputs:
-    """Robots as one batch; what is shared is the first one's."""
+    """Makes one batch of robots. The arrays named in ``shared`` come from the first robot."""
     return cosmic.Inputs(
         *(
             arrays[0] if name in shared else np.stack(arrays)
@@ -64,13 +64,13 @@ def stacked(robots: list[cosmic.Inputs], shared: tuple[str, ...] = ()) -> cosmic
 
 
 def one_of(batch: cosmic.Inputs, k: int, shared: tuple[str, ...] = ()) -> cosmic.Inputs:
-    """A robot of a batch."""
+    """Robot ``k`` of a batch."""
     pairs = zip(cosmic.Inputs._fields, batch)
     return cosmic.Inputs(*(array if name in shared else array[k] for name, array in pairs))
 
 
 def same(a: Any, b: Any) -> bool:
-    """True for equal arrays, one by one, to the last bit."""
+    """True if the arrays are bit-identical, pair by pair."""
     pairs = list(zip(a, b, strict=True))
     return all(
         np.asarray(x).dtype == np.asarray(y).dtype and np.array_equal(x, y) for x, y in pairs
@@ -78,14 +78,14 @@ def same(a: Any, b: Any) -> bool:
 
 
 def without_seconds(table: Path) -> list[list[str]]:
-    """The cells of `history.csv` but for those of the wall time."""
+    """The cells of `history.csv` without the wall times."""
     rows = [line.split(",") for line in table.read_text().splitlines()]
     seconds = rows[0].index("seconds")
     return [row[:seconds] + row[seconds + 1 :] for row in rows]
 
 
 def is_same_run(a: Path, b: Path) -> bool:
-    """True for runs whose files are equal but for wall times."""
+    """True if the files of two runs are equal except for wall times."""
     exact = all((a / name).read_bytes() == (b / name).read_bytes() for name in EXACT)
     return exact and without_seconds(a / "history.csv") == without_seconds(b / "history.csv")
 

@@ -1,4 +1,4 @@
-"""What several tests share."""
+"""Fixtures for several test files."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from common import SCENE, SEED, SHORT
 
 @pytest.fixture(scope="session")
 def sim() -> cosmic.Simulator:
-    """Six nodes and eleven edges."""
+    """A simulator of a lattice with six nodes and eleven edges."""
     return cosmic.Simulator(SHORT)
 
 
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> cosmic.Run:
-    """A robot that was designed, in a folder of its own."""
+    """A finished run in its own folder."""
     out = tmp_path_factory.mktemp("runs") / "walker"
     return cosmic.optimize(SCENE, SEED, out=out, progress=False)

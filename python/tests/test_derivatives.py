@@ -1,4 +1,4 @@
-"""Both derivative products, against differences and against each other."""
+"""`vjp` and `jvp`, compared with finite differences and with each other."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ NAMES = cosmic.Inputs._fields
 
 
 def pairing(a: cosmic.Inputs | cosmic.Trajectory, b: cosmic.Inputs | cosmic.Trajectory) -> float:
-    """The sum of products of numbers at the same places."""
+    """The inner product of two trees of arrays."""
     return float(sum(np.sum(x * y) for x, y in zip(a, b, strict=True)))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_gradient_is_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+def test_the_gradient_agrees_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = airborne(sim)
     bars = cosmic.Trajectory(*like(sim.rollout(inputs, *SPAN), 1))
     gradient = getattr(sim.vjp(inputs, bars, *SPAN), name)
@@ -32,26 +32,26 @@ def test_the_gradient_is_what_differences_say(sim: cosmic.Simulator, name: str) 
     difference = (shifted(h) - shifted(-h)) / (2.0 * h)
     slope = float(np.sum(gradient * direction))
     assert slope != 0.0
-    # The projection's sharpness of 20 makes the third derivative some 20**3 times the first: the
-    # difference errs by (3 h)**2 20**3 / 6, which is 1e-8. Rounding adds 1e-15 / h, or 1e-9.
+    # The projection has a sharpness of 20, so its third derivative is about 20**3 times the first. The
+    # difference errs by (3 h)**2 20**3 / 6, which is 1e-8. Rounding adds 1e-15 / h, which is 1e-9.
     assert difference == pytest.approx(slope, rel=1e-6)
 
 
 @pytest.mark.parametrize("height", [0.0, 1.0], ids=["on the ground", "above it"])
-def test_both_products_agree(sim: cosmic.Simulator, height: float) -> None:
+def test_vjp_and_jvp_agree(sim: cosmic.Simulator, height: float) -> None:
     inputs = robot(sim, 0, height)
     tangents = cosmic.Inputs(*like(inputs, 1))
     seen, along = sim.jvp(inputs, tangents, *SPAN)
     bars = cosmic.Trajectory(*like(seen, 2))
     gradient = sim.vjp(inputs, bars, *SPAN)
-    # Both are exact but for rounding, which the 48 steps multiply.
+    # Both are exact up to rounding, which grows over the 48 steps.
     assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
-    # The states come with their derivatives, in another order of sums.
+    # `jvp` sums in another order than `rollout`.
     np.testing.assert_allclose(seen.x, sim.rollout(inputs, *SPAN).x, atol=1e-12)
 
 
 @pytest.mark.parametrize("shared", [(), ("w1", "b1", "w2", "b2", "x0", "v0"), ("z",)])
-def test_products_of_a_batch_are_those_of_its_robots(
+def test_products_of_a_batch_equal_those_of_its_robots(
     sim: cosmic.Simulator, shared: tuple[str, ...]
 ) -> None:
     batch = stacked([robot(sim, seed) for seed in range(5)], shared)
@@ -76,7 +76,7 @@ def test_tangents_may_be_shared(sim: cosmic.Simulator) -> None:
         assert same(sim.jvp(alone, tangents, *SPAN)[1], (along.x[k], along.v[k]))
 
 
-def test_derivatives_go_on_from_a_later_step(sim: cosmic.Simulator) -> None:
+def test_derivatives_can_begin_at_a_later_step(sim: cosmic.Simulator) -> None:
     inputs = airborne(sim)
     tangents = cosmic.Inputs(*like(inputs, 1))
     _, along = sim.jvp(inputs, tangents, *SPAN, first=50)
@@ -87,7 +87,7 @@ def test_derivatives_go_on_from_a_later_step(sim: cosmic.Simulator) -> None:
     assert not same(gradient, sim.vjp(inputs, bars, *SPAN))
 
 
-def test_a_bound_holds_large_cotangents_back_alone(sim: cosmic.Simulator) -> None:
+def test_a_bound_limits_only_large_cotangents(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     bars = cosmic.Trajectory(*like(sim.rollout(inputs), 1))
     exact = sim.vjp(inputs, bars)

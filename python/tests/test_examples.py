@@ -1,4 +1,4 @@
-"""The examples run from top to bottom, and the types hold."""
+"""The examples run without errors, and the package passes the type checker."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
-#: What a notebook needs beside the package.
+#: Packages that a notebook needs in addition to `cosmic`.
 NEEDS = {"own_objective": "jax"}
 
 
-def test_the_notebooks_are_there() -> None:
+def test_all_notebooks_exist() -> None:
     assert {notebook.stem for notebook in NOTEBOOKS} >= {"first_robot", *NEEDS}
 
 
@@ -30,7 +30,7 @@ def test_a_notebook_runs(
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     read = nbformat.read(notebook, as_version=4)
     code = [cell for cell in read.cells if cell.cell_type == "code"]
-    # What a notebook shows is made by whoever runs it.
+    # Notebooks are stored without outputs; whoever runs them makes the outputs.
     assert not any(cell.outputs or cell.execution_count for cell in code)
     client = nbclient.NotebookClient(
         read, timeout=120, resources={"metadata": {"path": str(tmp_path)}}
@@ -49,7 +49,7 @@ def test_the_script_runs() -> None:
     assert done.stdout.startswith("<Run stability, seed 1: 0.0")
 
 
-def test_the_types_hold(tmp_path: Path) -> None:
+def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     settings = EXAMPLES.parent / "pyproject.toml"
     # Copies of what is installed: mypy does not check files where packages are installed.

@@ -1,4 +1,4 @@
-"""Environments of gymnasium."""
+"""The environments for gymnasium."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ import cosmic.gym  # noqa: E402
 import gymnasium.wrappers.vector  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-#: Six frames to an episode, the last of them short.
+#: An episode has six frames; the last one is shorter.
 FRAMES = {"frame_skip": 50}
 NAME = "cosmic.gym:cosmic/Walk-v0"
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
-def test_an_environment_is_what_gymnasium_wants(render_mode: str | None) -> None:
+def test_an_environment_passes_the_checks_of_gymnasium(render_mode: str | None) -> None:
     env = gymnasium.make(NAME, robot=SCENE, render_mode=render_mode, **FRAMES)
     check_env(env.unwrapped)
 
 
 def episode(env: Any, seed: int) -> list[Any]:
-    """Observations, rewards and ends of an episode of drawn actions."""
+    """Observations, rewards and ends of an episode with random actions."""
     random = np.random.default_rng(seed)
     seen: list[Any] = [env.reset(seed=seed)[0]]
     while len(seen) == 1 or not (seen[-1][2] or seen[-1][3]):
@@ -51,7 +51,7 @@ def test_an_episode_is_a_rollout_of_the_scene() -> None:
         env.step(np.zeros(env.action_space.shape, np.float32))
 
 
-def test_rewards_are_the_distance_made_good() -> None:
+def test_rewards_add_up_to_the_distance() -> None:
     env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
     _, info = env.reset(seed=3)
     start, made = info["along"], 0.0
@@ -67,13 +67,13 @@ def test_seeds_repeat_and_differ() -> None:
     env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
     starts = [env.reset(seed=seed)[0] for seed in (1, 1, 2)]
     assert np.array_equal(starts[0], starts[1]) and not np.array_equal(starts[0], starts[2])
-    # Without a seed the next start is another.
+    # Without a seed, every reset draws another start.
     assert not np.array_equal(env.reset()[0], starts[2])
     calm = cosmic.gym.WalkEnv(SCENE, scatter=0.0, **FRAMES)
     assert np.array_equal(calm.reset(seed=1)[0], calm.reset(seed=2)[0])
 
 
-def test_actions_beyond_the_bounds_are_held_at_them() -> None:
+def test_actions_beyond_the_bounds_are_clipped() -> None:
     def after(action: float) -> Any:
         env = cosmic.gym.WalkEnv(SCENE, **FRAMES)
         env.reset(seed=0)
@@ -83,14 +83,14 @@ def test_actions_beyond_the_bounds_are_held_at_them() -> None:
     assert not np.array_equal(after(1.0), after(-1.0))
 
 
-def test_many_robots_are_single_ones_side_by_side() -> None:
+def test_many_robots_equal_single_robots() -> None:
     robots, random = 5, np.random.default_rng(0)
     many = gymnasium.make_vec(NAME, robots, "vector_entry_point", robot=SCENE, **FRAMES)
     alone = [cosmic.gym.WalkEnv(SCENE, **FRAMES) for _ in range(robots)]
     seen, _ = many.reset(seed=10)
     assert np.array_equal(seen, [env.reset(seed=10 + k)[0] for k, env in enumerate(alone)])
     begins = [False] * robots
-    # Two episodes: after the first each begins anew, for which one step is spent.
+    # Two episodes. Between them each robot is reset, which takes one step.
     for _ in range(14):
         actions = random.uniform(-1.0, 1.0, many.action_space.shape).astype(np.float32)
         seen, made, lost, over, info = many.step(actions)
@@ -171,7 +171,7 @@ def test_wrong_actions_are_refused_and_change_nothing() -> None:
     _, _, _, _, info = env.step(np.zeros(size))
     assert info["time"] == pytest.approx(env.metadata["render_fps"] ** -1)
     many = cosmic.gym.WalkVectorEnv(2, SCENE, **FRAMES)
-    with pytest.raises(cosmic.InputError, match="1 seeds for 2 robots"):
+    with pytest.raises(cosmic.InputError, match="expected 2 seeds, one per robot, found 1"):
         many.reset(seed=[1])
     with pytest.raises(cosmic.InputError, match="reset_mask: expected 2 booleans"):
         many.reset(options={"reset_mask": np.zeros(2, np.bool_)})
@@ -238,7 +238,7 @@ def test_without_autoreset_an_episode_that_is_over_stays_so() -> None:
         many.step(actions)
 
 
-def test_both_environments_cut_an_episode_off_alike() -> None:
+def test_both_environments_truncate_an_episode_alike() -> None:
     arguments = {"robot": SCENE, "max_episode_steps": 2, **FRAMES}
     one = gymnasium.make(NAME, **arguments)
     many = gymnasium.make_vec(NAME, 1, "vector_entry_point", **arguments)

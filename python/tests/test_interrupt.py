@@ -1,4 +1,4 @@
-"""Ctrl-C: a run that is interrupted returns what there is, and can be gone on with."""
+"""Ctrl-C: an interrupted run returns its current robot and can be resumed."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ moved = float(abs(run.trajectory[-1] - run.trajectory[0]).max())
 print(json.dumps([run.summary["iterations"], text, files, moved]))
 """
 
-#: So many iterations that the signal comes in their midst.
+#: Enough iterations that the signal arrives before the run ends.
 LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
 
 
 def interrupted(out: Path | str) -> tuple[int, str]:
-    """A run that is told to stop: how far it got, and its warning."""
+    """Interrupts a run. Returns the number of its last iteration, and its warning."""
     arguments = [json.dumps(LONG), str(out), str(SEED)]
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, *arguments],
@@ -55,7 +55,7 @@ def interrupted(out: Path | str) -> tuple[int, str]:
     return iterations, warning
 
 
-def test_an_interrupted_run_is_returned_and_goes_on(tmp_path: Path) -> None:
+def test_an_interrupted_run_is_returned_and_can_be_resumed(tmp_path: Path) -> None:
     out = tmp_path / "run"
     iterations, warning = interrupted(out)
     assert 3 <= iterations < 800
@@ -124,7 +124,7 @@ except KeyboardInterrupt as stopped:
 
 
 @pytest.mark.parametrize("call", ["rollout", "vjp", "jvp"])
-def test_a_batch_stops_at_once_and_keeps_what_is_finished(call: str) -> None:
+def test_an_interrupted_batch_keeps_its_finished_robots(call: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", STOPPED, call], capture_output=True, text=True, timeout=120
     )
@@ -135,7 +135,7 @@ def test_a_batch_stops_at_once_and_keeps_what_is_finished(call: str) -> None:
     assert 0 < finished < 4096 if call == "rollout" else finished == 0
 
 
-def test_a_sweep_stops_at_once_and_goes_on(tmp_path: Path) -> None:
+def test_an_interrupted_sweep_can_be_continued(tmp_path: Path) -> None:
     stopped, whole = [cosmic.sweep(tmp_path / name, LONG, seeds=2) for name in ("s", "whole")]
     sent = []
 

@@ -1,4 +1,4 @@
-"""Rollouts in JAX: derivatives, compilation, batches, losses."""
+"""Rollouts in JAX: derivatives, compilation, batches and losses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NAMES = cosmic.Inputs._fields
 
 @pytest.fixture(autouse=True)
 def double_precision():
-    """JAX in double precision for these tests alone."""
+    """Sets JAX to double precision for the tests of this file."""
     before = jax.config.jax_enable_x64
     jax.config.update("jax_enable_x64", True)
     yield
@@ -30,7 +30,7 @@ def double_precision():
 
 
 def number(sim: cosmic.Simulator):
-    """A number from all states of a rollout, not linear in them."""
+    """A function that computes one number from all states of a rollout, not linearly."""
 
     def of(inputs: cosmic.Inputs):
         seen = cosmic.jax.rollout(sim, inputs, *SPAN)
@@ -40,14 +40,14 @@ def number(sim: cosmic.Simulator):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+def test_gradients_agree_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = airborne(sim)
 
     def of(array):
         return cosmic.jax.rollout(sim, inputs._replace(**{name: array}), *SPAN)
 
-    # JAX's own step is 1e-6 or so in double precision, and a projection's third derivative some
-    # 20**3 times the first: the difference errs by 1e-8, rounding adds 1e-9.
+    # JAX uses a step of about 1e-6 in double precision. The third derivative of a projection is about 20**3
+    # times the first, so the difference errs by 1e-8; rounding adds 1e-9.
     check_grads(of, (getattr(inputs, name),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
 
 
@@ -56,7 +56,7 @@ def test_all_gradients_at_once(sim: cosmic.Simulator) -> None:
     check_grads(number(sim), (airborne(sim),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
 
 
-def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
+def test_states_and_gradients_equal_those_of_numpy(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     seen, pull = jax.vjp(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN), inputs)
     assert same(seen, sim.rollout(inputs, *SPAN))
@@ -80,7 +80,7 @@ def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> 
     assert not same(gradient, sim.vjp(inputs, bars, *SPAN, first=100))
 
 
-def test_compiled_functions_give_the_same(sim: cosmic.Simulator) -> None:
+def test_compiled_functions_give_the_same_results(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     compiled = jax.jit(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))
     assert same(compiled(inputs), sim.rollout(inputs, *SPAN))
@@ -99,12 +99,12 @@ def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
     assert {g.dtype for g in jax.grad(number(sim))(narrow)} == {jnp.dtype("float32")}
 
 
-#: What robots share, and so what `in_axes` has no axis for.
+#: The arrays that robots share; `in_axes` is None for them.
 SHARED = [(), NAMES[1:], ("w1", "b1", "w2", "b2"), ("z", "x0", "v0")]
 
 
 @pytest.mark.parametrize("shared", SHARED)
-def test_vmap_is_a_loop(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
+def test_vmap_equals_a_loop_over_the_robots(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
     robots = [robot(sim, seed) for seed in range(3)]
     batch = stacked(robots, shared)
     axes = cosmic.Inputs(*(None if name in shared else 0 for name in NAMES))
@@ -126,7 +126,7 @@ def test_vmap_is_a_loop(sim: cosmic.Simulator, shared: tuple[str, ...]) -> None:
             np.testing.assert_allclose(a, b[k], rtol=1e-10, atol=1e-13)
 
 
-def test_gradients_of_a_batch_add_up_over_what_is_shared(sim: cosmic.Simulator) -> None:
+def test_gradients_of_shared_arrays_are_sums_over_the_batch(sim: cosmic.Simulator) -> None:
     robots = [robot(sim, seed) for seed in range(3)]
     designs = jnp.stack([each.z for each in robots])
     rest = robots[0]
@@ -159,7 +159,7 @@ def test_nested_vmap(sim: cosmic.Simulator) -> None:
             assert np.array_equal(grid[i, j], of(designs[i], starts[j]))
 
 
-def test_what_is_not_there_is_refused(sim: cosmic.Simulator) -> None:
+def test_unsupported_derivatives_are_refused(sim: cosmic.Simulator) -> None:
     inputs, of = robot(sim, 0), number(sim)
     with pytest.raises(TypeError, match="forward-mode"):
         jax.jvp(of, (inputs,), (inputs,))
@@ -177,7 +177,7 @@ def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf, 1e9], ids=["NaN", "infinite", "diverges"])
 @pytest.mark.parametrize("name", ["v0", "b2", "z"])
-def test_a_lost_robot_does_not_affect_the_others(
+def test_a_diverging_robot_does_not_affect_the_others(
     sim: cosmic.Simulator, name: str, lost: float
 ) -> None:
     if lost == 1e9 and name != "v0":
@@ -223,13 +223,13 @@ def test_wrong_arrays_are_refused_before_anything_runs(
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"steps": 1000}, "1000 is beyond the scene's last, 256"),
+        ({"steps": 1000}, "1000 is beyond the scene's last step, 256"),
         ({"steps": 100, "first": 200}, "300 is beyond"),
         ({"first": -1}, "first: -1"),
         ({"observed": [3, 1]}, "ascend"),
     ],
 )
-def test_steps_that_no_rollout_has_are_refused_before_anything_runs(
+def test_invalid_steps_are_refused_before_anything_runs(
     sim: cosmic.Simulator, options, says: str
 ) -> None:
     with pytest.raises(cosmic.InputError, match=says):
@@ -263,7 +263,7 @@ def test_an_objective_in_jax() -> None:
     assert is_same_run(own.folder, cosmic.optimize(scene, SEED, progress=False).folder)
 
 
-def test_an_exception_of_an_objective_is_the_runs() -> None:
+def test_an_exception_in_an_objective_is_raised_by_the_run() -> None:
     @cosmic.jax.loss
     def wrong(x, v):
         return x
@@ -287,7 +287,7 @@ print(jax.block_until_ready(of(many)).shape)
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs a process on one core")
 def test_the_workaround_for_one_core_works() -> None:
-    # Without the flags this call waits forever, see docs/python.md.
+    # Without the flag this call waits forever, see docs/python.md.
     flags = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
     command = [sys.executable, "-c", ONE_CORE]
     done = subprocess.run(command, capture_output=True, text=True, env=flags, timeout=120)

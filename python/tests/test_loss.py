@@ -15,13 +15,13 @@ FINAL = {**SCENE, "loss.kind": "final"}
 
 
 def final(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Minus how far the payload gets on flat ground."""
+    """Minus the distance of the payload on flat ground."""
     gradient = np.zeros_like(x)
     gradient[-1, 0, 0] = -1.0
     return -x[-1, 0, 0], gradient, np.zeros_like(v)
 
 
-def test_the_scenes_own_objective_in_numpy_gives_its_bits() -> None:
+def test_the_objective_of_a_scene_written_in_numpy_gives_the_same_bits() -> None:
     own = cosmic.optimize(FINAL, SEED, loss=cosmic.Loss(final, is_far=True), progress=False)
     scene = cosmic.optimize(FINAL, SEED, progress=False)
     assert is_same_run(own.folder, scene.folder)
@@ -52,13 +52,13 @@ def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (lambda x, v: 1.0, "expected three things"),
-        (lambda x, v: (1.0, x), "expected three things"),
+        (lambda x, v: 1.0, "must return three things"),
+        (lambda x, v: (1.0, x), "must return three things"),
         (lambda x, v: (x, x, v), "expected a number"),
         (lambda x, v: (1j, x, v), "expected a number"),
-        (lambda x, v: (1.0, x[0], v), r"by x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
-        (lambda x, v: (1.0, x, 0.0), r"by v: .* of the shape \(1, 9, 2\), found .*\(\)"),
-        (lambda x, v: (1.0, 1j * x, v), "by x: .*found complex128"),
+        (lambda x, v: (1.0, x[0], v), r"respect to x: .* of the shape \(1, 9, 2\), found .*\(9, 2\)"),
+        (lambda x, v: (1.0, x, 0.0), r"respect to v: .* of the shape \(1, 9, 2\), found .*\(\)"),
+        (lambda x, v: (1.0, 1j * x, v), "respect to x: .*found complex128"),
     ],
 )
 def test_wrong_answers_of_a_loss_are_named(answer: Any, says: str) -> None:
@@ -105,7 +105,7 @@ def test_the_last_step_is_always_observed(observed: Any, of_100: list[int]) -> N
     assert made.summary["iterations"] == 20
 
 
-def test_a_loss_that_is_never_a_number_ends_the_run() -> None:
+def test_a_loss_that_is_always_nan_ends_the_run() -> None:
     def lost(x: np.ndarray, v: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         return float("nan"), np.zeros_like(x), np.zeros_like(v)
 
@@ -135,12 +135,12 @@ def test_a_panic_of_the_library_is_an_exception() -> None:
     assert isinstance(raised.value, RuntimeError)
 
 
-def test_something_else_is_no_loss() -> None:
+def test_other_types_are_refused_as_a_loss() -> None:
     with pytest.raises(cosmic.InputError, match="a loss is a function .*, not int"):
         cosmic.optimize(SCENE, loss=3, progress=False)
 
 
-def test_an_exception_of_a_loss_is_the_runs() -> None:
+def test_an_exception_in_a_loss_is_raised_by_the_run() -> None:
     raised = RuntimeError("from the loss")
     calls = []
 
@@ -155,7 +155,7 @@ def test_an_exception_of_a_loss_is_the_runs() -> None:
     assert caught.value is raised
 
 
-def test_a_run_goes_on_with_its_loss_or_not_at_all(tmp_path: Path) -> None:
+def test_a_run_with_a_loss_can_only_be_resumed_with_a_loss(tmp_path: Path) -> None:
     loss = cosmic.Loss(final, is_far=True)
 
     def stop(iteration: int, *_: object) -> None:

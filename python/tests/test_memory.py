@@ -55,7 +55,7 @@ sim.rollout(first)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits the memory of a process as Linux does")
-def test_too_large_is_refused_and_the_process_lives() -> None:
+def test_work_that_needs_too_much_memory_is_refused() -> None:
     done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     gradient, simulator, rollout, tangents, start, *runs = done.stdout.splitlines()

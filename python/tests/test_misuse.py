@@ -1,4 +1,4 @@
-"""Wrong arguments: each is an exception that says what was expected, and nothing is broken after it."""
+"""Wrong arguments raise an exception that says what was expected. Later calls still work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from common import SHORT, robot, same, stacked
 
 Call = Callable[[cosmic.Simulator, cosmic.Inputs, cosmic.Trajectory], Any]
 
-#: What is done wrong, and words of the message.
+#: Wrong calls by name, and words that the message must contain.
 WRONG: dict[str, tuple[Call, list[str]]] = {
     "no arrays": (lambda sim, i, t: sim.rollout(None, 32), ["7 arrays", "found NoneType"]),
     "too few arrays": (lambda sim, i, t: sim.rollout(i[:6], 32), ["7 arrays", "found 6"]),
@@ -65,7 +65,7 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
 
 
 def changed(inputs: cosmic.Inputs, value: float) -> cosmic.Inputs:
-    """The inputs with this velocity at one place."""
+    """The inputs with one velocity replaced by ``value``."""
     v0 = inputs.v0.copy()
     v0[2, 1] = value
     return inputs._replace(v0=v0)
@@ -80,11 +80,11 @@ def test_a_wrong_argument_is_named(sim: cosmic.Simulator, what: str) -> None:
         call(sim, inputs, before)
     assert isinstance(raised.value, ValueError)
     assert all(word in str(raised.value) for word in words), str(raised.value)
-    # What it was done to works as before.
+    # The simulator still works.
     assert same(sim.rollout(inputs, 32), before)
 
 
-def test_divergence_is_told_with_its_place(sim: cosmic.Simulator) -> None:
+def test_the_error_about_a_divergence_names_the_place(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     fast = inputs._replace(v0=inputs.v0 + 1e9)
     with pytest.raises(cosmic.DivergedError, match="diverged in step 0: node 0"):
@@ -99,7 +99,7 @@ def test_divergence_is_told_with_its_place(sim: cosmic.Simulator) -> None:
     assert np.all(np.isnan(seen.x[1])) and np.all(np.isnan(seen.v[1]))
 
 
-def test_derivatives_of_what_diverges_are_refused_or_nan(sim: cosmic.Simulator) -> None:
+def test_derivatives_of_a_diverging_rollout_are_refused_or_nan(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     fast = inputs._replace(v0=inputs.v0 + 1e9)
     both = inputs._replace(v0=np.stack([inputs.v0, fast.v0]))
@@ -117,7 +117,7 @@ def test_derivatives_of_what_diverges_are_refused_or_nan(sim: cosmic.Simulator) 
     assert same([array[0] for array in sim.vjp(both, many, 32, check=False)], alone)
 
 
-def test_a_robot_that_is_not_finite_is_lost_alone(sim: cosmic.Simulator) -> None:
+def test_inputs_that_are_not_finite_affect_only_their_robot(sim: cosmic.Simulator) -> None:
     robots = [robot(sim, 0), robot(sim, 1)._replace(b1=np.full(sim.shapes["b1"], np.nan))]
     batch = stacked(robots)
     seen = sim.rollout(batch, 32, check=False)
@@ -136,7 +136,7 @@ def test_a_robot_that_is_not_finite_is_lost_alone(sim: cosmic.Simulator) -> None
         ("[physics]\nsteps = -3\n", ["scene:2:9", "^^ allowed: a whole number from 1"]),
     ],
 )
-def test_a_bad_scene_is_marked_where_it_is_bad(scene: Any, marked: list[str]) -> None:
+def test_the_error_about_a_scene_marks_the_place(scene: Any, marked: list[str]) -> None:
     with pytest.raises(cosmic.InputError) as raised:
         cosmic.Simulator(scene)
     assert all(words in str(raised.value) for words in marked), str(raised.value)
@@ -153,7 +153,7 @@ def test_texts_keep_their_characters(tmp_path: Any) -> None:
         cosmic.as_scene({**SHORT, "lattice.file": "\ud83d"})
 
 
-def test_equals_signs_are_of_paths_too(tmp_path: Any) -> None:
+def test_paths_may_contain_equals_signs(tmp_path: Any) -> None:
     folder = tmp_path / "earth+friction=0.6-0"
     folder.mkdir()
     (folder / "scene.toml").write_text(cosmic.as_scene(SHORT).to_toml())
@@ -166,7 +166,7 @@ def test_equals_signs_are_of_paths_too(tmp_path: Any) -> None:
     assert "friction = 0.6" in text
 
 
-def test_an_unknown_scene_is_answered_with_those_that_are_known() -> None:
+def test_the_error_about_an_unknown_scene_lists_the_known_scenes() -> None:
     with pytest.raises(cosmic.FileError, match="no built-in scene .* `moon`; known: earth"):
         cosmic.Simulator("moon")
 

@@ -1,4 +1,4 @@
-"""Runs: the program's bytes, folders, reports, and what stops them."""
+"""Runs: files equal to those of the program, folders, reports, and errors that stop a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 from common import SCENE, SEED, is_same_run, program, same
 
 
-def test_a_run_has_the_bytes_of_the_program(run: cosmic.Run, tmp_path: Path) -> None:
+def test_a_run_has_the_same_bytes_as_that_of_the_program(run: cosmic.Run, tmp_path: Path) -> None:
     cosmic_program = program()
     if cosmic_program is None:
         pytest.skip("the program `cosmic` was not built: nothing to compare with")
@@ -58,7 +58,7 @@ def test_the_history_has_columns(run: cosmic.Run) -> None:
     assert [json.loads(line)["V"] for line in written] == history["V"].tolist()
 
 
-def test_the_delivered_rollout_is_one_of_the_simulator(run: cosmic.Run) -> None:
+def test_the_simulator_repeats_the_delivered_rollout(run: cosmic.Run) -> None:
     seen = run.simulator().rollout(run.inputs, observed=run.steps)
     assert same(seen, (run.trajectory, run.velocities))
 
@@ -68,7 +68,7 @@ def test_a_run_is_saved_and_loaded(run: cosmic.Run, tmp_path: Path) -> None:
     assert is_same_run(run.folder, copy.folder)
     assert same(run.inputs, copy.inputs)
     assert copy.scene.to_toml() == run.scene.to_toml()
-    with pytest.raises(cosmic.InputError, match="not a new or empty folder"):
+    with pytest.raises(cosmic.InputError, match="name a new or empty folder"):
         run.save(tmp_path / "copy")
 
 
@@ -82,7 +82,7 @@ def test_a_run_is_reported(run: cosmic.Run, tmp_path: Path) -> None:
     assert shown.startswith("<iframe srcdoc=") and "&lt;html" in shown and "0.0" in shown
 
 
-def test_progress_is_told_once_an_iteration() -> None:
+def test_progress_is_called_once_per_iteration() -> None:
     told = []
     cosmic.optimize(SCENE, SEED, iterations=12, progress=lambda *told_now: told.append(told_now))
     assert [iteration for iteration, _, _ in told] == list(range(1, 13))
@@ -95,7 +95,7 @@ def test_a_bar_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     assert "stability seed 1" in capsys.readouterr().err
 
 
-def test_a_temporary_folder_goes_with_its_run() -> None:
+def test_a_temporary_folder_is_deleted_with_its_run() -> None:
     kept = cosmic.optimize(SCENE, SEED, iterations=3, progress=False)
     folder = kept.folder
     assert (folder / "design.json").exists()
@@ -212,7 +212,7 @@ def test_all_commands_in_messages_of_the_library_are_translated() -> None:
     assert left <= {"cosmic is"}, left
 
 
-def test_folders_that_do_not_serve_are_refused(run: cosmic.Run, tmp_path: Path) -> None:
+def test_unsuitable_folders_are_refused(run: cosmic.Run, tmp_path: Path) -> None:
     with pytest.raises(cosmic.FileError, match="missing"):
         cosmic.load(tmp_path / "missing")
     with pytest.raises(cosmic.FileError, match="missing"):
@@ -229,7 +229,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         cosmic.optimize(SCENE, out=tmp_path / "file/run", progress=False)
 
 
-def test_a_step_that_is_too_long_is_told() -> None:
+def test_an_unstable_time_step_raises_an_exception() -> None:
     with pytest.raises(cosmic.UnstableStepError, match="set physics.dt to"):
         cosmic.optimize({**SCENE, "physics.dt": 0.02}, progress=False)
 

@@ -1,4 +1,4 @@
-"""The blocks of code on the page of the documentation run, one after the other."""
+"""The code blocks of docs/python.md run, one after the other."""
 
 from __future__ import annotations
 

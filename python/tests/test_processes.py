@@ -41,7 +41,7 @@ def test_two_threads_optimise_at_once(run: cosmic.Run) -> None:
     assert not is_same_run(second.folder, run.folder)
 
 
-def test_a_simulator_goes_to_another_process_as_it_is(sim: cosmic.Simulator) -> None:
+def test_a_simulator_can_be_sent_to_another_process(sim: cosmic.Simulator) -> None:
     one = robot(sim, 0)
     for other in (pickle.loads(pickle.dumps(sim)), copy.deepcopy(sim)):
         assert other.scene.to_toml() == sim.scene.to_toml()
@@ -67,7 +67,7 @@ def test_a_run_comes_back_from_another_process_with_its_folder(run: cosmic.Run) 
     assert not folder.exists() and is_same_run(twin.folder, run.folder)
 
 
-def test_a_run_in_a_folder_of_its_own_stays_there(
+def test_a_run_in_a_named_folder_stays_there(
     run: cosmic.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(run.folder.parent)
@@ -122,7 +122,7 @@ sys.exit(process.exitcode)
 """
 
 
-def test_a_forked_process_has_threads_of_its_own() -> None:
-    # In a process of its own: other libraries of this one do not like to be forked.
+def test_a_forked_process_makes_its_own_threads() -> None:
+    # In a separate process, because other libraries in this process cannot be forked safely.
     done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""Rollouts: shapes, types and batches, equal bit for bit however they are asked for."""
+"""Rollouts: shapes, types and batches. Every way to request a state gives the same bits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_a_simulator_has_the_sizes_of_its_scene(sim: cosmic.Simulator) -> None:
     assert sim.along.tolist() == [1.0, 0.0]
     first = sim.initial(seed=3)
     assert {name: array.shape for name, array in first._asdict().items()} == sim.shapes
-    # Lengths are those of the nodes at rest; a square root is rounded once or twice.
+    # Rest lengths are the distances of the nodes at rest, up to the rounding of a square root.
     ends = first.x0[sim.edges]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     np.testing.assert_allclose(sim.rest_length, lengths, rtol=1e-14)
@@ -30,7 +30,7 @@ def test_seeds_differ_and_repeat(sim: cosmic.Simulator) -> None:
     assert not np.array_equal(sim.initial(1).w1, sim.initial(2).w1)
 
 
-def test_a_rollout_shows_the_steps_that_are_asked_for(sim: cosmic.Simulator) -> None:
+def test_a_rollout_returns_the_requested_steps(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     assert sim.observed(40, 16) == [0, 16, 32, 40]
     whole = sim.rollout(inputs)
@@ -44,7 +44,7 @@ def test_a_rollout_shows_the_steps_that_are_asked_for(sim: cosmic.Simulator) -> 
 
 @pytest.mark.parametrize("shared", [(), CONTROLLER, ("z",), ("x0", "v0"), ("z", *CONTROLLER)])
 @pytest.mark.parametrize("robots", [1, 3, 70])
-def test_a_robot_does_not_notice_the_others(
+def test_a_robot_in_a_batch_equals_the_robot_alone(
     sim: cosmic.Simulator, shared: tuple[str, ...], robots: int
 ) -> None:
     batch = stacked([robot(sim, seed) for seed in range(robots)], shared)
@@ -66,17 +66,17 @@ def test_one_batched_array_is_enough(sim: cosmic.Simulator) -> None:
         assert same(alone, (seen.x[1], seen.v[1])), name
 
 
-def test_a_rollout_goes_on_from_another(sim: cosmic.Simulator) -> None:
+def test_a_rollout_can_continue_another(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     whole = sim.rollout(inputs, observed=[100, 180, 256])
     begun = sim.rollout(inputs, observed=[100])
     middle = inputs._replace(x0=begun.x[-1], v0=begun.v[-1])
     rest = sim.rollout(middle, observed=[80, 156], first=100)
-    # The rollout works in coordinates of its own: handing a state on rounds it, by 1e-16 of some
-    # tenths of a metre, which 156 steps on the ground multiply.
+    # A rollout uses its own coordinates, so passing a state on rounds it by 1e-16 of some tenths of a
+    # metre. This error grows over 156 steps on the ground.
     np.testing.assert_allclose(rest.x, whole.x[1:], atol=1e-12)
     np.testing.assert_allclose(rest.v, whole.v[1:], atol=1e-9)
-    # The clock of the controller makes it another rollout from step 0.
+    # From step 0 the clock of the controller has another phase, so the rollout differs.
     anew = sim.rollout(middle, observed=[80, 156])
     assert np.abs(anew.x - rest.x).max() > 1e-3
 
@@ -96,11 +96,11 @@ def test_single_precision_stays_single(sim: cosmic.Simulator) -> None:
     assert not np.array_equal(single.x, double.x)
     gradient = sim.vjp(narrow, cosmic.Trajectory(*single), 64)
     assert all(array.dtype == np.float32 for array in gradient)
-    # One array in double precision makes all of it double.
+    # One array in double precision is enough to compute everything in double precision.
     assert sim.rollout(narrow._replace(z=inputs.z), 64).x.dtype == np.float64
 
 
-def test_arrays_may_lie_anyhow(sim: cosmic.Simulator) -> None:
+def test_arrays_may_have_any_memory_layout(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     expected = sim.rollout(inputs, 64)
     columns = cosmic.Inputs(*(np.asfortranarray(array) for array in inputs))
@@ -112,7 +112,7 @@ def test_arrays_may_lie_anyhow(sim: cosmic.Simulator) -> None:
         array.setflags(write=False)
     assert same(sim.rollout(inputs, 64), expected)
     lists = cosmic.Inputs(*(array.tolist() for array in inputs))
-    # Fields of a structured array: contiguous, at odd bytes.
+    # Fields of a structured array: contiguous, but not aligned.
     odd = []
     for array in inputs:
         packed = np.zeros(1, [("one", "u1"), ("numbers", "f8", array.shape)])
@@ -147,7 +147,7 @@ def test_projections(sim: cosmic.Simulator) -> None:
     assert np.array_equal(last("auto", hard), last("none", hard))
     assert not np.array_equal(last("auto", soft), last("stability", soft))
     assert not np.array_equal(last("performance", hard), last("none", hard))
-    # A batch decides robot by robot.
+    # In a batch, the projection is chosen for each robot.
     both = sim.rollout(soft._replace(z=np.stack([soft.z, hard.z])), 64)
     assert np.array_equal(both.x[0, -1], last("auto", soft))
     assert np.array_equal(both.x[1, -1], last("auto", hard))

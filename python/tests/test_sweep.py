@@ -1,4 +1,4 @@
-"""Sweeps: planned, given to executors, merged."""
+"""Sweeps: plans, executors and merged results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def planned(folder: Path) -> cosmic.Sweep:
 
 
 def numbers(sweep: cosmic.Sweep) -> dict[str, list[str]]:
-    """The results but for wall times."""
+    """The merged results without wall times."""
     merged = sweep.merge()
     return {name: list(map(str, column)) for name, column in merged.items() if name != "seconds"}
 
@@ -42,15 +42,15 @@ def test_executors_of_any_kind_do_the_same_runs(tmp_path: Path) -> None:
     expected = numbers(serial)
     assert numbers(threads) == expected and numbers(processes) == expected
     assert len(set(expected["scene"])) == 4
-    # The values that the grid gives, as numbers.
+    # The values of the grid are numbers.
     merged = serial.merge()
     assert merged["physics.friction"].tolist() == [0.6] * 4 + [2.5] * 4
     assert merged["controller.clocks"].tolist() == [6, 6, 8, 8] * 2
-    # What is over is not done twice.
+    # Finished runs are not submitted again.
     assert cosmic.Sweep(serial.folder).submit(OneAtATime(8)) == []
 
 
-def test_dask_s_executor_does_them(tmp_path: Path) -> None:
+def test_the_executor_of_dask_does_the_runs(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     serial, dask = planned(tmp_path / "serial"), planned(tmp_path / "dask")
     serial.run(threads=1)
@@ -62,7 +62,7 @@ def test_dask_s_executor_does_them(tmp_path: Path) -> None:
 
 
 class OneAtATime:
-    """An executor that does so many runs at once when they are submitted, and no other."""
+    """An executor that does the first ``most`` runs as soon as they are submitted, and drops the others."""
 
     def __init__(self, most: int) -> None:
         self.most = most
@@ -72,7 +72,7 @@ class OneAtATime:
         return function(*arguments) if self.most >= 0 else "skipped"
 
 
-def test_a_run_of_a_sweep_is_a_run(tmp_path: Path) -> None:
+def test_a_sweep_returns_its_runs(tmp_path: Path) -> None:
     sweep = cosmic.sweep(tmp_path / "s", SCENE, seeds=1, first_seed=3, iterations=2)
     sweep.run()
     alone = cosmic.optimize(SCENE, 3, iterations=2, progress=False)
@@ -80,7 +80,7 @@ def test_a_run_of_a_sweep_is_a_run(tmp_path: Path) -> None:
     assert sweep[0].seed == 3 and "0 left" in repr(sweep)
 
 
-def test_plans_that_will_not_do_are_refused(tmp_path: Path) -> None:
+def test_invalid_plans_are_refused(tmp_path: Path) -> None:
     for changes, says in [
         ({"seeds": 0}, "seeds: 0"),
         ({"grid": {"physics.frictoin": [1]}}, "did you mean `friction`"),

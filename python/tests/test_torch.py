@@ -1,4 +1,4 @@
-"""Rollouts in torch: derivatives, batches, losses."""
+"""Rollouts in torch: derivatives, batches and losses."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ NAMES = cosmic.Inputs._fields
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) -> None:
+def test_gradients_agree_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = cosmic.torch.inputs(airborne(sim))
     array = getattr(inputs, name).requires_grad_()
     if name in ("w1", "w2"):
-        # A tenth of the many weights is looked at.
+        # Only a tenth of the many weights is checked.
         kept = array.detach().reshape(-1)
         array = kept[::10].clone().requires_grad_()
 
@@ -30,11 +30,11 @@ def test_gradients_are_what_differences_say(sim: cosmic.Simulator, name: str) ->
             moved = whole.reshape(getattr(inputs, name).shape)
         return tuple(cosmic.torch.rollout(sim, inputs._replace(**{name: moved}), *SPAN))
 
-    # As for differences of step 1e-6 elsewhere: they err by 1e-8, rounding adds 1e-9.
+    # As in the other tests with a step of 1e-6: differences err by 1e-8, and rounding adds 1e-9.
     assert torch.autograd.gradcheck(of, (array,), eps=1e-6, atol=1e-6, rtol=1e-5)
 
 
-def test_states_and_gradients_are_those_of_numpy(sim: cosmic.Simulator) -> None:
+def test_states_and_gradients_equal_those_of_numpy(sim: cosmic.Simulator) -> None:
     plain = robot(sim, 0)
     inputs = cosmic.torch.inputs(plain, requires_grad=True)
     seen = cosmic.torch.rollout(sim, inputs, *SPAN)
@@ -56,7 +56,7 @@ def test_steps_before_the_start_count_and_bounds_hold(sim: cosmic.Simulator) -> 
     assert same([array.grad.numpy() for array in inputs], gradient)
 
 
-def test_what_robots_share_has_the_sum_of_their_gradients(sim: cosmic.Simulator) -> None:
+def test_the_gradient_of_a_shared_array_is_the_sum_over_the_robots(sim: cosmic.Simulator) -> None:
     shared = NAMES[1:5]
     plain = stacked([robot(sim, seed) for seed in range(3)], shared)
     inputs = cosmic.torch.inputs(plain, requires_grad=True)
@@ -71,7 +71,7 @@ def test_what_robots_share_has_the_sum_of_their_gradients(sim: cosmic.Simulator)
         np.testing.assert_allclose(array.grad.numpy(), own, rtol=1e-13, atol=1e-15)
 
 
-def test_only_what_is_asked_for_has_a_gradient(sim: cosmic.Simulator) -> None:
+def test_only_inputs_that_require_a_gradient_get_one(sim: cosmic.Simulator) -> None:
     inputs = cosmic.torch.inputs(robot(sim, 0))
     inputs.z.requires_grad_()
     cosmic.torch.rollout(sim, inputs, *SPAN).x.sum().backward()

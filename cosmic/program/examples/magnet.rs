@@ -1,4 +1,4 @@
-//! A magnet that pulls the nodes of the lattice's top row, and no others.
+//! A magnet that pulls only the nodes in the top row of the lattice.
 //!
 //! `cargo run --release -p cosmic-program --example magnet -- optimize --iterations 8 --out runs/magnet`
 
@@ -12,13 +12,13 @@ use cosmic::settings::within;
 use cosmic_program::Program;
 
 cosmic::settings! {
-    /// A magnet. Nodes of the top row are of iron.
+    /// A magnet. The nodes of the top row are made of iron.
     struct Magnet<R> {
-        /// Where it is: along the ground and above it.
+        /// Position: distance along the ground, and height above it.
         place: [R; 2] = [3.0, 1.0], allowed within(-1e3, 1e3), unit "m", source "an example";
-        /// Its pull at a distance of a metre.
+        /// Pull at a distance of a metre.
         pull: R = 0.02, allowed within(0.0, 1e3), unit "N", source "an example";
-        /// Its size: nearer than that the pull fades.
+        /// Size of the magnet. At distances below it, the pull fades.
         size: R = 0.3, allowed within(1e-3, 1e2), unit "m", source "an example";
     }
 }

@@ -1,4 +1,4 @@
-//! Viscous ground: mud slows a node down while it touches, at a rate, where friction stops it at once.
+//! Viscous ground: while a node touches the mud, its velocity decays gradually. Friction would reduce it at once.
 //!
 //! `cargo run --release -p cosmic-program --example mud -- optimize --iterations 8 --out runs/mud`
 

@@ -1,4 +1,4 @@
-//! A lattice of one's own: a ring of triangles that rolls.
+//! A lattice that the program builds: a ring of triangles that rolls.
 //!
 //! `cargo run --release -p cosmic-program --example ring -- optimize --iterations 8 --out runs/ring`
 
@@ -9,18 +9,18 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeRules, Payload, Truss};
 use cosmic_program::Program;
 
-/// Nodes on the outer circle, and on the inner one.
+/// The number of nodes on each of the two circles.
 const NODES: usize = 12;
 /// Radius of the outer circle, m.
 const OUTER: f64 = 0.3;
 /// Radius of the inner circle, m.
 const INNER: f64 = 0.2;
 
-/// Two circles of nodes, each node joined to its neighbours on both. The payload is at the bottom, and
-/// the outer circle is always there.
+/// Two circles of nodes. Edges join each node to its neighbours on both circles. The payload is at the bottom, and
+/// the edges of the outer circle are always solid.
 fn ring() -> Truss {
     let node = |k: usize| {
-        // The inner nodes are half a place further on; the first outer one is the lowest.
+        // Node 0 is the lowest outer node. The inner nodes are turned by half the angle between neighbours.
         let angle = TAU * ((k % NODES) as f64 + 0.5 * (k / NODES) as f64) / NODES as f64;
         let radius = if k < NODES { OUTER } else { INNER };
         Vector::new([0.4 + radius * angle.sin(), OUTER - radius * angle.cos()])

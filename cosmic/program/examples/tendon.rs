@@ -1,4 +1,4 @@
-//! A law along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
+//! A force along bars: a piece of rubber beside every bar. It resists stretching and goes slack when the bar is
 //! shortened, or the other way round.
 //!
 //! The law is added to the bar's spring; it does not replace the spring.
@@ -13,7 +13,7 @@ use cosmic::settings::within;
 use cosmic_program::Program;
 
 cosmic::settings! {
-    /// The side on which a tendon pulls.
+    /// The change of length that a tendon resists.
     enum Side {
         /// A rubber band: it resists stretching.
         Stretched = "stretched",
@@ -25,7 +25,7 @@ cosmic::settings! {
 cosmic::settings! {
     /// Rubber beside every bar.
     struct Tendon<R> {
-        /// The side on which the rubber pulls.
+        /// Whether the rubber resists stretching or shortening.
         side: Side = Side::Stretched, source "an example";
         /// Stiffness of the rubber.
         stiffness: R = 20.0, allowed within(0.0, 1e4), unit "N/m", source "an example";

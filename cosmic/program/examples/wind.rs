@@ -1,4 +1,4 @@
-//! A force field in place and time: gusts that run over the ground and grow with height.
+//! A force that depends on place and time: gusts that run along the ground and are stronger higher up.
 //!
 //! `cargo run --release -p cosmic-program --example wind -- optimize --iterations 8 --out runs/wind`
 

@@ -13,10 +13,10 @@ use std::str::FromStr;
 /// The maximum number of threads; starting more takes longer than a run.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
-/// Reads whole numbers of a range.
+/// Returns a parser for arguments: it accepts whole numbers in the range `allowed`.
 ///
-/// An argument with this reader also needs `allow_negative_numbers`, because otherwise clap takes the -1 of `--seed -1`
-/// for an option.
+/// An argument with this parser also needs `allow_negative_numbers`. Without it, clap reads the -1 of `--seed -1` as an
+/// option.
 pub(super) fn whole<T>(
     allowed: RangeInclusive<T>,
 ) -> impl Fn(&str) -> std::result::Result<T, String> + Clone
@@ -58,7 +58,7 @@ fn threads(text: &str) -> std::result::Result<NonZeroUsize, String> {
     whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
 }
 
-/// Changes of a scene's settings.
+/// The option `--set`, which changes settings of a scene.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Settings {
     /// Change a key of the scene, as in `--set physics.gravity=3.7`; can be repeated
@@ -67,17 +67,17 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Reads the scene of a built-in name or of a file, and changes it.
+    /// Reads the built-in scene or the scene file `name`, and applies the settings of `--set`.
     pub(super) fn load(&self, name: &str, registry: &Registry) -> Result<Scene> {
         self.apply(registry.load(name)?)
     }
 
-    /// Changes a scene.
+    /// Applies the settings of `--set` to a scene.
     pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
         scene.set(&self.set)
     }
 
-    /// Refuses settings when there is no scene to change.
+    /// Returns an error that contains `reason` if there is a `--set`. For sources that have no scene to change.
     pub(super) fn refuse(&self, reason: &str) -> Result<()> {
         match self.set.first() {
             None => Ok(()),
@@ -86,7 +86,7 @@ impl Settings {
     }
 }
 
-/// The output of a command.
+/// The options `--quiet` and `--json`.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Output {
     /// Print only errors
@@ -97,13 +97,13 @@ pub(super) struct Output {
     pub(super) json: bool,
 }
 
-/// The threads and the output of a command that simulates for a long time.
+/// The options of commands that simulate for a long time: threads and output.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Work {
     /// Number of threads, at most 1024 [default: one per core]; the results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(super) threads: Option<NonZeroUsize>,
-    /// The output of the command.
+    /// What the command prints.
     #[command(flatten)]
     pub(super) output: Output,
 }

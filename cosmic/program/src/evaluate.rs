@@ -10,7 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
 
-/// The file for the last states of a diverged simulation.
+/// The name of the file that receives the last states of a diverged simulation.
 const DIVERGED: &str = "diverged.json";
 
 /// Simulate one robot and print the results as JSON
@@ -49,7 +49,7 @@ impl Arguments {
         self.judge(&case, &results)
     }
 
-    /// Refuses the name that a divergence would overwrite.
+    /// Refuses `--out diverged.json`, because a divergence would overwrite this file.
     fn check_out(&self) -> Result<()> {
         let name = self.out.as_deref().and_then(Path::file_name);
         if !name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
@@ -60,8 +60,8 @@ impl Arguments {
         )))
     }
 
-    /// The error for results that are not finite, or for a simulation that diverged. Writes the last
-    /// states of the latter.
+    /// Returns an error if the simulation diverged or if a result is not finite. After a divergence it also
+    /// writes the last states to `diverged.json`.
     fn judge(&self, case: &Case, results: &CaseResults) -> Result<()> {
         let names = results.not_finite();
         let Some(divergence) = &results.divergence else {
@@ -75,20 +75,22 @@ impl Arguments {
         };
         if !names.is_empty() {
             let names = names.join(", ");
-            note(&format!("not finite, written as null: {names}"));
+            note(&format!(
+                "these results are not finite and were written as null: {names}"
+            ));
         }
         let text = case.diverged_json(divergence) + "\n";
         let path = self.beside(DIVERGED);
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
             Ok(()) => note(&see_again(&path)),
-            // The divergence matters more; the caller reports it.
+            // Only a note, because the error that is returned is the divergence.
             Err(error) => note(&format!("the last states could not be written: {error}")),
         }
         Err(Error::from(divergence))
     }
 
-    /// A file in the folder of the results. It is in the current folder if the results go to standard
-    /// output, a pipe or a device.
+    /// The path of the file `name` beside the file of `--out`. It is in the current folder if the results go to
+    /// standard output, a pipe or a device.
     fn beside(&self, name: &str) -> PathBuf {
         let file = self.out.as_deref().filter(|out| out.is_file());
         let folder = file.and_then(Path::parent);

@@ -15,13 +15,13 @@ use cosmic_lab::verify::{Plan, Speed, Term, frequencies, measure, peak_memory};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Show the terms of a rollout, its stable time step and the cost of a step
+/// Show which terms a step computes and skips, the stable time step, and with --measure the cost of a step
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
-    /// Measure microseconds per step over 4096 steps, or all steps of a shorter rollout: processor time of this
-    /// thread, the minimum of several repeats
+    /// Measure the processor time of a step in microseconds: the minimum of several repeats of 4096 steps, or of
+    /// all steps if the rollout is shorter
     #[arg(long)]
     measure: bool,
     /// Write JSON
@@ -33,7 +33,7 @@ impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let Source { case, scene } = self.robot.read(registry)?;
         let stable = StableStep::of(&case);
-        // A reference case has no loss and no horizons; the ones of the paper's scene are used instead.
+        // A reference case has no loss and no horizons, so those of the paper's scene are used.
         let scene = scene.unwrap_or_else(Scene::paper);
         let speed = self.measure.then(|| measure(&case, &scene.loss));
         let plan = if self.measure {
@@ -59,11 +59,11 @@ impl Arguments {
 /// The largest stable time steps of the starting design at rest, s.
 #[derive(Serialize)]
 struct StableStep {
-    /// From the largest frequency.
+    /// The limit that follows from the largest frequency.
     exact: f64,
-    /// From a cheap upper bound on the frequency.
+    /// The limit that follows from a cheap upper bound on the largest frequency.
     bound: f64,
-    /// From an upper bound on the frequencies of all designs of the lattice.
+    /// The limit below which every design of the lattice is stable.
     any_design: f64,
     /// Largest angular frequency, 1/s.
     largest_frequency: f64,
@@ -87,7 +87,7 @@ impl StableStep {
             [self.exact, self.bound, self.any_design].map(|dt| rounded_down(dt, 4));
         format!(
             "below {exact} s ({bound} s by the safe bound, {any_design} s for any design), \
-             largest frequency {:.2} 1/s; this step is {:.0} % of it",
+             largest frequency {:.2} 1/s; dt is {:.0} % of the limit",
             self.largest_frequency,
             100.0 * dt / self.exact
         )
@@ -104,8 +104,9 @@ fn controller_sizes(case: &Case) -> (usize, Option<usize>, usize) {
     (inputs, hidden, lattice.edges.len())
 }
 
-/// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
-/// observed numbers, hidden units (null without a network) and activations; `layout` is true if every edge has exactly one material.
+/// Describes a rollout as JSON. `friction` is null unless the contact law is Coulomb's. `controller` has the counts of
+/// observed numbers, hidden units (null without a network) and activations. `layout` is true if every edge has exactly
+/// one material.
 fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics) = (&case.lattice, &case.physics);
     let is_coulomb = physics.contact.name() == "coulomb";
@@ -176,7 +177,7 @@ fn contact_text(physics: &PhysicsSettings) -> String {
     }
 }
 
-/// A sentence as part of another sentence.
+/// A sentence without its capital letter and full stop, for use inside another sentence.
 fn within_a_sentence(sentence: &str) -> String {
     let mut rest = sentence.trim_end_matches('.').chars();
     let first = rest.next().map(|c| c.to_lowercase().to_string());
@@ -243,7 +244,7 @@ fn speed_text(speed: &Speed) -> String {
     )
 }
 
-/// Times are in microseconds per step.
+/// The measured times as JSON, in microseconds per step.
 fn speed_json(speed: &Speed) -> Value {
     let mut value = json!(speed);
     value["design_ratio"] = json!(speed.value_and_design_gradient / speed.rollout);

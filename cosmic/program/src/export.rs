@@ -11,9 +11,10 @@ use cosmic_lab::export::{self, ExportFile, mujoco};
 use cosmic_lab::report::RunFiles;
 use std::path::{Path, PathBuf};
 
-/// Write a robot for other programs: a model for MuJoCo, or files for the workshop
+/// Export a robot: a model for MuJoCo, or files for the workshop
 ///
-/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in millimetres, tables in SI units. docs/files.md describes the files.
+/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in
+/// millimetres, tables in SI units. docs/files.md describes the files.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
@@ -61,7 +62,7 @@ struct Sizes {
     /// Thickness of the plate for the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
     thickness: f64,
-    /// Minimum distance of bars in a layer of the pattern or a plane of the solid, mm
+    /// Minimum distance between bars in one layer of the pattern or one plane of the solid, mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = size, allow_negative_numbers = true)]
     gap: f64,
     /// Radius of the skeleton struts of the solid, mm; the radius of actuators follows from the line densities
@@ -119,8 +120,8 @@ impl Arguments {
         let run = &RunFiles::read(Path::new(&self.run), registry)?;
         if run.robot.design.design().layout().is_none() {
             note(
-                "warning: the design is undecided; every edge gets its largest material, so this is not the \
-                 robot of the trajectory",
+                "warning: the design is undecided; the files give every edge its largest material, so their robot \
+                 differs from the robot of the trajectory",
             );
         }
         if let Some(says) = run
@@ -149,7 +150,7 @@ impl Arguments {
     }
 }
 
-/// The outcome of an export.
+/// The files that an export wrote, and the options that failed.
 #[derive(Default)]
 struct Made {
     written: Vec<PathBuf>,
@@ -158,7 +159,7 @@ struct Made {
 }
 
 impl Made {
-    /// Reports all failed options. Returns the last one as the error.
+    /// Returns an error if options failed. It prints the errors of all failed options but the last, and returns that one.
     fn judge(self) -> Result<()> {
         let is_alone = self.written.is_empty() && self.failed.len() == 1;
         let named = |(option, error): (&str, Error)| match error {

@@ -11,8 +11,8 @@ use cosmic_lab::verify::check_gradients;
 
 /// Compare the gradient with finite differences and forward mode
 ///
-/// The loss is that of the scene, or of the scene beside a design. For a reference case it is the displacement of the
-/// payload after the last step.
+/// The loss is that of the scene; a design uses the scene beside it. For a reference case the loss is the displacement
+/// of the payload after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -39,7 +39,7 @@ impl Arguments {
         let options = Options {
             directions: self.directions.into(),
             seed: self.seed,
-            // Near contact, a slope is valid over less than a nanometre.
+            // Near a contact, the slope is constant over less than a nanometre, so steps must be shorter.
             smallest_step: 1e-12,
             ..Options::default()
         };

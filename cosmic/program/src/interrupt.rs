@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first asks a run to stop, the second stops the process.
+//! Ctrl-C, SIGTERM and SIGHUP: the first of these signals asks a run to stop, the second ends the process at once.
 
 use cosmic::error::{Error, Result};
 use std::process;
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Starts to listen.
+    /// Starts to listen for the signals.
     ///
     /// # Errors
     /// [`Error::Usage`] if the signal handler cannot be installed.
@@ -19,7 +19,7 @@ impl Interrupt {
         let heard = Arc::clone(&asked);
         let on_signal = move || {
             if heard.swap(true, Ordering::Relaxed) {
-                // The last snapshot can be resumed.
+                // Ending at once loses little: the run can be resumed from its last snapshot.
                 process::exit(75);
             }
         };

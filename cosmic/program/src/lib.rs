@@ -82,7 +82,7 @@ impl Command {
     }
 }
 
-/// The command line of a program, whose last scene is the default.
+/// The parser of the command line. Arguments that name a scene default to the default scene of the registry.
 fn command(registry: &Registry) -> clap::Command {
     let default = registry.default_scene().name;
     let with_default = |command: clap::Command, argument| {
@@ -97,7 +97,7 @@ fn command(registry: &Registry) -> clap::Command {
     })
 }
 
-/// The program, with additions of its author.
+/// The program `cosmic`, to which you can add your own laws, losses, policies, lattices and scenes.
 ///
 /// ```no_run
 /// use autodiff::Real;
@@ -131,65 +131,66 @@ fn command(registry: &Registry) -> clap::Command {
 pub struct Program(Registry);
 
 impl Program {
-    /// The program as it ships.
+    /// The program without additions.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a law: scenes choose it by its name, see [`Choice`].
+    /// Adds a law, which scenes choose by its name; see [`Choice`].
     ///
     /// # Panics
-    /// As [`Registry::with_law`].
+    /// Like [`Registry::with_law`].
     #[must_use]
     pub fn with(self, law: Choice) -> Self {
         Self(self.0.with_law(law))
     }
 
-    /// Adds a loss: scenes choose it by `objective.own_loss = "its_name"`.
+    /// Adds a loss, which scenes choose by `objective.own_loss = "its_name"`.
     ///
     /// # Panics
-    /// As [`Registry::with_loss`].
+    /// Like [`Registry::with_loss`].
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
         Self(self.0.with_loss(name, loss))
     }
 
-    /// Adds a policy: scenes choose it by `controller.policy = "its_name"`. Its runs need this program.
+    /// Adds a policy, which scenes choose by `controller.policy = "its_name"`. Only a program with this policy can
+    /// read the runs that use it.
     ///
     /// # Panics
-    /// As [`Registry::with_policy`].
+    /// Like [`Registry::with_policy`].
     #[must_use]
     pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
         Self(self.0.with_policy(name, policy))
     }
 
-    /// Adds a lattice: scenes choose it by `lattice.file = "its_name"`. Run folders hold a copy, which
-    /// every program reads.
+    /// Adds a lattice, which scenes choose by `lattice.file = "its_name"`. Run folders contain a copy of the
+    /// lattice, so every program can read them.
     ///
     /// # Panics
-    /// As [`Registry::with_lattice`].
+    /// Like [`Registry::with_lattice`].
     #[must_use]
     pub fn lattice(self, name: &'static str, truss: Truss) -> Self {
         Self(self.0.with_lattice(name, truss))
     }
 
-    /// Adds a scene with a name, from its TOML. The last added scene is the default scene.
+    /// Adds the scene `name`, whose TOML is `text`. The scene added last is the default scene.
     ///
     /// # Panics
-    /// As [`Registry::with_scene`].
+    /// Like [`Registry::with_scene`].
     #[must_use]
     pub fn scene(self, name: &'static str, text: &'static str) -> Self {
         Self(self.0.with_scene(name, text))
     }
 
-    /// Runs the command of the command line. The exit code is 0, or that of the error
+    /// Runs the command given on the command line. Returns exit code 0, or the exit code of the error
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
         self.run_with(std::env::args_os())
     }
 
-    /// Runs the command in these arguments, the first of which is the name of the program. A process may run several
-    /// programs, each with its own laws.
+    /// Runs the command given by `arguments`, whose first element is the name of the program. One process can run
+    /// several programs, each with its own laws.
     pub fn run_with(
         self,
         arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
@@ -208,7 +209,7 @@ impl Program {
     }
 }
 
-/// Shows help or the version (exit 0), or the mistake in the arguments (exit 2).
+/// Prints help or the version (exit code 0), or the mistake in the arguments (exit code 2).
 fn refuse(request: &clap::Error) -> ExitCode {
     let shown = request.print();
     if request.use_stderr() {
@@ -217,7 +218,7 @@ fn refuse(request: &clap::Error) -> ExitCode {
     exit_code(written(shown))
 }
 
-/// The exit code of a result. Shows the error.
+/// Returns the exit code of a command's result. Prints the error if there is one.
 fn exit_code(done: Result<()>) -> ExitCode {
     let Err(error) = done else {
         return ExitCode::SUCCESS;
@@ -226,7 +227,7 @@ fn exit_code(done: Result<()>) -> ExitCode {
     ExitCode::from(error.exit_code())
 }
 
-/// The README's code, compiled and run with the documentation's.
+/// Makes the code blocks of README.md doc-tests of this crate.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -4,11 +4,11 @@ use crate::arguments::{number, whole};
 use clap::Args;
 use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
 
-/// Settings of MuJoCo that scenes do not have. The distance is insensitive to their defaults.
+/// Settings of MuJoCo that scenes do not have. Except for friction, their values hardly change the distance walked.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Options of --mujoco")]
 pub(super) struct MujocoOptions {
-    /// Coefficient of friction, at most 5 [default: that of the scene, or 5 if it is larger or infinite]
+    /// Coefficient of friction, at most 5 [default: the scene's coefficient, limited to 5]
     #[arg(long, value_name = "MU", value_parser = above_zero(MOST_FRICTION), allow_negative_numbers = true)]
     friction: Option<f64>,
     /// Mechanical steps per step of the controller, at least as many as in the scene

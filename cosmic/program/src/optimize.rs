@@ -29,8 +29,8 @@ pub(super) struct Arguments {
     /// full: finish all starts; halving: drop weak starts early, as set in [search] of the scene
     #[arg(long, default_value = "full", value_parser = search())]
     search: Search,
-    /// Start with the robot of a run's folder or of a design.json. If every edge already has one material, the run
-    /// starts after the snap and only fine-tunes
+    /// Start with the robot in a run's folder or a design.json. If every edge already has one material, the run starts
+    /// after the snap and only fine-tunes
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
     from: Option<PathBuf>,
     /// Stop after this many iterations, without rescaling the phases
@@ -71,12 +71,12 @@ fn introduction(plan: &RunPlan) -> Vec<String> {
     [world].into_iter().chain(doubts).chain(unread).collect()
 }
 
-/// The scene to optimise in.
+/// The scene in which the robot is optimised.
 struct Origin {
     scene: Scene,
     /// The name in the summary and in the name of the run's folder.
     name: String,
-    /// The built-in name or the file, as messages show it.
+    /// The built-in name or the path of the scene, for messages.
     source: String,
 }
 
@@ -119,7 +119,7 @@ impl Arguments {
         .map_err(|error| self.with_place(error, &origin.source, registry))
     }
 
-    /// The given scene, or the one beside the design of `--from`, or the default.
+    /// The scene given on the command line, else the scene beside the design of `--from`, else the default scene.
     fn origin(&self, registry: &Registry) -> Result<Origin> {
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
@@ -150,7 +150,7 @@ impl Arguments {
         name
     }
 
-    /// The name of the folder of `--from`.
+    /// The name of the folder that contains the design of `--from`.
     fn folder_before(&self) -> Option<OsString> {
         let design = design_of(self.from.as_deref()?);
         let folder = design.parent()?;
@@ -159,7 +159,8 @@ impl Arguments {
         name(folder).or_else(|| name(&Path::new(".").join(folder).canonicalize().ok()?))
     }
 
-    /// An error about an unstable time step, with the place in the scene that sets the step.
+    /// Completes an error about an unstable time step with the place in the scene that sets the step, and with the
+    /// option `--allow-unstable`. Other errors stay as they are.
     fn with_place(&self, mut error: Error, source: &str, registry: &Registry) -> Error {
         if let Error::UnstableStep { remedy, .. } = &mut error {
             remedy.push_str(" or add --allow-unstable");

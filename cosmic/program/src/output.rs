@@ -6,7 +6,7 @@ use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Shows an error. Some errors about files already contain "error:".
+/// Prints an error to standard error. Some errors about files already begin with "error:", so it is removed first.
 pub(super) fn complain(error: &Error) {
     note(&format!("error: {}", error.within()));
 }
@@ -17,7 +17,8 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The result of writing to standard output. A reader that stops early (`cosmic scene default | head`) is not an error.
+/// Converts the result of writing to standard output. It is not an error if the reader stops early, as in
+/// `cosmic scene default | head`.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -27,13 +28,13 @@ pub(super) fn written(text: io::Result<()>) -> Result<()> {
     }
 }
 
-/// A line on standard error.
+/// Prints a line to standard error.
 pub(super) fn note(text: &str) {
     // If the terminal is gone, there is nobody to tell.
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// A count with its noun, whose plural ends with s.
+/// A count with its noun, such as "1 run" or "2 runs".
 pub(super) fn counted(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),
@@ -41,12 +42,12 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
     }
 }
 
-/// A displacement, if there is one.
+/// A displacement as text, or "diverged" if there is none.
 pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
 }
 
-/// The mark after the displacement of an unreliable robot; empty for other robots.
+/// The text that follows the displacement of an unreliable robot; empty for other robots.
 pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     match verdict {
         Some(Reliability::Unreliable { .. }) => ", unreliable",
@@ -54,7 +55,7 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     }
 }
 
-/// The place of the last states of a diverged rollout, and the command that replays them.
+/// A message that says where the last states of a diverged rollout are, and which command replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; replay them with: cosmic evaluate {word}")
@@ -86,13 +87,13 @@ pub(super) fn answer(output: &Output, value: &impl serde::Serialize, text: &str)
     print_as(output.json, value, text)
 }
 
-/// Names the files that a command wrote, one a line.
+/// Prints the paths of the files that a command wrote, one per line or as JSON.
 pub(super) fn answer_written<P: AsRef<Path>>(output: &Output, written: &[P]) -> Result<()> {
     let value = serde_json::json!({ "written": in_json(written) });
     answer(output, &value, &lines(written))
 }
 
-/// Names a sweep that was planned and counts its runs.
+/// Prints the folder of a planned sweep and the number of its runs.
 pub(super) fn answer_planned(output: &Output, sweep: &Path, runs: usize) -> Result<()> {
     let sweep = sweep.display();
     let value = serde_json::json!({ "sweep": sweep.to_string(), "runs": runs });
@@ -103,7 +104,7 @@ pub(super) fn answer_planned(output: &Output, sweep: &Path, runs: usize) -> Resu
     )
 }
 
-/// Paths, one a line.
+/// The paths as text, one per line.
 pub(super) fn lines<P: AsRef<Path>>(paths: &[P]) -> String {
     let line = |path: &P| format!("{}\n", path.as_ref().display());
     paths.iter().map(line).collect()

@@ -22,19 +22,19 @@ pub(super) struct Progress {
     /// Hidden with `--quiet` and without a terminal that can redraw lines.
     bars: MultiProgress,
     interrupt: Interrupt,
-    /// The lines to show when the first run begins.
+    /// The lines to print when the first run begins.
     introduction: Vec<String>,
-    /// The runs by their seeds.
+    /// The active runs, by their seeds.
     runs: BTreeMap<u64, Shown>,
 }
 
 /// The display of a run.
 struct Shown {
-    /// Its prefix is scene and seed, its length the number of the last iteration.
+    /// The progress bar. Its prefix is the scene and the seed; its length is the number of the last iteration.
     bar: ProgressBar,
     last: usize,
     pace: Pace,
-    /// The displacement measured last, m.
+    /// The most recent displacement, m.
     displacement: Option<f64>,
     skipped: usize,
 }
@@ -69,7 +69,7 @@ impl Shown {
         }
     }
 
-    /// Shows an iteration. Returns a line about every tenth iteration, for output without bars.
+    /// Shows an iteration. For output without bars, it also returns a line at every tenth and the last iteration.
     fn iteration(&mut self, record: &Record) -> Option<String> {
         self.displacement = record.displacement.or(self.displacement);
         self.skipped += record.skipped;
@@ -81,7 +81,7 @@ impl Shown {
         (iteration.is_multiple_of(LINE_EVERY) || iteration == last).then_some(line)
     }
 
-    /// Phase, last displacement, volumes and the time left.
+    /// The phase, the last displacement, the volumes and the remaining time, as one line.
     fn describe(&self, record: &Record) -> String {
         let phase = record.phase.name().replace('_', " ");
         let displacement = match self.displacement {
@@ -141,7 +141,7 @@ impl Observer for Progress {
 
 /// The speed of this process, for estimates of the remaining time.
 struct Pace {
-    /// Iterations or runs that earlier processes did.
+    /// The number of iterations, or of runs, that were done before this process began.
     before: usize,
     since: Instant,
 }
@@ -161,7 +161,7 @@ impl Pace {
     }
 }
 
-/// Shows several simultaneous runs, with a line when each of them ends.
+/// Prints a line whenever one of several simultaneous runs ends.
 pub(super) struct Many {
     quiet: bool,
     interrupt: Interrupt,
@@ -172,7 +172,7 @@ pub(super) struct Many {
 }
 
 impl Many {
-    /// For a plan with `over` finished runs.
+    /// The display of the runs of `plan`, of which `over` are already finished.
     pub(super) fn new(
         output: &Output,
         interrupt: Interrupt,

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 /// Make a page, pictures and an animation of a finished run in its folder
 ///
-/// The animation is gait.gif; with only --mp4 it is a film instead. RUN can also be a design without a run: a folder with
-/// only design.json and scene.toml, or a design file with scene.toml beside it. It gets no animation.
+/// The animation is gait.gif; with only --mp4 it is a film instead. RUN can also be a design without a run: a folder
+/// with only design.json and scene.toml, or a design file with scene.toml beside it. Such a design gets no animation.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of the run, or the folder or file of a design

@@ -32,7 +32,7 @@ impl Arguments {
             resume(&self.run, registry, observer)
         });
         match done {
-            // The user already knows from the end of the run, so this is not an error.
+            // The finished run already reported that its median diverged, so this is not an error now.
             Err(Error::NoFigure(_)) if is_finished => Ok(()),
             done => done,
         }

@@ -68,7 +68,7 @@ impl Arguments {
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        let reason = "name the scene that it changes with --scene";
+        let reason = "there is no scene to change; name one with --scene";
         let domains = DrawnDomains {
             scatter,
             seed: self.seed,

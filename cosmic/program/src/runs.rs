@@ -17,10 +17,11 @@ use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Carries out a run and shows its result. Shows the lines of `introduction` when the run has begun.
+/// Calls `work`, which does the run in `folder`, and prints the run's summary. The lines of `introduction` are printed
+/// when the run begins.
 ///
 /// # Errors
-/// The errors of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
+/// The errors of `work`; [`Error::NoFigure`] if the run is finished but its median displacement diverged.
 pub(super) fn carry_out(
     folder: &Path,
     Work { threads, output }: &Work,
@@ -46,8 +47,8 @@ pub(super) fn carry_out(
     match summary.displacement_p50 {
         Some(_) => Ok(()),
         None => Err(Error::NoFigure(format!(
-            "{}: no displacement to quote: the delivered design diverges from perturbed starts, \
-             though not from its own (displacement_p50 is null in {SUMMARY})",
+            "{}: there is no median displacement: the delivered design walks from its own start but diverges \
+             from perturbed starts (displacement_p50 is null in {SUMMARY})",
             folder.display()
         ))),
     }
@@ -61,10 +62,14 @@ fn is_full(error: &Error) -> bool {
 
 /// A pool of threads, by default one per core.
 pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
-    // Zero stands for the number of cores.
+    // For rayon, 0 means one thread per core.
     let threads = threads.map_or(0, NonZeroUsize::get);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))
+    pool.map_err(|error| {
+        Error::Usage(format!(
+            "cannot start {threads} threads: {error}; choose fewer with --threads"
+        ))
+    })
 }
 
 fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
@@ -79,7 +84,7 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     print(&describe(folder, summary))
 }
 
-/// One line each about the connections of the bars, their loads, and the robot in open loop.
+/// One line each about the connections of the bars, about their loads, and about the robot in open loop.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.is_undecided() {
@@ -121,7 +126,7 @@ fn robot(summary: &Summary) -> String {
     text
 }
 
-/// Folder and figures of a run; the last line has displacement, volumes and time.
+/// The summary of a run as text: its folder first, and in the last line displacement, volumes and time.
 fn describe(folder: &Path, summary: &Summary) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {

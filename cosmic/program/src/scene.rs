@@ -10,7 +10,7 @@ use cosmic::scene::{Builtin, Finding, Scene};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The seed of the start that is checked: the default of `optimize`.
+/// The seed of the start that `scene check` examines: the default seed of `optimize`.
 const SEED: u64 = 0;
 
 /// List, show and check scenes
@@ -41,8 +41,8 @@ enum Action {
     },
     /// Check a scene file
     ///
-    /// For an error, also one that only `optimize` would report, print the line, the column and the allowed values, and
-    /// exit with 2. Warn about settings that are probably a mistake or have no effect.
+    /// Reports errors with line, column and the allowed values (exit code 2), including errors that only `optimize`
+    /// would report. Warns about settings that are probably a mistake or have no effect.
     Check {
         /// A TOML file
         #[arg(value_name = "FILE")]
@@ -110,7 +110,7 @@ fn check(file: &Path, settings: &Settings, output: &Output, registry: &Registry)
     ))
 }
 
-/// The error of a refusal, at the place where the file or `--set` sets one of its keys.
+/// The error for a scene that is refused. It shows where the file or `--set` sets one of the keys in question.
 fn refused(file: &Path, settings: &Settings, refusal: &Finding, registry: &Registry) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| &*setting.key);

@@ -1,4 +1,4 @@
-//! Robots from a case, a design or a scene, for the commands that roll out one robot.
+//! Reads a robot from a case, a design or a scene, for the commands that roll out one robot.
 
 use crate::arguments::Settings;
 use clap::Args;
@@ -14,10 +14,10 @@ use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
 
-/// The seed of the controller when a scene has no trained one.
+/// The seed of the initial weights of a controller, because a scene has no trained controller.
 const SEED: u64 = 0;
 
-/// A robot to roll out, and settings in place of its scene's.
+/// The arguments that name a robot to roll out and change settings of its scene.
 #[derive(Debug, Clone, Args)]
 pub(super) struct SourceArguments {
     /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
@@ -36,17 +36,17 @@ impl SourceArguments {
 /// A robot to roll out.
 pub(super) struct Source {
     pub(super) case: Case,
-    /// `None` where the robot comes from a reference case.
+    /// `None` if the robot comes from a reference case.
     pub(super) scene: Option<Scene>,
 }
 
 impl Source {
-    /// Reads the robot of a built-in scene, of the design in a run's folder, or of a file, whose content decides how to
-    /// read it. Every file is read only once, because it may be a pipe.
+    /// Reads the robot that `name` stands for: a built-in scene, the folder of a run, or a file, whose content shows
+    /// whether it is a scene, a design or a case. A file is read only once, because it may be a pipe.
     pub(super) fn read(name: &str, settings: &Settings, registry: &Registry) -> Result<Self> {
         let path = Path::new(name);
         let is_builtin = registry.scene(name).is_some();
-        // A name that is not a file may be a misspelt scene, for which that reader has a hint.
+        // A name that is not a file may be a misspelt scene. The reader of scenes then suggests the right name.
         if is_builtin || !is_json(path) && !path.exists() {
             return Self::of_scene(settings.load(name, registry)?);
         }
@@ -71,7 +71,7 @@ impl Source {
             }
             return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
         }
-        // Without parsing: the reader of designs has a better error for a truncated design.
+        // The text is not parsed here, because the reader of designs has a better error for a truncated design.
         let format = format_of(&text).unwrap_or_default();
         if format == design_file::FORMAT.name {
             return Self::of_design(path, bytes, settings, registry);
@@ -153,7 +153,7 @@ fn no_robot(path: &Path, kind: &str) -> Error {
     ))
 }
 
-/// The format that a JSON text gives.
+/// The value of the first key `format` in a JSON text, which may be truncated.
 fn format_of(text: &str) -> Option<&str> {
     text.split("\"format\"").skip(1).find_map(|after| {
         let value = after.trim_start().strip_prefix(':')?;
@@ -162,14 +162,14 @@ fn format_of(text: &str) -> Option<&str> {
     })
 }
 
-/// Applies `make` to a design. An error about the design shows the place in its file.
+/// Calls `make` with the name of a design file. An error about a key of the design then shows its place in the file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);
     make(file).map_err(|error| placed(file, &text, error))
 }
 
-/// The robot of a run's folder or of a design, for a scene.
+/// Reads the robot in a run's folder or a design file, and checks that it fits `scene`.
 pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Controller<f64>)> {
     let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
@@ -177,7 +177,7 @@ pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Con
     Ok((design.design(), controller))
 }
 
-/// Reads a design file, or the one in a run's folder: its path and its content.
+/// Reads a design file, or the design in a run's folder. Returns the path and the content.
 fn read_design(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
     let design = if path.is_dir() {
         result_of(path, DESIGN)?

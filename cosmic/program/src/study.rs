@@ -12,7 +12,7 @@ use cosmic_lab::study::{Base, Study, StudyFile};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Do the experiments of a study file and compare their results with published numbers
+/// Run the experiments of a study file and compare their results with published numbers
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML file, or `paper`, `ablation`, `findings` or `transfer`
@@ -30,7 +30,8 @@ pub(super) struct Arguments {
     /// Folder for the runs, in which an interrupted study continues [default: runs/study-NAME]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
-    /// Only write the plan into folder S; `sweep run S` then does the runs and `study ... --runs S` the rest
+    /// Only write the plan, into the folder S; then `sweep run S` does the runs, and `study ... --runs S` writes the
+    /// results
     #[arg(long, value_name = "S", conflicts_with_all = ["runs", "out", "threads"])]
     plan: Option<PathBuf>,
     /// Stop every run after this many iterations, to try the study quickly

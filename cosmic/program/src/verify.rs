@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// A part of the verification.
+/// A function that does one part of the verification.
 type Part = fn(&Case) -> Section;
 
 impl Arguments {

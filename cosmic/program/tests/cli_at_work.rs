@@ -1,11 +1,11 @@
-//! Two processes with one run's folder: one works, the other is refused and changes nothing.
+//! Two processes use the folder of one run: one of them does the run, the other is refused and changes nothing.
 #![cfg(unix)]
 
 use crate::common::Bench;
 use crate::program::Told;
 use std::fs;
 
-/// Other processes try to resume a run while its owner works. The run is not changed.
+/// Asserts that other processes cannot resume a run while its owner works, and that their attempts do not change it.
 fn besieged(options: &str) {
     let bench = Bench::new(100, 256);
     let whole = bench.run("whole", options);

@@ -6,7 +6,7 @@ use cosmic::scene::{Named, TaskKind};
 use serde_json::Value;
 use std::fs;
 
-/// The small scene with more sections.
+/// A bench with the small scene, more keys in `[physics]` and more sections.
 fn bench(physics: &str, more: &str) -> Bench {
     Bench::with(&(scene(24, 64, physics) + more))
 }
@@ -17,7 +17,7 @@ fn robustness(bench: &Bench, line: &str) -> Value {
 }
 
 #[test]
-fn a_robust_design_is_another_one_and_repeats() {
+fn a_robust_design_differs_from_the_nominal_one_and_is_reproducible() {
     let bench = bench("contact = \"coulomb\"", "[robust]\nsamples = 2\n");
     bench.run("a", "");
     bench.run("b", "--threads 3");
@@ -30,7 +30,7 @@ fn a_robust_design_is_another_one_and_repeats() {
 }
 
 #[test]
-fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
+fn robustness_compares_runs_under_the_same_random_draws() {
     let bench = Bench::finished();
     bench.run("b", "--seed 1");
     let both = robustness(&bench, "a b --samples 8");
@@ -39,7 +39,7 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
     assert!(least.as_f64().unwrap() < p50.as_f64().unwrap());
     let along = &bench.json("a/summary.json")["displacement_along"];
     assert_eq!(runs[0]["nominal"], *along);
-    // The second run's row does not depend on the first.
+    // The results of run `b` do not depend on run `a`.
     let second = robustness(&bench, "b --samples 8");
     assert_eq!(second["runs"][0], runs[1]);
     let other = robustness(&bench, "a b --samples 8 --seed 1");
@@ -63,7 +63,7 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
 }
 
 #[test]
-fn every_task_runs_and_tells_its_loss() {
+fn every_task_runs_and_reports_its_loss() {
     let plain = Bench::default();
     plain.run("a", "");
     assert!(plain.json("a/summary.json")["loss_p50"].is_null());
@@ -78,7 +78,7 @@ fn every_task_runs_and_tells_its_loss() {
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
-        // The plain design with this task.
+        // Both designs are simulated with this task. The losses differ.
         let other = plain.path("a").display().to_string();
         let both = robustness(&bench, &format!("{other} a --scene tiny.toml --samples 8"));
         let loss = |k: usize| both["runs"][k]["loss"].as_f64().unwrap();
@@ -97,8 +97,8 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     bench.ok("gradcheck tiny.toml --steps 32");
 }
 
-/// A robot at rest with an unstable time step. Within eight steps, vibrations of a millimetre diverge, and those of a
-/// rounding error grow to a millimetre.
+/// A scene whose robot rests with an unstable time step. In eight steps, perturbations of a millimetre diverge, but
+/// rounding errors only grow to a millimetre. So perturbed starts diverge and the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
@@ -107,14 +107,14 @@ fn house_of_cards() -> Bench {
 }
 
 #[test]
-fn a_median_that_diverged_is_told_and_ends_with_3() {
+fn a_run_whose_median_diverged_says_so_and_exits_with_3() {
     let bench = house_of_cards();
     for (run, options) in [("a", ""), ("b", "--json"), ("c", "--starts 2")] {
         let said = bench.optimize(run, options);
         said.fails(3, &[]);
         let says = format!(
-            "error: {run}: no displacement to quote: the delivered design diverges from perturbed \
-             starts, though not from its own (displacement_p50 is null in summary.json)"
+            "error: {run}: there is no median displacement: the delivered design walks from its own start but \
+             diverges from perturbed starts (displacement_p50 is null in summary.json)"
         );
         assert_eq!(said.error.lines().last().unwrap(), says);
         let summary = bench.json(&format!("{run}/summary.json"));

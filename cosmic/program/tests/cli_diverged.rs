@@ -15,14 +15,14 @@ fn news(told: &Told) -> &str {
 }
 
 #[test]
-fn a_divergence_is_told_kept_and_seen_again() {
+fn a_divergence_is_reported_saved_and_can_be_replayed() {
     let folder = folder(WILD);
     let told = evaluate(&folder, "case.json --gradient");
     told.fails(
         3,
         &[
             "cosmic evaluate diverged.json",
-            "not finite, written as null: ",
+            "these results are not finite and were written as null: ",
             "trajectory.2048.x",
         ],
     );
@@ -42,7 +42,7 @@ fn a_divergence_is_told_kept_and_seen_again() {
 
 /// `diverged.json` keeps the exact layout of a snapped design.
 #[test]
-fn a_diverging_layout_is_seen_again() {
+fn a_diverging_layout_can_be_replayed() {
     let text = "base = \"stability\"\n[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
     let folder = Bench::with(text);
     let first = evaluate(&folder, "tiny.toml");
@@ -71,16 +71,16 @@ fn the_last_states_lie_beside_the_results() {
     assert!(!exists("diverged.json"));
     #[cfg(unix)]
     {
-        // No file can be written beside a device.
+        // Beside a device no file can be written, so the states are in the current folder.
         evaluate(&folder, "case.json --out /dev/null").fails(3, &[]);
         assert!(exists("diverged.json"));
         assert!(!std::path::Path::new("/dev/diverged.json").exists());
     }
 }
 
-/// All states are finite but no derivative is: without damping small changes grow without bound.
+/// Without damping, small changes grow without bound: all states are finite, but no derivative is.
 #[test]
-fn a_gradient_that_overflows_is_told_with_its_step() {
+fn the_error_about_an_overflowing_gradient_names_the_step() {
     let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");
     evaluate(&folder, "tiny.toml").ok();
     let told = evaluate(&folder, "tiny.toml --gradient");

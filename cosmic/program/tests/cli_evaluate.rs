@@ -19,7 +19,7 @@ fn small_scene(physics: &str) -> Scene {
     Scene::parse("small", &text).unwrap()
 }
 
-/// A folder with a small robot: `scene.toml` with more keys for `[physics]`, `design.json`, and the same robot as
+/// A folder with a small robot, once as `scene.toml` (with more keys in `[physics]`) and `design.json`, and once as
 /// `case.json`.
 pub(crate) fn folder(physics: &str) -> Bench {
     let bench = Bench::default();
@@ -44,7 +44,7 @@ pub(crate) fn evaluate(folder: &Bench, line: &str) -> Told {
     folder.cosmic(&format!("evaluate {line}"))
 }
 
-/// The `results` of a run that must succeed.
+/// Runs `evaluate`, asserts that it succeeds, and returns its `results`.
 fn results(folder: &Bench, line: &str) -> Value {
     evaluate(folder, line).json()["results"].take()
 }
@@ -54,15 +54,15 @@ fn steps(results: &Value) -> Vec<&String> {
 }
 
 #[test]
-fn a_case_a_design_and_a_scene_are_run_alike() {
+fn a_case_a_design_and_a_scene_of_one_robot_give_the_same_results() {
     let folder = folder("");
     let case = results(&folder, "case.json --gradient");
-    // A scene has its own thresholds, and multipliers of zero, like this case.
+    // The design uses thresholds and zero multipliers of its scene; this case has the same ones.
     assert_eq!(case, results(&folder, "design.json --gradient"));
     assert_eq!(steps(&case), ["0", "1", "2", "2048", "3"]);
     assert!(case["grad_l_disp"]["x0"].is_array());
     assert!(case.get("augmented_performance_constraints").is_none());
-    // A scene has the controller of seed 0, which differs.
+    // A scene gets the controller of seed 0, but the case has that of seed 7.
     let scene = results(&folder, "scene.toml --record 5,1");
     assert_eq!(scene["node_mass"], case["node_mass"]);
     assert_ne!(scene["u0"], case["u0"]);
@@ -71,7 +71,7 @@ fn a_case_a_design_and_a_scene_are_run_alike() {
 }
 
 #[test]
-fn results_go_to_a_file_where_asked() {
+fn out_writes_the_results_to_a_file() {
     let folder = folder("");
     let printed = evaluate(&folder, "case.json");
     let told = evaluate(&folder, "case.json --out results.json").ok();
@@ -118,7 +118,7 @@ fn edges_run_in_either_direction() {
 
 /// A case may have one row or one column.
 #[test]
-fn slim_lattices() {
+fn lattices_of_one_row_or_column_are_evaluated() {
     let folder = Bench::default();
     for (columns, rows) in [(5, 1), (1, 4), (2, 1)] {
         let mut scene = small_scene("");
@@ -197,9 +197,9 @@ fn wrong_cases_and_designs_are_refused() {
     evaluate(&folder, "design.json").fails(2, &["unknown field `colour`"]);
 }
 
-/// A byte order mark does not matter, nor does a description that names another format.
+/// A byte order mark, the name of the file, and a key whose value is another format do not matter.
 #[test]
-fn a_case_is_told_by_what_it_holds() {
+fn a_case_is_recognised_by_its_content() {
     let folder = folder("");
     edit(&folder, "case.json", |json| {
         json["name"] = json!("cosmic-design");
@@ -215,7 +215,7 @@ fn a_case_is_told_by_what_it_holds() {
 #[test]
 fn missing_and_unwritable_files_exit_with_4() {
     let folder = folder("");
-    // A folder means the design in it.
+    // The name of a folder stands for the design in it.
     fs::create_dir(folder.path("empty")).unwrap();
     fs::remove_file(folder.path("scene.toml")).unwrap();
     for (line, says) in [
@@ -264,7 +264,7 @@ fn scenes_and_cases_come_through_pipes() {
 }
 
 #[test]
-fn steps_that_there_are_not_are_refused() {
+fn steps_beyond_the_rollout_are_refused() {
     let folder = folder("");
     let says = "step 2049 cannot be recorded: the rollout has only 2048 steps";
     evaluate(&folder, "case.json --record 1,2049").fails(2, &[says]);

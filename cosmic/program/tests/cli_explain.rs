@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::scene::{Scene, VoidEdges};
 
 #[test]
-fn a_rollout_is_stated_with_its_stable_step() {
+fn explain_shows_a_rollout_and_its_stable_step() {
     let bench = Bench::default();
     assert!(bench.ok("explain").out.starts_with("earth\n"));
     let told = bench.ok("explain stability");
@@ -33,7 +33,7 @@ fn a_rollout_is_stated_with_its_stable_step() {
 }
 
 #[test]
-fn a_step_is_measured() {
+fn measure_times_a_step() {
     let text = "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
     let json = Bench::with(text)
         .cosmic("explain tiny.toml --measure --json")
@@ -50,7 +50,7 @@ fn a_step_is_measured() {
 }
 
 #[test]
-fn a_case_without_steps_is_measured_by_one() {
+fn a_case_without_steps_is_measured_over_one_step() {
     let bench = Bench::default();
     let mut case = Case::of_scene(&bench.plan().scene, 0).unwrap();
     case.physics.steps = 0;
@@ -60,7 +60,7 @@ fn a_case_without_steps_is_measured_by_one() {
 }
 
 #[test]
-fn void_edges_are_accounted_for() {
+fn explain_says_whether_void_edges_are_kept() {
     let bench = Bench::default();
     let mut scene = Scene::load("baseline_tall").unwrap();
     scene.physics.void_edges = VoidEdges::Drop;

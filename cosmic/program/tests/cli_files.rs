@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run of seconds with every phase, for a task whose starts are ranked by the loss.
+/// A scene whose run takes seconds and has every phase. Its starts are ranked by the loss of the task.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -34,18 +34,19 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
-/// The headings of the generated parts, which are the ends of the pages.
+/// The headings of the generated parts. Each part reaches to the end of its page.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
 
-/// A link to a page of `docs`, so that the package contains the page too.
+/// The path of a page. It is a link to the page in `docs`, so that the package contains the page too.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests")
         .join(name)
 }
 
-/// Names that the pages do not contain as code. The generated list of columns does not count as a description.
+/// The names that the pages do not describe: those that do not appear in backticks before the generated list of
+/// columns.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
     let pages = pages
@@ -91,14 +92,14 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of files, keys and columns, and the head of each table by the table's name.
+/// The names of files, keys and columns, and the first line of each table by the name of the table.
 #[derive(Default)]
 struct Found {
     names: BTreeSet<String>,
     tables: BTreeMap<String, String>,
 }
 
-/// Collects the names in a folder and its subfolders. Of a snapshot only the outermost keys count.
+/// Collects the names in a folder and its subfolders, but only the outermost keys of a snapshot.
 fn of_folder(folder: &Path, found: &mut Found) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -123,7 +124,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
             "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
             "csv" => {
                 let head = text.lines().next().unwrap();
-                // Eight columns have one description.
+                // One description covers these eight columns.
                 let one = |name: &str| {
                     if name.contains("_elastic_") {
                         "elastic"
@@ -143,7 +144,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
 }
 
 #[test]
-fn what_runs_and_sweeps_write_is_on_the_page() {
+fn the_page_describes_all_files_of_runs_and_sweeps() {
     let bench = Bench::with(SCENE);
     bench.write("base.toml", SCENE.replace("base = 'stability'\n", ""));
     for command in [
@@ -161,7 +162,7 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
     let Found { mut names, tables } = found;
-    // The user chooses this name.
+    // The user chooses the name of this file, so the page cannot contain it.
     names.remove("robustness.csv");
     let table = tables.iter().map(|(name, columns)| match &name[..] {
         "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
@@ -182,7 +183,7 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
 }
 
 #[test]
-fn results_of_a_case_are_on_the_page() {
+fn the_page_describes_the_results_of_a_case() {
     let scene = Scene::parse("tiny", SCENE).unwrap();
     let mut case = Case::of_scene(&scene, 0).unwrap();
     case.projection = Projection::Stability;
@@ -193,9 +194,9 @@ fn results_of_a_case_are_on_the_page() {
     assert_eq!(missing(&names), [""; 0]);
 }
 
-/// The errors of the reader of cases list the known keys.
+/// The known keys come from the errors of the reader of cases, which list them.
 #[test]
-fn every_key_that_a_case_may_have_is_on_the_page() {
+fn the_page_describes_every_key_of_a_case() {
     let mut names = BTreeSet::new();
     // Names of laws are looked up last, in a case that is otherwise whole.
     let whole = Case::of_scene(&Scene::parse("tiny", SCENE).unwrap(), 0).unwrap();

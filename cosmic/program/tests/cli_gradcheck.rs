@@ -9,7 +9,7 @@ const SMALL: &str =
 const CHECK: &str = "gradcheck tiny.toml --steps 64";
 
 #[test]
-fn a_table_with_a_row_a_group_and_a_negative_control() {
+fn gradcheck_prints_a_row_per_group_and_a_negative_control() {
     let told = Bench::with(SMALL).cosmic(CHECK).ok().out;
     let lines: Vec<_> = told.lines().collect();
     assert!(
@@ -18,7 +18,7 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     );
     let groups = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
     for (line, name) in lines[2..9].iter().zip(groups) {
-        // The robot stands on the ground at the start.
+        // At the start the robot stands on the ground, which is a kink for its positions.
         let verdict = if name == "x0" { "kink" } else { "smooth" };
         assert!(line.starts_with(&format!("{name} ")), "{told}");
         assert!(line.ends_with(&format!(" {verdict}")), "{told}");
@@ -29,7 +29,7 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
-/// The terrain of these scenes begins below the lattice, and the robot falls on it.
+/// In these scenes the terrain begins below the lattice, and the robot falls on it.
 #[test]
 fn the_gradients_of_robots_on_terrain_are_checked() {
     let settings = [
@@ -57,7 +57,7 @@ fn the_gradients_of_robots_on_terrain_are_checked() {
     }
 }
 
-/// Actuators without stroke: the robot does not move, so design and controller have no effect.
+/// The actuators have no stroke, so the robot does not move, and design and controller have no effect on the loss.
 #[test]
 fn groups_that_the_loss_does_not_depend_on_are_named() {
     let still = format!("{CHECK} --set materials.max_strain=[0,0,0]");
@@ -69,7 +69,7 @@ fn groups_that_the_loss_does_not_depend_on_are_named() {
     has(&told, &[says]);
 }
 
-/// The loss is that of the scene's task.
+/// `gradcheck` checks the loss of the scene's task, so the tables of all tasks differ.
 #[test]
 fn the_gradient_of_every_task_is_checked() {
     let table = |(task, _): &(&str, TaskKind)| {
@@ -85,7 +85,7 @@ fn the_gradient_of_every_task_is_checked() {
 }
 
 #[test]
-fn a_divergence_is_not_called_a_wrong_gradient() {
+fn a_divergence_is_reported_as_such_and_not_as_a_wrong_gradient() {
     let told = Bench::with("[physics]\ndt = 0.2\n").cosmic("gradcheck tiny.toml");
     told.fails(3, &["error: diverged in step "]);
     assert_eq!(told.out, "");

@@ -10,14 +10,14 @@ use std::path::PathBuf;
 use std::process::Output;
 use std::sync::LazyLock;
 
-/// Iterations of a run that is long enough to be interrupted.
+/// The number of iterations of a run that is long enough to be interrupted.
 const ITERATIONS: usize = 100;
 
 fn slow() -> Bench {
     Bench::new(ITERATIONS, 512)
 }
 
-/// The results of the same run without interruptions.
+/// The results of the run of [`slow`] without interruptions.
 static WHOLE: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let bench = slow();
     bench.run("whole", "");
@@ -50,7 +50,7 @@ fn resume(bench: &Bench, run: &str) -> Told {
 }
 
 #[test]
-fn a_run_told_to_stop_saves_and_goes_on_to_the_same_bytes() {
+fn an_interrupted_run_saves_and_resumes_to_the_same_bytes() {
     let bench = slow();
     for name in ["TERM", "INT"] {
         let output = caught(&bench, name, 20, name);
@@ -70,9 +70,9 @@ fn a_run_told_to_stop_saves_and_goes_on_to_the_same_bytes() {
 }
 
 #[test]
-fn killed_at_any_moment_it_ends_with_the_same_bytes() {
+fn a_run_killed_at_any_moment_resumes_to_the_same_bytes() {
     let bench = slow();
-    // Before, between and at snapshots, in the last phase, and around the delivery.
+    // The kills come before the first snapshot, between snapshots, at one, in the last phase, and around the delivery.
     for wanted in [0, 13, 60, 87, ITERATIONS] {
         let run = wanted.to_string();
         if wanted < ITERATIONS {
@@ -90,7 +90,7 @@ fn killed_at_any_moment_it_ends_with_the_same_bytes() {
 }
 
 #[test]
-fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
+fn a_run_with_gradients_in_f32_resumes_to_the_same_bytes() {
     let more = "[gradient]\nprecision = \"f32\"\n";
     let bench = Bench::with(&(scene(ITERATIONS, 512, "") + more));
     bench.run("whole", "");
@@ -107,14 +107,14 @@ fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
 }
 
 #[test]
-fn killed_again_and_again_it_ends_with_the_same_bytes() {
+fn a_run_killed_several_times_resumes_to_the_same_bytes() {
     let bench = slow();
     let mut child = bench.start("optimize tiny.toml --out a");
     for wanted in [15, 40, 60] {
         await_rows(&bench, "a", wanted);
         child.kill().unwrap();
         child.wait().unwrap();
-        // A process killed during a write leaves this behind.
+        // A process that is killed during a write leaves such a file.
         if !bench.path("a/summary.json").exists() {
             bench.write("a/.cosmic-half", "{");
         }
@@ -125,7 +125,7 @@ fn killed_again_and_again_it_ends_with_the_same_bytes() {
 }
 
 #[test]
-fn several_starts_go_on_where_they_were() {
+fn several_starts_resume_where_they_were() {
     let bench = slow();
     bench.run("whole", "--starts 2");
     for (name, code) in [("KILL", None), ("TERM", Some(75))] {
@@ -135,7 +135,7 @@ fn several_starts_go_on_where_they_were() {
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), code);
         if code.is_some() {
-            // The search is resumed, not a start.
+            // The message names the folder of the search, not that of a start.
             let error = Told::of(output).error;
             let how = format!("; go on with: cosmic resume {name}\n");
             assert!(error.ends_with(&how), "{error}");
@@ -152,7 +152,7 @@ fn snapshots_are_never_far_behind() {
     let mut child = bench.start("optimize tiny.toml --out a");
     let mut checked = 0;
     while child.try_wait().unwrap().is_none() {
-        // The history first, because the snapshot may be replaced in between.
+        // The history is read first, because the snapshot may be replaced in between.
         let rows = bench.lines("a/history.jsonl") as u64;
         if rows > 0 {
             let snapshot = bench.json("a/snapshot.json");
@@ -166,7 +166,7 @@ fn snapshots_are_never_far_behind() {
 }
 
 #[test]
-fn a_finished_run_is_left_as_it_is() {
+fn resume_does_not_change_a_finished_run() {
     let bench = Bench::finished();
     bench.run("several", "--starts 2");
     bench.run("limited", "--iterations 5");
@@ -198,7 +198,7 @@ fn nearly_finished() -> Bench {
 }
 
 #[test]
-fn a_run_killed_before_its_summary_is_delivered_again() {
+fn resume_writes_the_final_files_of_a_run_killed_before_its_summary() {
     let bench = nearly_finished();
     bench.run("whole", "");
     bench.remove("a/scene.toml");
@@ -208,7 +208,7 @@ fn a_run_killed_before_its_summary_is_delivered_again() {
 }
 
 #[test]
-fn a_damaged_snapshot_is_refused_where_it_is_damaged() {
+fn the_error_about_a_damaged_snapshot_says_what_is_damaged() {
     let bench = nearly_finished();
     let whole = bench.read("a/snapshot.json");
     let refused = |text: &str, says: &str| {
@@ -267,9 +267,9 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
 }
 
 #[test]
-fn a_history_that_is_missing_is_not_made_anew() {
+fn resume_refuses_a_run_whose_history_is_missing() {
     let bench = nearly_finished();
-    // A run that is not finished has this file.
+    // Every unfinished run has this file.
     bench.write("a/.cosmic-lock", "");
     for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
         let file = format!("a/{name}");
@@ -284,7 +284,7 @@ fn a_history_that_is_missing_is_not_made_anew() {
 }
 
 #[test]
-fn a_broken_scene_in_a_snapshot_is_told_once_and_by_its_place() {
+fn a_broken_scene_in_a_snapshot_gives_one_error_with_its_place() {
     let bench = nearly_finished();
     let text = bench.read("a/snapshot.json");
     let broken = text.replacen("columns = 3", "columns = = 3", 1);

@@ -1,4 +1,4 @@
-//! The scene in a run's folder: every command reads it in the same way.
+//! Every command reads the scene in a run's folder in the same way.
 
 use crate::common::Bench;
 use std::fs;
@@ -14,7 +14,7 @@ const READERS: [&str; 7] = [
     "optimize --from a --iterations 1 --out on",
 ];
 
-/// Each command refuses this scene file in the run `a`, with the same reason.
+/// Asserts that each command refuses the run `a` with this scene file, for the same reason.
 #[track_caller]
 fn refused(bench: &Bench, scene: &str, says: &str) {
     bench.write("a/scene.toml", scene);

@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-/// The kinds of lattices with columns and rows, and their edges at 4 x 3 and at 3 x 3 nodes.
+/// The kinds of lattices with columns and rows, and the numbers of their edges with 4 x 3 and with 3 x 3 nodes.
 const KINDS: [(&str, usize, usize); 2] = [("rectangular", 29, 20), ("triangular", 23, 16)];
 
 /// A gate: two legs of crossed cells under a beam, symmetric about its middle. The payload is the middle
@@ -34,7 +34,7 @@ const GATE: &str = r#"{
   "tie": [[1, 7], [8, 2], [3, 9], [16, 21], [19, 4, 10]]
 }"#;
 
-/// The small scene of the other tests, on that lattice.
+/// The small scene of the other tests on the lattice of [`GATE`].
 fn of_gate(iterations: usize) -> String {
     scene(iterations, 64, "").replace("columns = 3\nrows = 3\n", "file = \"shapes/gate.json\"\n")
 }
@@ -72,9 +72,9 @@ fn assert_rules_hold(design: &Value) {
     }
 }
 
-/// Before and after the snap, for several seeds, and with tight volume bounds.
+/// The rules hold before and after the snap, for several seeds, and with tight volume bounds.
 #[test]
-fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
+fn a_delivered_design_obeys_the_rules_of_its_lattice() {
     let bench = bench();
     for seed in 0..3 {
         for iterations in [8, 24] {
@@ -109,9 +109,9 @@ fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
     legs.fails(2, &["6x6 nodes, not", "gate.json"]);
 }
 
-/// The run folder has a copy of the file and needs nothing else.
+/// The folder of a run can be moved and its run resumed, because it contains a copy of the truss file.
 #[test]
-fn a_run_on_a_file_goes_on_wherever_its_folder_is() {
+fn a_run_on_a_truss_file_resumes_in_another_folder() {
     let bench = bench();
     bench.run("whole", "");
     let plan = bench.plan();
@@ -134,13 +134,13 @@ fn a_run_on_a_file_goes_on_wherever_its_folder_is() {
     bench.ok("gradcheck elsewhere/b --steps 32");
     bench.ok("optimize --from elsewhere/b --out c");
     assert_rules_hold(&bench.json("c/design.json"));
-    // The payload is node 0, at any place in the file.
+    // The payload is node 0 of the robot, whatever its number in the truss file.
     let design = bench.json("c/design.json");
     assert_eq!(design["edges"][15], serde_json::json!([6, 0]));
 }
 
 #[test]
-fn a_sweep_and_a_search_hold_their_lattice() {
+fn a_sweep_and_a_search_contain_a_copy_of_their_lattice() {
     let bench = bench();
     bench.ok("sweep plan tiny.toml --seeds 1 --iterations 2 --out s");
     bench.run("starts", "--starts 2 --iterations 2");
@@ -152,9 +152,9 @@ fn a_sweep_and_a_search_hold_their_lattice() {
     bench.ok("report starts");
 }
 
-/// Compares with finite differences and forward mode, for tied edges and every kind of lattice.
+/// Gradients agree with finite differences and forward mode, for tied edges and for every kind of lattice.
 #[test]
-fn gradients_on_other_lattices_are_those_of_differences() {
+fn gradients_on_other_lattices_agree_with_differences() {
     let bench = bench();
     bench.ok("gradcheck tiny.toml --steps 24");
     for (kind, edges, _) in KINDS {
@@ -169,7 +169,7 @@ fn gradients_on_other_lattices_are_those_of_differences() {
 }
 
 #[test]
-fn every_kind_goes_through_all_phases() {
+fn every_kind_of_lattice_goes_through_all_phases() {
     for (kind, _, edges) in KINDS {
         let of_kind = scene(24, 64, "").replace("columns", &format!("kind = \"{kind}\"\ncolumns"));
         let bench = Bench::with(&of_kind);
@@ -183,7 +183,7 @@ fn every_kind_goes_through_all_phases() {
 
 /// An error in a file shows its place; a missing file has exit code 4.
 #[test]
-fn a_file_that_is_no_lattice_is_refused_with_its_place() {
+fn an_invalid_truss_file_is_refused_with_the_place_of_the_error() {
     let bench = bench();
     let refused = |from: &str, to: &str, words: &[&str]| {
         has(&GATE, &[from]);
@@ -227,9 +227,9 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
     bench.fails("scene check tiny.toml", 4, &["not a file"]);
 }
 
-/// A layout that violates the rules cannot be a start.
+/// `optimize --from` refuses a design that violates the rules of the lattice.
 #[test]
-fn a_design_against_the_rules_is_no_start() {
+fn a_design_that_violates_the_rules_cannot_be_a_start() {
     let bench = bench();
     bench.run("a", "");
     let mut design = bench.json("a/design.json");
@@ -255,9 +255,9 @@ fn a_design_against_the_rules_is_no_start() {
     );
 }
 
-/// The lattice exists only in this program, but every program can resume the run.
+/// Only this program has the lattice, but its run contains a copy, so every program can resume the run.
 #[test]
-fn a_lattice_of_a_program_is_copied_as_a_file_is() {
+fn a_lattice_of_a_program_is_copied_into_its_runs() {
     let registry = Registry::default().with_lattice("gate", Truss::parse("gate", GATE).unwrap());
     let bench = Bench::with(&of_gate(24).replace("shapes/gate.json", "gate"));
     let scene = registry.read(&bench.path("tiny.toml")).unwrap();
@@ -274,7 +274,7 @@ fn a_lattice_of_a_program_is_copied_as_a_file_is() {
 
 /// Cases contain everything for a rollout and its gradients, including the rules of edges.
 #[test]
-fn a_case_of_another_lattice_reads_back_to_the_same_results() {
+fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     let bench = bench();
     let truss = Scene::read(&bench.path("tiny.toml")).unwrap();
     let of_kind = |(kind, ..): (&str, usize, usize)| {
@@ -288,7 +288,7 @@ fn a_case_of_another_lattice_reads_back_to_the_same_results() {
         let read = Case::parse("case.json", &json).unwrap();
         assert_eq!(read.to_json(), json);
         let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
-        // Too many numbers to show.
+        // `assert_eq!` would print too many numbers.
         assert!(results(&read) == results(&case), "{}", scene.lattice.name());
         let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
         if wrong != json {
@@ -298,9 +298,9 @@ fn a_case_of_another_lattice_reads_back_to_the_same_results() {
     }
 }
 
-/// The example makes a ring of nodes. The program `cosmic` reads its runs.
+/// The example `ring` builds its lattice itself. The program `cosmic` can read its runs.
 #[test]
-fn ring_is_a_lattice_of_its_program() {
+fn runs_of_the_example_ring_are_read_by_cosmic() {
     let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();
     let ring = folder.join("examples/ring");
     let bench = Bench::default();

@@ -31,14 +31,14 @@ const SHORT: &str = "--set physics.steps=64 --set schedule.horizon=[32,32] --set
                      --set schedule.attraction_from=3 --set schedule.snap_at=5 --set lattice.rows=3 \
                      --set lattice.columns=3";
 
-/// Optimises, reports and checks with an example, whose scene sets a key. Then `cosmic`, which lacks the law or loss of
-/// the scene, shows the runs.
+/// Asserts that an example can optimise, report and check with its own scene, which contains the setting `sets`, and
+/// that the program `cosmic`, which lacks the law or loss, still shows the runs.
 fn works(name: &str, sets: &str) {
     let bench = works_with_its_program(name, sets);
     without_it(&bench, sets);
 }
 
-/// Optimises, reports and checks with an example, whose scene sets a key.
+/// Asserts that an example can optimise, report and check with its own scene, which contains the setting `sets`.
 fn works_with_its_program(name: &str, sets: &str) -> Bench {
     let program = built().join("examples").join(name);
     let bench = Bench::default();
@@ -73,8 +73,8 @@ fn works_with_its_program(name: &str, sets: &str) -> Bench {
     bench
 }
 
-/// The program `cosmic` lacks the law or the loss that the scene sets. Commands that simulate report this once;
-/// other commands still show the runs `a` and `b`.
+/// Asserts what the program `cosmic` does with the runs `a` and `b`, whose law or loss it lacks: commands that simulate
+/// report this in one error, and other commands still show the runs.
 fn without_it(bench: &Bench, sets: &str) {
     let name = sets.split('"').nth(1).expect("a name in quotes");
     for line in ["evaluate a/design.json", "scene check a/scene.toml"] {
@@ -169,7 +169,7 @@ fn tendon_pulls_along_bars() {
     works("tendon", "forces = [\"tendon\"]");
 }
 
-/// Its blocks are keys of the design file. A program without the policy does not read its runs.
+/// The parameters of the policy are keys of the design file. A program without the policy refuses its runs.
 #[test]
 fn rhythm_is_a_policy() {
     let bench = works_with_its_program("rhythm", "policy = \"rhythm\"");
@@ -208,7 +208,7 @@ fn a_run_with_a_law_is_resumed() {
     assert_eq!(
         child.wait().unwrap().code(),
         Some(75),
-        "it was to be caught on its way"
+        "the run was finished before the signal"
     );
     bench.fails("resume part", 2, &["\"wind\"", "names an unknown"]);
     run_of(&program, &bench, "resume part");

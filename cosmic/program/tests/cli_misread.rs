@@ -91,7 +91,7 @@ fn a_folder_that_is_not_a_run_is_refused() {
     bench.fails("resume tiny.toml", 4, &[says]);
 }
 
-/// Designs and cases too.
+/// This holds for designs and for cases.
 #[test]
 fn a_truncated_file_is_refused_with_its_place() {
     let bench = finished();
@@ -127,7 +127,7 @@ fn a_truncated_snapshot_is_refused_with_a_remedy() {
     bench.ok("resume run --quiet");
 }
 
-/// Every file of a run that a command reads: the error names NaN, which Python's `json` writes.
+/// The error names NaN, which Python's `json` writes, in every file of a run that a command reads.
 #[test]
 fn a_number_that_is_not_finite_is_named_in_every_file() {
     let bench = finished();
@@ -158,7 +158,7 @@ fn a_number_that_is_not_finite_is_named_in_every_file() {
     told.fails(2, &["-Infinity is not a JSON number", "truss.json:1:56"]);
 }
 
-/// Sweeps make folders with equals signs in their names.
+/// Sweeps make such folders, because their names contain settings.
 #[test]
 fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     let bench = Bench::default();

@@ -1,4 +1,4 @@
-//! `cosmic export --mujoco`: robots in MuJoCo against the same robots here.
+//! `cosmic export --mujoco`: compares robots in MuJoCo with the same robots in this simulator.
 #![cfg(unix)]
 
 use crate::common::Bench;
@@ -12,10 +12,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The steps of a flight: more than a second, in which the clock advances by ten radians.
+/// The number of steps of a flight. They last more than a second, in which the clock advances by ten radians.
 const STEPS: usize = 512;
 
-/// A walk of an exported robot: the places of its nodes along and above the ground.
+/// A walk of an exported robot in MuJoCo: the first and last positions of its nodes, along and above the ground.
 struct Walk {
     first: Vec<Vector<f64>>,
     last: Vec<Vector<f64>>,
@@ -23,7 +23,7 @@ struct Walk {
 }
 
 impl Walk {
-    /// Runs the player in a folder.
+    /// Runs `walk.py` in an export folder.
     #[track_caller]
     fn of(python: &Path, bench: &Bench, folder: &str, more: &str) -> Self {
         let (player, path) = (
@@ -54,7 +54,7 @@ impl Walk {
     }
 }
 
-/// The largest difference between a coordinate in MuJoCo and here after a flight, m.
+/// The largest difference between a coordinate in MuJoCo and in this simulator after a flight, m.
 fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]) -> f64 {
     let all = [
         &["physics.contact=none", "physics.void_edges=drop"],
@@ -95,11 +95,11 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
 }
 
 #[test]
-fn flight_is_the_same_in_mujoco() {
+fn a_flight_in_mujoco_agrees_with_this_simulator() {
     let Some(python) = python() else { return };
     let bench = Bench::default();
     for (source, settings) in [
-        // Layouts, whose void edges pull in neither program.
+        // Layouts: their void edges do not pull in either program.
         ("baseline_short", &[][..]),
         (
             "baseline_tall",
@@ -170,7 +170,7 @@ window = 512
 ";
 
 #[test]
-fn walks_get_as_far_in_mujoco() {
+fn walks_in_mujoco_cover_a_similar_distance() {
     let Some(python) = python() else { return };
     let bench = Bench::with(WALKER);
     for seed in 0..3 {
@@ -201,7 +201,8 @@ fn walks_get_as_far_in_mujoco() {
     }
 }
 
-/// Compares the names in the model with the controller's lists, and prints the numbers of bodies, tendons and actuators.
+/// A Python program that compares the names in the model with the lists of the controller, and prints the numbers of
+/// bodies, tendons and actuators.
 const LOOK: &str = "
 import json, sys, mujoco
 words = json.load(open(sys.argv[1] + '/controller.json'))
@@ -282,7 +283,7 @@ fn settings_that_the_model_cannot_express_are_refused() {
     assert!(!bench.path("export").exists());
 }
 
-/// Larger friction, and ground on which nothing slips, become the largest friction of the model.
+/// The model has the friction of the scene, but at most 5. It has 5 also if the friction of the scene is infinite.
 #[test]
 fn friction_is_the_scene_s_or_the_largest() {
     let bench = Bench::default();
@@ -311,7 +312,7 @@ fn friction_is_the_scene_s_or_the_largest() {
     assert!(bench.lines("e/walk.py") <= 40);
 }
 
-/// A base of 3x3 nodes for every scene of the study.
+/// Settings that give every scene of the study a robot of 3x3 nodes.
 const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
     [controller]\nhidden = 4\n[volume]\nwidening_over = [4, 6]\n\
     [schedule]\niterations = 20\nattraction_from = 8\nsnap_at = 14\nhorizon = [32, 64]\n\
@@ -357,7 +358,7 @@ fn a_study_of_transfer_has_its_table_and_its_figure() {
     assert_eq!(bench.lines("t/transfer.csv"), 1 + 21);
 }
 
-/// `docs/files.md` has every key of the study's and the export's files.
+/// Asserts that `docs/files.md` describes every key in the files of the study and of the export.
 fn names_are_on_the_page(bench: &Bench) {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files.md");
     let page = fs::read_to_string(page).unwrap();

@@ -6,7 +6,7 @@ use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
 
 #[test]
-fn a_run_leaves_every_file_with_its_format_in_front() {
+fn a_run_writes_every_file_and_each_begins_with_its_format() {
     let bench = Bench::finished();
     let mut names: Vec<_> = bench.results("a").into_keys().collect();
     names.push("snapshot.json".to_string());
@@ -35,7 +35,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
 }
 
 #[test]
-fn the_history_has_a_row_an_iteration() {
+fn the_history_has_a_row_per_iteration() {
     let bench = Bench::finished();
     let rows = bench.rows("a/history.jsonl");
     assert!((1..=24).eq(rows.iter().map(|row| row["iteration"].as_u64().unwrap())));
@@ -67,7 +67,7 @@ fn the_history_has_a_row_an_iteration() {
 }
 
 #[test]
-fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
+fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
     let bench = Bench::default();
     bench.run("a", "--seed 7");
     let summary = bench.json("a/summary.json");
@@ -104,22 +104,23 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
         design.materials.iter().filter(solid).count() as f64 / 20.0
     };
     assert_eq!([volume, actuator_volume], [share(1), share(2)]);
-    // 0.47 to 0.53 and 0.17 to 0.25, up to rounding of the bounds.
+    // The widened volume bounds are 0.47 to 0.53 and 0.17 to 0.25, up to rounding.
     assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
 
     let text = bench.read("a/trajectory.json");
     let trajectory: TrajectoryFile = serde_json::from_str(&text).unwrap();
     assert_eq!(trajectory.steps, [0, 16, 32, 48, 64]);
     let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
-    // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
+    // Displacements are computed in the frame of the ground, which is shifted by 0.1 m. This rounds numbers of about
+    // 0.5 twice.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
-    // The folder of a run means its design.
+    // The name of a run's folder stands for its design.
     let by_folder = bench.cosmic("evaluate a").json();
     assert_eq!(by_folder["results"], bench.evaluated("a"));
 }
 
 #[test]
-fn a_seed_has_its_bytes_with_any_number_of_threads() {
+fn the_results_of_a_seed_do_not_depend_on_the_number_of_threads() {
     let bench = Bench::default();
     bench.run("a", "--threads 1");
     for threads in ["2", "5"] {
@@ -131,7 +132,7 @@ fn a_seed_has_its_bytes_with_any_number_of_threads() {
 }
 
 #[test]
-fn it_says_how_it_goes_and_what_came_of_it() {
+fn optimize_prints_its_progress_and_its_result() {
     let bench = Bench::default();
     let said = bench.ok("optimize tiny.toml --seed 3");
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
@@ -153,7 +154,7 @@ fn it_says_how_it_goes_and_what_came_of_it() {
 }
 
 #[test]
-fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
+fn a_limit_of_iterations_ends_the_run_and_does_not_change_the_phases() {
     let bench = Bench::default();
     bench.run("whole", "");
     let said = bench.run("part", "--iterations 15");
@@ -164,7 +165,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
     // The final design is the undecided one of the last iteration.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
-    // Means over 20 edges in two orders.
+    // Both are means over 20 edges, summed in different orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
 
     // The design has no bars yet, so there are no counts and no loads.
@@ -209,7 +210,7 @@ fn of_several_starts_the_best_is_kept() {
         .unwrap();
     assert_eq!(summary["seed"], best["seed"]);
     assert_eq!(summary["displacement_p50"], best["displacement_p50"]);
-    // The starts for the choice differ from those for the result.
+    // The perturbed starts that choose the robot differ from those of the published median.
     assert_ne!(best["displacement_p50"], best["displacement_selection_p50"]);
     let seed = best["seed"].to_string();
     bench.run("alone", &format!("--seed {seed}"));

@@ -1,4 +1,4 @@
-//! Runs with their own start or loss: `cosmic optimize --from`, and a user's program.
+//! Runs that begin with a given robot (`cosmic optimize --from`), and runs with a loss of the user's program.
 
 use crate::common::{Bench, scene};
 use crate::program::{command, cosmic_in, has};
@@ -25,7 +25,7 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 }
 
 #[test]
-fn a_decided_robot_enters_after_the_snap() {
+fn a_robot_with_one_material_per_edge_starts_after_the_snap() {
     let bench = Bench::finished();
     let said = bench.run("b", "--from a --seed 7");
     has(&said.out, &["started after iteration 19"]);
@@ -43,16 +43,16 @@ fn a_decided_robot_enters_after_the_snap() {
     // The limit counts only the iterations of this run.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
-    // Its start and its scene reproduce it.
+    // Its `start.json` and its scene reproduce the run.
     bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
     let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_eq!(b, d);
 }
 
-/// Names of folders are bytes, which need not be Unicode.
+/// On Unix, the names of folders are bytes and need not be Unicode.
 #[cfg(unix)]
 #[test]
-fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
+fn a_robot_may_come_from_a_folder_whose_name_is_not_unicode() {
     use std::os::unix::ffi::OsStrExt;
     let bench = Bench::default();
     bench.run("a", "--iterations 2");
@@ -70,7 +70,7 @@ fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
 }
 
 #[test]
-fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
+fn an_undecided_robot_goes_through_the_whole_schedule() {
     let bench = Bench::default();
     bench.run("soft", "--iterations 10");
     bench.run("b", "--from soft");
@@ -84,7 +84,7 @@ fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
     assert!(!bench.path("plain/start.json").exists());
 }
 
-/// An undecided edge has no held material, neither at the start nor at the end.
+/// With `hold_materials`, an undecided design can be the start of another run.
 #[test]
 fn a_start_names_the_materials_of_its_mixture() {
     let held = scene(24, 64, "") + "[projection]\nhold_materials = 1.0\n";
@@ -108,9 +108,9 @@ impl Observer for StopsAfter {
     }
 }
 
-/// Also after refusing an impossible snapshot.
+/// This also holds after `resume` refused a snapshot with an impossible `entered`.
 #[test]
-fn an_interrupted_run_goes_on_to_the_same_bytes() {
+fn an_interrupted_run_with_a_given_start_resumes_to_the_same_bytes() {
     let bench = Bench::finished();
     bench.run("whole", "--from a");
     let plan = bench.plan();
@@ -161,7 +161,7 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_run_says_what_of_its_scene_was_not_in_force() {
+fn departures_list_only_options_that_took_effect() {
     let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     bench.run("b", "--from a");
@@ -183,7 +183,7 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
 
 /// Without SCENE, a run uses the scene of `--from`, and its folder is beside that run.
 #[test]
-fn a_run_goes_on_in_its_own_scene() {
+fn from_without_a_scene_uses_the_scene_of_that_run() {
     let bench = Bench::default();
     bench.run("runs/a", "");
     let said = bench.ok("optimize --from runs/a");
@@ -197,9 +197,9 @@ fn a_run_goes_on_in_its_own_scene() {
     assert_eq!(scene("runs/a"), scene("b"));
 }
 
-/// It has an ordinary run folder, but only a program with this loss can resume it.
+/// The run has an ordinary folder, but only a program with its loss can resume it.
 #[test]
-fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
+fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
     let bench = Bench::default();
     let plan = bench.plan();
     let begin = |run: &str, observer: &mut dyn Observer| {
@@ -233,7 +233,8 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     begin_of_the_scene(&bench, &plan);
 }
 
-/// A run with the scene's objective cannot be resumed with another loss.
+/// Asserts that a run with the scene's objective cannot be resumed with another loss, and that mismatched arguments are
+/// refused.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let begin = |plan: &RunPlan, run: &str| {
         let codesign = CoDesign::new(&bench.plan().scene).unwrap();
@@ -277,7 +278,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
 }
 
 #[test]
-fn what_cannot_be_begun_with_is_refused() {
+fn unsuitable_starts_are_refused() {
     let bench = Bench::finished();
     bench.run("soft", "--iterations 10");
     let refused = |line: &str, says: &[&str]| {

@@ -1,4 +1,4 @@
-//! `cosmic optimize`: refusals, unstable time steps and numbers that are not finite.
+//! `cosmic optimize`: refused arguments, unstable time steps and numbers that are not finite.
 
 use crate::common::{Bench, scene};
 use crate::program::{Told, has};
@@ -6,7 +6,7 @@ use cosmic::record::optimise;
 use std::fs;
 
 #[test]
-fn folders_that_will_not_do_are_refused() {
+fn unsuitable_output_folders_are_refused() {
     let bench = Bench::default();
     fs::create_dir(bench.path("empty")).unwrap();
     // A run killed during its first write leaves only this file.
@@ -31,7 +31,7 @@ fn folders_that_will_not_do_are_refused() {
 }
 
 #[test]
-fn numbers_out_of_range_say_which_are_allowed() {
+fn errors_about_numbers_out_of_range_say_what_is_allowed() {
     let bench = Bench::default();
     let seeds = "expected a whole number from 0 to 18446744073709551615";
     let threads = "expected a whole number from 1 to 1024";
@@ -64,7 +64,7 @@ fn numbers_out_of_range_say_which_are_allowed() {
     assert!(!bench.path("runs").exists());
 }
 
-/// The controller reacts to the slightest velocity: the robot moves, and the derivative of its motion overflows.
+/// The controller of this robot reacts to the slightest velocity. Therefore derivatives overflow, but states do not.
 #[test]
 fn gradients_that_are_not_finite_are_counted_and_skipped() {
     let chaos = "[controller]\nvelocity_scale = 1000.0\noffset_scale = 100.0\n\
@@ -85,7 +85,7 @@ fn gradients_that_are_not_finite_are_counted_and_skipped() {
 }
 
 #[test]
-fn a_robot_that_flies_apart_is_told_with_its_last_states() {
+fn a_robot_that_flies_apart_gives_an_error_and_its_last_states() {
     // Explicit steps of 10 ms are unstable for such springs.
     let text =
         scene(24, 256, "dt = 0.01\ndamping = 0.0") + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
@@ -118,9 +118,9 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
         .fails(3, &["b/diverged.json"]);
 }
 
-/// Without stiffness the design cannot move the payload along the ground.
+/// Without stiffness, design and controller cannot move the payload along the ground, so all gradients are zero.
 #[test]
-fn a_task_without_any_slope_is_warned_of() {
+fn optimize_warns_if_all_gradients_are_zero() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
     let said = Bench::with(&slack).optimize("a", "--iterations 12");
     let warning = "warning: after iteration 10: all gradients of the last 10 iterations were zero";
@@ -142,7 +142,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
     assert!(!bench.path("run").exists());
 }
 
-/// A scene with a line that sets a far too long time step.
+/// A scene with a line that sets a time step that is far too long.
 fn unstable() -> String {
     scene(4, 32, "dt = 0.05")
 }
@@ -172,7 +172,7 @@ fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
 }
 
 #[test]
-fn an_unstable_time_step_is_let_pass_with_a_warning() {
+fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     let warning = "warning: the time step of 0.05 s is unstable";
     let bench = Bench::with(&unstable());
     let said = bench.optimize("a", "--allow-unstable --iterations 2");
@@ -200,9 +200,9 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
     assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
 }
 
-/// The snap makes every edge skeleton, and that is too stiff for the time step.
+/// In this scene the snap makes every edge skeleton, which is too stiff for the time step.
 #[test]
-fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
+fn a_design_that_becomes_unstable_stops_the_run_which_can_be_resumed() {
     let text = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
                 [volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n\
                 [schedule]\niterations = 6\nattraction_from = 4\nsnap_at = 4\n\

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A run of a few seconds with every phase.
+/// A scene whose run takes a few seconds and has every phase.
 const SCENE: &str = "
 base = 'stability'
 [lattice]
@@ -28,7 +28,7 @@ horizon_over = [2, 5]
 window = 64
 ";
 
-/// A finished run in `run` of a new folder.
+/// A bench with a finished run in the folder `run`.
 fn finished() -> Bench {
     let bench = Bench::with(SCENE);
     let told = bench.run("run", "--quiet");
@@ -60,11 +60,11 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
     let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
     fetches_nothing(&page);
-    // 1.024 s, a picture every 0.08 s from the start on.
+    // The walk lasts 1.024 s, with a frame every 0.08 s from the start on.
     assert_eq!(pictures(&bench, "run/gait.gif"), 13);
 }
 
-/// No element and no script of a page refers to another file.
+/// Asserts that no element and no script of a page refers to another file.
 fn fetches_nothing(page: &str) {
     let page = page.replace("href=\"data:,\"", "");
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
@@ -81,7 +81,7 @@ fn pictures(bench: &Bench, name: &str) -> usize {
         let mut colours = frame.buffer.to_vec();
         colours.sort_unstable();
         colours.dedup();
-        // Sky, ground, robot and label at least.
+        // Sky, ground, robot and label need at least four colours.
         assert!((frame.width, frame.height) == (800, 334) && colours.len() > 3);
         count += 1;
     }
@@ -112,7 +112,7 @@ fn an_evolution_shows_the_robots_of_several_iterations() {
     told.fails(2, &["run/designs.jsonl", "no walks were kept"]);
 }
 
-/// Before the snap every edge is a mixture, and bars are drawn faintly.
+/// Before the snap every edge is a mixture. Its bars are drawn too, but faintly.
 #[test]
 fn a_robot_of_mixtures_is_drawn() {
     let bench = Bench::with(SCENE);
@@ -120,13 +120,13 @@ fn a_robot_of_mixtures_is_drawn() {
     let told = bench.cosmic("report run --evolution").ok().out;
     assert_eq!(told.lines().count(), 5);
     let drawn = bench.read("run/robot.svg").matches("<polyline").count();
-    // At least one moment of the journey and six of the gait, with 20 edges each.
+    // The picture shows at least one moment of the walk and six of the gait, with 20 edges each.
     assert!(drawn >= 7 * 20, "{drawn} lines");
-    // One row of designs, and the delivered robot.
+    // The animation shows the only kept design and the delivered robot.
     assert_eq!(pictures(&bench, "run/evolution.gif"), 13 + 13);
 }
 
-/// Films with and without ffmpeg on the path.
+/// Without ffmpeg on the path, `--mp4` is an error. With it, a film is written.
 #[test]
 fn a_film_needs_ffmpeg() {
     let bench = finished();
@@ -145,7 +145,7 @@ fn a_film_needs_ffmpeg() {
     assert!(both.ends_with("run/gait.gif\nrun/gait.mp4\n"), "{both}");
 }
 
-/// The page names strains beyond the limit, and pictures draw them in their own colour.
+/// The page lists strains beyond the limit, and pictures draw them in a separate colour.
 #[test]
 fn strains_beyond_the_limit_are_named() {
     let bench = Bench::with(&(SCENE.to_owned() + "[materials]\nmax_strain = [0.0, 0.0, 1e-4]\n"));
@@ -175,7 +175,7 @@ fn a_missing_or_truncated_file_is_named() {
             report(&bench).fails(4, &[name]);
             bench.write(&file, &whole);
         }
-        // Cut inside a line, because a shorter list of lines could be valid.
+        // The text is cut inside a line, because fewer complete lines could be valid.
         refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
     }
     assert!(!bench.path("run/report.html").exists());
@@ -205,7 +205,7 @@ fn design_alone(bench: &Bench, folder: &str) {
     }
 }
 
-/// A folder with only a design and its scene, and a design's file with another name.
+/// A report needs no run: a folder with only a design and its scene is enough, or the file of a design beside a scene.
 #[test]
 fn a_design_alone_is_drawn() {
     let bench = finished();
@@ -253,7 +253,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     of_summary(go_on);
     let of_design = ["evaluate run", "robustness run", "optimize --from run"];
     says(&of_design, "design.json", go_on);
-    // A run with a loss of the caller, which no file holds.
+    // A run with a loss of a program. No file contains such a loss.
     let text = bench.read("run/snapshot.json");
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
     bench.write("run/snapshot.json", own);
@@ -268,7 +268,7 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
     bench.optimize("run", "--allow-unstable").fails(3, &[]);
     of_summary("the run diverged; see its last states with: cosmic evaluate run/diverged.json");
 
-    // The folder is gone.
+    // Without the folder, there is no advice to resume the run.
     fs::remove_dir_all(bench.path("run")).unwrap();
     let told = report(&bench);
     told.fails(4, &[]);
@@ -330,7 +330,7 @@ fn files_of_another_run_or_version_are_refused() {
     bench.cosmic("report run --quiet").ok();
 }
 
-/// A robot that ends a hundred million lattices away, and a rollout of hours.
+/// Reports work for a robot that ends a hundred million lattice widths away, and for a rollout that lasts hours.
 #[test]
 fn a_robot_far_away_and_a_long_rollout_are_drawn() {
     let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
@@ -347,9 +347,9 @@ fn a_robot_far_away_and_a_long_rollout_are_drawn() {
 }
 
 #[test]
-fn a_page_that_cannot_be_written_is_exit_4() {
+fn a_page_that_cannot_be_written_exits_with_4() {
     let bench = finished();
-    // A folder in the file's place stops root as well.
+    // A folder at the path of the file prevents writing, even for root.
     fs::create_dir_all(bench.path("run/report.html/in the way")).unwrap();
     report(&bench).fails(4, &["cannot write", "report.html"]);
 }
@@ -403,12 +403,12 @@ fn browser() -> Option<&'static str> {
     names.into_iter().find(runs)
 }
 
-/// Only the page, without a graphics card.
+/// The options of the browser: it loads only the page and uses no graphics card.
 const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-sync --disable-component-update \
     --virtual-time-budget=1000 --dump-dom";
 
-/// The document of a file after its scripts ran for a second of the browser's virtual time.
+/// Loads a file in the browser. Returns the document after its scripts ran for a second of virtual time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
@@ -434,7 +434,7 @@ fn document(browser: &str, file: &str) -> String {
 #[test]
 fn a_browser_draws_the_page_without_errors() {
     let Some(browser) = browser() else {
-        // The test harness hides what passing tests print, but not this.
+        // Written directly to standard error, because the test harness hides what passing tests print.
         writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
         return;
     };

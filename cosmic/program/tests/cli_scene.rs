@@ -14,7 +14,7 @@ fn check(text: impl AsRef<[u8]>) -> Told {
 }
 
 #[test]
-fn list_has_a_scene_a_line_with_its_name_first() {
+fn list_prints_one_scene_per_line_with_its_name_first() {
     let told = cosmic("scene list").ok().out;
     let names = told.lines().map(|line| line.split_whitespace().next());
     assert!(names.eq(BUILTIN.map(|scene| Some(scene.name))));
@@ -83,7 +83,7 @@ fn check_refuses_what_optimize_refuses() {
 }
 
 #[test]
-fn check_warns_of_nonsense_that_runs() {
+fn check_warns_about_valid_but_senseless_settings() {
     let nonsense = "[materials]\nstiffness = [1000, 400, 30]\n[physics]\ngravity = -4.8\n";
     let told = check(nonsense).ok();
     assert!(told.out.ends_with("my.toml: ok\n"), "{told:?}");
@@ -96,7 +96,7 @@ fn check_warns_of_nonsense_that_runs() {
     }
 }
 
-/// Standard output has one line about the world, except with `--json` or `--quiet`.
+/// `scene check` prints one line about the world, except with `--json` or `--quiet`.
 #[test]
 fn the_world_is_described() {
     let earth = "world: gravity 9.81 m/s2; contact coulomb, friction 1; no drag; damped bars \
@@ -165,7 +165,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     }
     cosmic("--help").ok();
     cosmic("--version").ok();
-    // On a full disk.
+    // Writing to `/dev/full` fails as on a full disk.
     #[cfg(target_os = "linux")]
     {
         let full = fs::File::create("/dev/full").unwrap();
@@ -185,7 +185,7 @@ fn completions_are_written_for_every_shell() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_stops_early_is_no_error() {
+fn a_reader_of_the_output_may_stop_early() {
     let pipe = "\"$0\" scene default | head -n 1 >/dev/null; echo ${PIPESTATUS[0]}";
     let mut command = Command::new("bash");
     let output = command

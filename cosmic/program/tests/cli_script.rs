@@ -43,7 +43,7 @@ fn script(bench: &Bench, options: &str) -> String {
 }
 
 #[test]
-fn a_script_for_slurm_is_an_array_over_what_is_left() {
+fn a_script_for_slurm_is_an_array_over_the_unfinished_runs() {
     let bench = bench();
     let text = script(&bench, "--slurm");
     for line in [
@@ -69,9 +69,9 @@ fn a_script_for_slurm_is_an_array_over_what_is_left() {
     }
 }
 
-/// The last task of a plan may have fewer runs than others.
+/// The last task may have fewer runs than the others. A task exits with the code of a run that failed.
 #[test]
-fn a_task_does_its_runs_and_says_how_they_ended() {
+fn a_task_does_its_runs_and_exits_with_their_error() {
     let bench = bench();
     script(&bench, "--slurm --seeds-per-task 3");
     let mut task = shell(&bench, &["script"]);
@@ -91,7 +91,7 @@ fn a_task_does_its_runs_and_says_how_they_ended() {
 }
 
 #[test]
-fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
+fn a_task_that_is_terminated_saves_its_run_and_queues_again() {
     let bench = Bench::with(&scene(400, 2048, ""));
     bench.ok("sweep plan tiny.toml --seeds 2 --out s");
     script(&bench, "--slurm");
@@ -110,7 +110,7 @@ fn a_task_that_is_told_to_end_saves_its_run_and_queues_again() {
 }
 
 #[test]
-fn a_script_for_parallel_does_what_is_left() {
+fn a_script_for_parallel_does_the_unfinished_runs() {
     let bench = bench();
     let text = script(&bench, "--parallel --throttle 2 --minutes 3");
     has(&text, &["printf '%s\\n' 0 {2..4} | parallel --jobs 2 "]);
@@ -118,7 +118,7 @@ fn a_script_for_parallel_does_what_is_left() {
     let there = Command::new("parallel").arg("--version").output();
     if !there.is_ok_and(|told| String::from_utf8_lossy(&told.stdout).starts_with("GNU parallel")) {
         let says = "SKIPPED: no GNU parallel here: the script for it is not run\n";
-        // Directly, because the test harness hides the output of passing tests.
+        // Written directly to standard error, because the test harness hides what passing tests print.
         io::stderr().write_all(says.as_bytes()).unwrap();
         return;
     }
@@ -129,7 +129,7 @@ fn a_script_for_parallel_does_what_is_left() {
         (&told["left"], &told["counts"]["done"]),
         (&"".into(), &5.into())
     );
-    // A head and a line per task.
+    // A header and one line per task.
     assert_eq!(bench.lines("s/logs/parallel.tsv"), 5);
     assert!(bench.read("s/logs/2.log").contains("run 2, tiny seed 2: "));
     let nothing = bench.cosmic("sweep script s --parallel");
@@ -137,7 +137,7 @@ fn a_script_for_parallel_does_what_is_left() {
 }
 
 #[test]
-fn a_manifest_for_kubernetes_has_what_a_job_needs() {
+fn a_manifest_for_kubernetes_is_a_complete_job() {
     let bench = bench();
     let line = "sweep script s --kubernetes --throttle 3 --cores 2 --seeds-per-task 1 --minutes 10";
     let text = bench.ok(line).out;
@@ -178,7 +178,7 @@ fn a_manifest_for_kubernetes_has_what_a_job_needs() {
 }
 
 #[test]
-fn what_cannot_be_handed_over_is_refused() {
+fn wrong_options_for_scripts_are_refused() {
     let bench = bench();
     for (options, says) in [
         ("", "--slurm|--parallel|--kubernetes"),
@@ -194,7 +194,8 @@ fn what_cannot_be_handed_over_is_refused() {
     }
 }
 
-/// The log file of a Slurm script, read as Slurm does: first quotes and backslashes of the directive, then `%`.
+/// The path of the log file that a Slurm script names for a task. The directive is read as Slurm reads it: first quotes
+/// and backslashes, then `%`.
 fn slurm_log(text: &str, task: &str) -> String {
     let lines = text.lines();
     let mut values = lines.filter_map(|line| line.strip_prefix("#SBATCH --output="));

@@ -4,7 +4,7 @@ use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 
-/// Rungs within 24 iterations: in the co-design, after the snap, and at the end.
+/// Three rungs within 24 iterations: during the co-design, after the snap, and at the end.
 const RUNGS: &str = "[search]\nrungs = [8, 20, 24]\nkeep = [0.5, 0.5, 0.5]\nwindow = 4\n";
 
 fn tiny() -> Bench {
@@ -13,19 +13,19 @@ fn tiny() -> Bench {
 
 const SEARCH: &str = "--starts 5 --search halving";
 
-/// The iterations that a start has done.
+/// The number of iterations that a start has done.
 fn iterations(bench: &Bench, seed: u64) -> u64 {
     let snapshot = bench.json(&format!("a/starts/{seed}/snapshot.json"));
     snapshot["progress"]["iteration"].as_u64().unwrap()
 }
 
 #[test]
-fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
+fn weak_starts_stop_at_a_rung_and_the_others_are_whole_runs() {
     let bench = tiny();
     let said = bench.run("a", SEARCH);
     let search = bench.json("a/search.json");
     let rungs = search["rungs"].as_array().unwrap();
-    // Five starts, then three, then two; the rung at the last iteration drops nobody.
+    // Five starts, then three, then two. The rung at the last iteration drops none.
     let sizes: Vec<_> = rungs
         .iter()
         .map(|rung| (rung["standings"].as_array().unwrap().len(), &rung["kept"]))
@@ -52,9 +52,9 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     }
 }
 
-/// Starts are ranked by the median merit before the rung, not by their displacement.
+/// For this task, starts are ranked by the median merit over the last iterations before the rung, not by displacement.
 #[test]
-fn starts_are_ranked_by_their_task() {
+fn starts_are_ranked_by_the_merit_of_their_task() {
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
     bench.run("a", SEARCH);
     let search = bench.json("a/search.json");
@@ -80,7 +80,7 @@ fn starts_are_ranked_by_their_task() {
     }
 }
 
-/// A pause does not change the random numbers of the iterations after it.
+/// The search pauses starts at rungs. A pause does not change the random numbers of later iterations.
 #[test]
 fn robust_and_tilted_starts_are_paused_without_a_trace() {
     let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";

@@ -1,11 +1,11 @@
-//! `--set key=value` wherever a scene is taken.
+//! `--set key=value` in all commands that take a scene.
 
 use crate::common::{Bench, scene};
 use crate::program::has;
 
-/// The tests of the reader of scenes cover how values are read and refused.
+/// Later settings override earlier ones. How values are read and refused is tested with the reader of scenes.
 #[test]
-fn settings_are_taken_in_their_order() {
+fn settings_apply_in_order_and_all_wrong_ones_are_reported() {
     let bench = Bench::default();
     let show = "scene show stability --json";
     let scene = bench
@@ -64,7 +64,7 @@ fn every_command_that_takes_a_scene_takes_settings() {
     has(&plan, &["3.7"]);
 }
 
-/// The error does not show the time step in the scene file.
+/// The error shows the option `--set`, not the line of the scene file that the option overrides.
 #[test]
 fn an_unstable_step_is_shown_where_it_was_set() {
     let bench = Bench::with(&scene(4, 32, "dt = 0.001"));

@@ -1,4 +1,4 @@
-//! `cosmic study` with small robots: interrupted, resumed, with more seeds.
+//! `cosmic study` with small robots: results, interruptions, more seeds, and studies of the user.
 #![cfg(unix)]
 
 use crate::background::signal;
@@ -25,7 +25,7 @@ fn bench(base: &str) -> Bench {
     bench
 }
 
-/// A study into `NAME` with its runs in `NAME-runs`.
+/// The command line of a study with its results in `NAME` and its runs in `NAME-runs`.
 fn line(kind: &str, name: &str, more: &str) -> String {
     format!("study {kind} --base base.toml --out {name} --runs {name}-runs {more}")
 }
@@ -34,7 +34,7 @@ fn study(bench: &Bench, kind: &str, name: &str, more: &str) -> Told {
     bench.cosmic(&line(kind, name, more))
 }
 
-/// Lines of runs that ended.
+/// The number of lines about runs that ended.
 fn ended(said: &Told) -> usize {
     let lines = said.error.lines();
     lines.filter(|line| !line.starts_with("warning: ")).count()
@@ -71,7 +71,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// Parts that are not designed do not change: the initial weights and the materials of the start.
+/// Asserts that trials do not change the parts that they hold: the initial weights, and the materials of the start.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -90,12 +90,12 @@ fn what_is_held_does_not_move(bench: &Bench) {
     assert!(filled.iter().zip(&held).all(kept), "{held:?}");
     assert!(held.contains(&0), "{held:?}");
     let solid = materials(&design("material-control"));
-    // 0.90 of 20 edges, minus the widening of 0.03: 17.4.
+    // At least 0.90 of the edges are solid, minus the widening of 0.03. For 20 edges this is 17.4.
     assert!(solid.iter().filter(|m| **m > 0).count() >= 18, "{solid:?}");
 }
 
 #[test]
-fn runs_that_diverge_are_told_and_counted() {
+fn runs_that_diverge_are_reported_and_counted() {
     let unstable = "steps = 64\ndt = 1.0\nunstable_step = \"warn\"";
     let bench = bench(&LITTLE.replace("steps = 64", unstable));
     study(&bench, "ablation", "a", "--seeds 1").ok();
@@ -157,13 +157,13 @@ fn more_seeds_join_and_other_scenes_do_not() {
         study(&bench, "findings", "c", "").fails(2, &[says]);
     };
     refused("[physics]\nsteps = 0", "base.toml:2:9");
-    // Valid by itself, but not for the scenes of the study.
+    // This base is valid by itself, but not for the scenes of the study.
     let says = "error: the settings of base.toml do not fit the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
     assert!(!bench.path("c-runs").exists());
 }
 
-/// Results are beside the runs and replace only results of the same settings.
+/// By default, results are in the folder of the runs. They replace only results of the same settings.
 #[test]
 fn results_of_other_settings_are_not_replaced() {
     let bench = bench(SHORT);
@@ -197,7 +197,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let bench = bench(SHORT);
     study(&bench, "paper", "p", "--seeds 1 --iterations 2").ok();
     let document = bench.read("p/paper.md");
-    // In both tables.
+    // Each of these lines is in both tables.
     for line in ["| b, stability heuristic | 1.90 |", "| 5x5 nodes | 1.10 |"] {
         assert_eq!(document.matches(line).count(), 2, "{line}: {document}");
     }
@@ -212,7 +212,7 @@ fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
 
 /// The scenes of all trials of a study, by the names of the trials.
 fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
-    // `true` replaces a Python with MuJoCo.
+    // The command `true` stands in for a Python with MuJoCo.
     let line = format!("study {study} --plan {study} --python true");
     bench.ok(&line);
     let plan = bench.json(&format!("{study}/plan.json"));
@@ -228,9 +228,10 @@ fn planned(bench: &Bench, study: &str) -> Vec<(String, Scene)> {
         .collect()
 }
 
-/// So the eight trials of the ablation cover all combinations. Planning also starts every trial once.
+/// All trials of a study differ, so the eight trials of the ablation cover all combinations. The trials `strict-*` do
+/// not depart from the paper. Planning also checks the start of every trial.
 #[test]
-fn no_trial_is_another_and_the_strict_ones_depart_in_nothing() {
+fn all_trials_differ_and_strict_trials_have_no_departures() {
     let bench = Bench::default();
     for study in ["paper", "ablation", "findings", "transfer"] {
         let trials = planned(&bench, study);
@@ -269,7 +270,7 @@ to = ['firm-light', 'firm-heavy']
 ";
 
 #[test]
-fn a_study_of_one_s_own_is_a_file() {
+fn a_study_of_the_user_is_a_file() {
     let bench = Bench::default();
     bench.write("grounds.toml", OWN);
     let said = bench.ok("study grounds.toml --quiet");
@@ -359,7 +360,7 @@ fn a_malformed_file_of_a_study_is_refused_with_the_line_and_what_is_allowed() {
     told.fails(2, &[says]);
 }
 
-/// A study that is planned, done by several `sweep run` and then written equals the study in one process.
+/// If several processes of `sweep run` do the runs of a planned study, its results equal those of one process.
 #[test]
 fn processes_do_the_runs_of_a_planned_study() {
     let bench = bench(LITTLE);

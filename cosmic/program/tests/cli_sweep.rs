@@ -33,7 +33,7 @@ fn counts(bench: &Bench) -> [u64; 4] {
 }
 
 #[test]
-fn a_plan_speaks_as_it_is_asked_to() {
+fn sweep_plan_obeys_quiet_and_json() {
     let bench = Bench::default();
     let plan = |how: &str| bench.cosmic(&format!("sweep plan tiny.toml --out {how}"));
     assert_eq!(plan("quiet --seeds 3 --quiet").ok().out, "");
@@ -46,7 +46,7 @@ fn a_plan_speaks_as_it_is_asked_to() {
 }
 
 #[test]
-fn a_sweep_s_runs_are_those_of_optimize() {
+fn the_runs_of_a_sweep_equal_those_of_optimize() {
     let bench = planned(&small(), "");
     let said = bench.ok("sweep run s --index 1 --threads 2");
     assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
@@ -60,7 +60,7 @@ fn a_sweep_s_runs_are_those_of_optimize() {
 /// A sweep does the other runs if one scene is refused. All edges of this scene become skeleton at
 /// the snap, too stiff for its time step.
 #[test]
-fn runs_that_cannot_be_done_are_passed_over() {
+fn a_refused_scene_does_not_stop_the_other_runs() {
     let bench = Bench::default();
     let stiff = scene(24, 64, "dt = 0.0045")
         .replace("columns = 3\nrows = 3", "columns = 2\nrows = 2")
@@ -85,7 +85,7 @@ fn runs_that_cannot_be_done_are_passed_over() {
 
 /// A sweep does the other runs if one has damaged files or another process works on it.
 #[test]
-fn troubles_of_one_run_do_not_keep_from_the_others() {
+fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let bench = planned(&small(), "--iterations 4");
     let sweep = |line: &str| bench.cosmic(&format!("sweep {line}"));
     let run = |index: usize, file: &str| bench.path(&format!("s/runs/tiny-{index}/{file}"));
@@ -105,7 +105,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     assert_eq!(counts(&bench), [2, 0, 1, 0]);
     drop(lock);
     sweep("run s --index auto").ok();
-    // A finished run that lost its summary and a history.
+    // Run 1 was finished. Here it loses its summary and a history.
     fs::remove_file(run(1, "summary.json")).unwrap();
     fs::remove_file(run(1, "history.csv")).unwrap();
     sweep("run s --index 1").fails(4, &["history.csv"]);
@@ -130,9 +130,9 @@ fn has_undisturbed_results(bench: &Bench) {
     }
 }
 
-/// A run whose folder disappears ends; the sweep does the others.
+/// If the folder of a run disappears, this run ends with an error, and the sweep does the other runs.
 #[test]
-fn a_vanished_folder_ends_its_run_alone() {
+fn a_vanished_run_folder_ends_only_its_run() {
     let bench = planned(&scene(40, 384, ""), "");
     let child = bench.start("sweep run s --threads 1");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
@@ -207,9 +207,9 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
     assert_eq!(bench.cosmic(auto).json()["index"], Value::Null);
 }
 
-/// A run that is taken at first, and given back while others run.
+/// `sweep run` waits for a run that another process has claimed, and does it when the claim is given back.
 #[test]
-fn a_sweep_goes_on_until_nothing_is_left() {
+fn a_sweep_continues_until_no_run_is_unfinished() {
     let bench = planned(&scene(40, 384, ""), "");
     // An empty claim is one that another host has just made.
     fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
@@ -259,7 +259,7 @@ fn an_edited_plan_is_refused() {
 }
 
 #[test]
-fn a_killed_process_gives_its_run_back() {
+fn the_run_of_a_killed_process_is_free() {
     let bench = planned(&scene(100, 256, ""), "");
     let mut child = bench.start("sweep run s --index 0 --quiet");
     bench.await_lines("s/runs/tiny-0/history.jsonl", 0);
@@ -278,7 +278,7 @@ fn a_killed_process_gives_its_run_back() {
 }
 
 #[test]
-fn status_and_merge_read_what_is_there() {
+fn status_and_merge_read_the_files_of_the_runs() {
     let bench = planned(&small(), "--iterations 20 --first-seed 7");
     assert_eq!(counts(&bench), [3, 0, 0, 0]);
     bench.ok("sweep run s --index 2");
@@ -343,7 +343,7 @@ fn a_grid_plans_every_combination() {
     assert!(!bench.path("t").exists());
 }
 
-/// The grid's values appear as columns and keys, for programs that plot or fit them.
+/// Asserts that the values of the grid are columns and keys of the results, for programs that plot or fit them.
 fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     let row = status.lines().nth(5).unwrap();
     has(
@@ -364,9 +364,8 @@ fn has_columns_of_the_grid(bench: &Bench, status: &str) {
     assert!(rows.nth(5).unwrap().starts_with(row), "{table}");
 }
 
-/// For any order of the runs.
 #[test]
-fn merged_results_do_not_depend_on_the_order() {
+fn merged_results_do_not_depend_on_the_order_of_the_runs() {
     let bench = planned(&small(), "--iterations 3");
     bench.ok("sweep plan tiny.toml --seeds 3 --iterations 3 --out t");
     for (sweep, order) in [("s", ["2", "0", "1"]), ("t", ["0", "1", "2"])] {
@@ -419,7 +418,7 @@ fn a_pruned_sweep_has_the_same_results() {
 }
 
 #[test]
-fn a_diverged_run_is_over() {
+fn a_diverged_run_counts_as_done() {
     let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
     bench.ok("sweep plan tiny.toml --seeds 1 --out s");
     let said = bench.ok("sweep run s --index all");
@@ -430,7 +429,7 @@ fn a_diverged_run_is_over() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn wrong_arguments_of_sweep_are_refused() {
     let bench = planned(&small(), "");
     for (line, code, says) in [
         (

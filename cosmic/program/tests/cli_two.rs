@@ -1,4 +1,4 @@
-//! Two programs in one process, each with its own law of one name.
+//! Two programs in one process. Each has its own law, and both laws have the same name.
 
 use crate::common::{Bench, scene};
 use autodiff::Real;
@@ -42,7 +42,8 @@ impl Contact for Ice {
     }
 }
 
-/// Both programs work at the same time on one scene, each with its own ground. Each reads the run of its law.
+/// Both programs work at the same time on one scene and get different walks, because each uses its own law. Each reads
+/// the run of its law.
 #[test]
 fn two_programs_in_one_process_have_their_own_laws() {
     let bench = Bench::with(&scene(4, 64, "contact = \"floor\""));

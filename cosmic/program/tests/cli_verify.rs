@@ -9,7 +9,7 @@ const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 2\nrows = 2\n\
                      [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n\
                      [controller]\nhidden = 2\n";
 
-/// Robots that the stability part tries.
+/// The kinds of extreme robots in the stability part.
 const EXTREMES: [&str; 12] = [
     "scene",
     "stiffness",
@@ -25,9 +25,9 @@ const EXTREMES: [&str; 12] = [
     "lattice",
 ];
 
-/// The check comes before minutes of work.
+/// `verify` checks the folder first, because its measurements take minutes.
 #[test]
-fn a_folder_that_cannot_be_is_refused_first() {
+fn an_impossible_folder_is_refused_before_any_work() {
     let told = Bench::with(SMALL).cosmic("verify tiny.toml --out tiny.toml");
     told.fails(4, &["cannot write tiny.toml"]);
     assert_eq!(told.out, "");
@@ -58,7 +58,7 @@ fn a_scene_is_verified_into_a_folder() {
     assert_eq!(marked["dt_s"], 0.002);
     assert_eq!(marked["precision"], "f64");
 
-    // A table has a line per row below its heading; every figure is a file and on the page.
+    // The file of a table has a header and one line per row. Every figure is a file and also on the page.
     for table in sections
         .iter()
         .flat_map(|s| s["tables"].as_array().unwrap())
@@ -82,7 +82,8 @@ fn a_scene_is_verified_into_a_folder() {
     stability(&sections[2]);
 }
 
-/// Every kind of extreme robot is tried. Exactly those that should be unstable are reported as unstable.
+/// Asserts that every kind of extreme robot was tried, and that exactly those that should be unstable are reported as
+/// unstable.
 fn stability(section: &Value) {
     let tables = section["tables"].as_array().unwrap();
     let names = ["stable_steps", "extremes"];
@@ -102,7 +103,7 @@ fn stability(section: &Value) {
 }
 
 #[test]
-fn one_part_is_enough_and_its_failures_are_an_exit_code() {
+fn one_part_can_be_verified_alone_and_a_failure_exits_with_1() {
     let stiff = format!("{SMALL}[materials]\nstiffness = [1e6, 1e6, 1e6]\n");
     let told = Bench::with(&stiff).cosmic("verify tiny.toml --stability");
     told.fails(1, &["error: 1 of ", " checks failed: the scene's"]);

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The values that the export of a run must have, from the run's own files.
+/// The values that the export of a run must contain. They are computed from the files of the run.
 fn expected(bench: &Bench, sizes: Value) -> Value {
     let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
@@ -82,7 +82,8 @@ fn defaults() -> Value {
     json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
 }
 
-/// A finished run on another lattice than 3x3 nodes, with a truss in `truss.json` and more keys of `[volume]`.
+/// A bench with a finished run. `lattice` replaces the keys of the lattice, `truss` is the text of `truss.json`, and
+/// `volume` has more keys of `[volume]`.
 fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
     let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
     let bench = Bench::with(&scene.replace("[volume]\n", &format!("[volume]\n{volume}")));
@@ -95,7 +96,7 @@ fn finished(lattice: &str, truss: &str, volume: &str) -> Bench {
 fn a_robot_of_squares_is_read_back_by_other_programs() {
     let bench = finished("columns = 6\nrows = 5\n", "", "");
     read_back(&bench, "", defaults());
-    // Strips so wide that parallel diagonals, 70.7 mm apart, need two layers.
+    // These strips are so wide that parallel diagonals, 70.7 mm apart, need two layers.
     let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
     let options = "--width 60 --hole 20.5 --gap 15 --radius 2 --thickness 5";
     read_back(&bench, options, sizes);
@@ -107,7 +108,7 @@ fn a_robot_of_triangles_is_read_back_by_other_programs() {
     read_back(&bench, "", defaults());
 }
 
-/// Odd angles and lengths, nodes without a bar, and a bar that is always solid and lies across a node.
+/// A truss with odd angles and lengths, nodes without a bar, and an always solid bar that lies across a node.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
@@ -149,14 +150,14 @@ fn only_the_requested_files_are_written_by_default_into_the_run_s_folder() {
         "{nodes}"
     );
     numbers_are_plain(&bench);
-    // A run that ended before the snap has another robot than the one that moves.
+    // If a run ended before the snap, the exported robot differs from the one that moved.
     let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
     bench.run("half", &format!("--quiet {layout}"));
     let told = bench.cosmic("export half --csv").ok();
     assert!(told.error.contains("the design is undecided"), "{told:?}");
 }
 
-/// Numbers have neither exponents nor rounding noise in their last digits.
+/// Asserts that numbers in the files have neither exponents nor rounding noise in their last digits.
 fn numbers_are_plain(bench: &Bench) {
     bench
         .cosmic("export run --csv --svg --dxf --stl --out made")
@@ -185,7 +186,7 @@ fn numbers_are_plain(bench: &Bench) {
     }
 }
 
-/// Node 2 of the file is the payload, so it becomes node 0 of the robot.
+/// Node 4 of the file is the payload, so it becomes node 0 of the robot.
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {
     let truss = TRUSS.replace("\"keep\":", "\"payload\": 4, \"keep\":");
@@ -283,7 +284,7 @@ fn an_impossible_export_is_refused_before_anything_is_written() {
         bench.cosmic(line).fails(code, &[says]);
         assert!(!bench.path("run/export").exists(), "{line}");
     }
-    // Materials without mass have no section.
+    // A material without mass has no section, so there is no solid.
     let massless = "[materials]\ndensity = [1e-8, 0.0, 0.1]\n";
     let bench = Bench::with(&(scene(24, 64, "node_mass = 0.01") + massless));
     bench.run("run", "--quiet");

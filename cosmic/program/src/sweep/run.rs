@@ -75,7 +75,7 @@ impl Run {
 }
 
 impl Index {
-    /// The numbers of the runs in a plan of `count` runs, in order.
+    /// The numbers of the requested runs in a plan of `count` runs, ascending and each once.
     fn runs(&self, count: usize) -> Result<Vec<usize>> {
         let all = [0..=count.saturating_sub(1)];
         let ranges: &[RangeInclusive<usize>] = match self {
@@ -99,7 +99,7 @@ impl Index {
     }
 }
 
-/// Does the run of a number, or the next free run.
+/// Does run `index`, or the next free run if `index` is `None`.
 fn one(sweep: &Sweep, index: Option<usize>, interrupt: Interrupt, work: &Work) -> Result<()> {
     let pool = crate::runs::pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt.clone(), Vec::new());

@@ -1,4 +1,4 @@
-//! A folder for a test, with small runs of the program.
+//! A temporary folder for a test, in which it does small runs of the program.
 
 pub(crate) mod python;
 
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
-/// A folder for a test, with a scene in `tiny.toml`.
+/// A temporary folder for a test. The file `tiny.toml` in it is a small scene.
 pub(crate) struct Bench(TempDir);
 
-/// 24 iterations, of which the 19th is the snap, on rollouts of 64 steps.
+/// The default scene has 24 iterations, the 19th is the snap, and rollouts of 64 steps.
 impl Default for Bench {
     fn default() -> Self {
         Self::new(24, 64)
@@ -23,8 +23,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A robot of 3x3 nodes, and an optimisation with every phase, `iterations` iterations and rollouts of `steps`
-    /// steps.
+    /// A bench whose scene has 3x3 nodes, rollouts of `steps` steps, and `iterations` iterations with all phases.
     pub(crate) fn new(iterations: usize, steps: usize) -> Self {
         Self::with(&scene(iterations, steps, ""))
     }
@@ -72,7 +71,8 @@ impl Bench {
         fs::remove_file(self.path(name)).unwrap();
     }
 
-    /// Evaluates the final design of a run, whose displacement must be that of the summary.
+    /// Evaluates the final design of a run and returns the results. Asserts that the displacement equals that in the
+    /// summary.
     #[track_caller]
     pub(crate) fn evaluated(&self, run: &str) -> Value {
         let mut evaluated = self.cosmic(&format!("evaluate {run}/design.json")).json();
@@ -82,34 +82,34 @@ impl Bench {
         results
     }
 
-    /// The plan that `cosmic optimize` makes of the scene.
+    /// The plan that `cosmic optimize` makes from the scene.
     pub(crate) fn plan(&self) -> RunPlan {
         RunPlan::new("tiny", Scene::read(&self.path("tiny.toml")).unwrap(), 0)
     }
 
-    /// The program in the folder, with the arguments of a line.
+    /// Runs the program in the folder with the arguments in `line`.
     pub(crate) fn cosmic(&self, line: &str) -> Told {
         cosmic_in(&self.path(""), line)
     }
 
-    /// The program in the folder, which must succeed.
+    /// Runs the program in the folder and asserts that it succeeds.
     #[track_caller]
     pub(crate) fn ok(&self, line: &str) -> Told {
         self.cosmic(line).ok()
     }
 
-    /// The program in the folder, which must fail with an exit code and an error that contains the words.
+    /// Runs the program in the folder and asserts that it fails with this exit code and an error with these words.
     #[track_caller]
     pub(crate) fn fails(&self, line: &str, code: i32, words: &[&str]) {
         self.cosmic(line).fails(code, words);
     }
 
-    /// `cosmic optimize` of the scene into a folder of the bench.
+    /// Runs `cosmic optimize` on the scene, with the folder `out` and the options `more`.
     pub(crate) fn optimize(&self, out: &str, more: &str) -> Told {
         self.cosmic(&format!("optimize tiny.toml --out {out} {more}"))
     }
 
-    /// A run that must succeed.
+    /// Runs [`Bench::optimize`] and asserts that it succeeds.
     #[track_caller]
     pub(crate) fn run(&self, out: &str, more: &str) -> Told {
         self.optimize(out, more).ok()
@@ -132,7 +132,7 @@ impl Bench {
         self.read(name).lines().map(row).collect()
     }
 
-    /// The files of a run without snapshots and wall times, which are equal for equal runs.
+    /// The texts of a run's files, without snapshots and wall times. Equal runs have equal results.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
@@ -140,7 +140,7 @@ impl Bench {
     }
 }
 
-/// The scene of [`Bench::new`], with more keys for its `[physics]`.
+/// The scene of [`Bench::new`] with more keys in `[physics]`.
 pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     let at = |share: f64| (share * iterations as f64) as usize;
     format!(
@@ -176,7 +176,7 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
     }
 }
 
-/// A file's text without the wall times: columns of tables, a key elsewhere.
+/// The text of a file without wall times, which are a column in tables and a key elsewhere.
 fn timeless(name: &str, text: &str) -> String {
     match name.rsplit_once('.').unwrap().1 {
         "csv" => without_column(text, ",", "seconds"),

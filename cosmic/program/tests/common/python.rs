@@ -1,4 +1,5 @@
-//! The Python programs that read the files of `export`, in a virtual environment that is made once in the target folder.
+//! A virtual environment of Python with packages that read the files of `export`. It is made once, in the target
+//! folder.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -6,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// A simulator, readers of drawings and solids, unions of solids, and their requirements.
+/// The packages: a simulator, readers of drawings and solids, a package for unions of solids, and their requirements.
 const PACKAGES: [&str; 7] = [
     "mujoco==4.0.*",
     "numpy==2.*",
@@ -24,17 +25,17 @@ const CUT_OFF: [&str; 3] = [
     "Read timed out",
 ];
 
-/// The environment's Python, or why there is none.
+/// The path of the environment's Python, or the reason why there is none.
 static PYTHON: LazyLock<Result<PathBuf, &str>> = LazyLock::new(make);
 
-/// A Python with the packages. Prints a message and returns `None` if there is no Python or no registry. Other errors
-/// are failures.
+/// The path of a Python with the packages. Prints a message and returns `None` if the machine has no Python or cannot
+/// reach the registry. Panics on other errors.
 pub(crate) fn python() -> Option<&'static Path> {
     match &*PYTHON {
         Ok(python) => Some(python),
         Err(why) => {
             let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
-            // The test harness hides what passing tests print, but not this.
+            // Written directly to standard error, because the test harness hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
         }

@@ -1,4 +1,4 @@
-//! Runs the program as a user does.
+//! Runs the program `cosmic` as a user does.
 
 use serde_json::Value;
 use std::path::Path;
@@ -26,14 +26,14 @@ impl Told {
         }
     }
 
-    /// The output of a command that must succeed.
+    /// Asserts that the command succeeded. Returns its output.
     #[track_caller]
     pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{self:?}");
         self
     }
 
-    /// The JSON output of a command that must succeed.
+    /// Asserts that the command succeeded. Returns the JSON that it printed.
     #[track_caller]
     pub(crate) fn json(self) -> Value {
         serde_json::from_str(&self.ok().out).unwrap()
@@ -55,19 +55,19 @@ pub(crate) fn has(text: &str, words: &[&str]) {
     }
 }
 
-/// `cosmic` with the arguments of a line, not yet started.
+/// The command `cosmic` with the arguments in `line`, not yet started.
 pub(crate) fn command(line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
     command.args(line.split_whitespace());
     command
 }
 
-/// Runs `cosmic` with the arguments of a line in a folder.
+/// Runs `cosmic` in a folder with the arguments in `line`.
 pub(crate) fn cosmic_in(folder: &Path, line: &str) -> Told {
     Told::of(command(line).current_dir(folder).output().unwrap())
 }
 
-/// Runs `cosmic` with the arguments of a line.
+/// Runs `cosmic` with the arguments in `line`.
 pub(crate) fn cosmic(line: &str) -> Told {
     cosmic_in(Path::new("."), line)
 }
