@@ -414,8 +414,8 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// The merit is that of the worse goal. A robot that does not observe its goal moves the same way for both goals, so
-    /// what it gains for one it loses for the other.
+    /// The merit is that of the worse goal. A robot that does not observe its goal moves the same way for both goals:
+    /// what it gains for one, it loses for the other.
     #[test]
     fn with_two_goals_the_worse_one_gives_the_merit() {
         let mut scene = Scene::parse("lively", LIVELY).unwrap();

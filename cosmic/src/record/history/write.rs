@@ -1,4 +1,4 @@
-//! Writing a history.
+//! [`History`], which writes the history of a run.
 
 use super::appended::Appended;
 use super::rows::{
@@ -14,17 +14,17 @@ pub(in crate::record) struct History {
     lines: Appended,
     table: Appended,
     designs: Appended,
-    /// The iteration after which the run entered.
+    /// The iteration before the first iteration of the run.
     entered: usize,
 }
 
 impl History {
-    /// Opens the history of a run that entered after iteration `entered`, and removes the lines after `iteration`. If
-    /// no lines are left, the history begins again.
+    /// Opens the history of a run whose first iteration is `entered + 1`, and removes the lines after `iteration`. If
+    /// no line remains, begins a new history.
     ///
     /// # Errors
     /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
-    /// lines; no file has changed then. [`Error::Write`](crate::Error::Write).
+    /// lines, in both cases before any file has changed; [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -50,7 +50,7 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration.
+    /// Appends the record of an iteration. `seconds` is the wall time of the run so far.
     pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
@@ -69,7 +69,7 @@ impl History {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
-    /// Flushes the lines to the disk, so that a snapshot that is written later never counts lines that were lost.
+    /// Flushes the lines to the disk. Called before a snapshot is written, so that it never counts lost lines.
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)
