@@ -128,8 +128,8 @@ fn resume_if(
 }
 
 /// Delivers the current robot of an unfinished run into a new or empty folder. The run itself does not change. An
-/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have that
-/// loss.
+/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have
+/// that loss.
 ///
 /// # Errors
 /// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` holds anything

@@ -101,8 +101,9 @@ impl RunPlan {
         }
     }
 
-    /// Checks that this plan, which is that of the run in `folder`, is equal to `expected`. Only `physics.unstable_step` may
-    /// differ, because [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
+    /// Checks that this plan, which is that of the run in `folder`, is equal to `expected`. Only
+    /// `physics.unstable_step` may differ, because [`allow_unstable`](super::allow_unstable) changes it for a run that
+    /// has begun.
     ///
     /// # Errors
     /// [`Error::Usage`] for a run of another scene, seed or number of iterations.
@@ -379,8 +380,8 @@ impl Snapshot {
     }
 }
 
-/// Does all checks of a snapshot that resuming does, and returns its plan. Errors name `path`. `accept` may refuse a plan
-/// before memory is allocated for it.
+/// Does all checks of a snapshot that resuming does, and returns its plan. Errors name `path`. `accept` may refuse a
+/// plan before memory is allocated for it.
 ///
 /// # Errors
 /// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.

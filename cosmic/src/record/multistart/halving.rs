@@ -48,8 +48,8 @@ pub struct Standing {
     /// The median of `displacement_horizon` over the last iterations before the rung, m; `None` if half of these
     /// rollouts or more diverged.
     pub displacement: Option<f64>,
-    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of minus
-    /// the loss; with two goals, the median merit for the worse goal.
+    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of
+    /// minus the loss; with two goals, the median merit for the worse goal.
     pub merit: Option<f64>,
 }
 

@@ -111,8 +111,8 @@ fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
 }
 
 /// Writes the scene to the folder, and the truss of its lattice if there is one, unless these files exist. They are for
-/// people and other commands; a resumed run uses the scene of the snapshot. An existing file with another scene would be
-/// misleading and is refused.
+/// people and other commands; a resumed run uses the scene of the snapshot. An existing file with another scene would
+/// be misleading and is refused.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
