@@ -1,10 +1,12 @@
-//! Small symmetric systems.
+//! A solver for small symmetric linear systems.
 //!
-//! nalgebra's Cholesky decomposition is not used, because it refuses singular matrices, which flat directions of the dual
-//! produce. It also sums in another order, which changes the bits of runs with three or more constraints.
+//! nalgebra's Cholesky decomposition is not used, because it refuses singular matrices, and flat directions of the dual
+//! make the matrix singular. It also sums in another order, which would change the bits of runs with three or more
+//! constraints.
 
-/// Solves `matrix x = right` in place by Cholesky decomposition. The matrix is row-major, symmetric, and positive
-/// semidefinite up to rounding. A pivot below the rounding error is raised to it.
+/// Solves `matrix x = right` by Cholesky decomposition, and writes `x` to `right`. The matrix is row-major, symmetric,
+/// and positive semidefinite except for rounding. A pivot that is smaller than its rounding error is raised to that
+/// error.
 pub(super) fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
     let size = right.len();
     for column in 0..size {

@@ -298,8 +298,8 @@ impl Run {
         self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
             let text = format!(
-                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not finite; probably neither \
-                 the design nor the controller influences the loss within the horizon, or the loss is not finite",
+                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not finite; probably \
+                 the loss does not depend on design and controller within the horizon, or it is not finite",
                 record.iteration
             );
             observer.warning(self, &text);
