@@ -93,7 +93,7 @@ impl Evaluator {
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
         go_on()?;
-        // The last iterate comes first, so it wins a tie.
+        // The controller of the last iteration comes first, so it wins a tie.
         let ranked = selections.iter().zip(&entrants);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
         let (chosen, selection) = (&entrants[best], selections[best]);
@@ -227,7 +227,7 @@ impl Evaluator {
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // JSON cannot store minus infinity, which is the quantile next to diverged rollouts.
+            // Quantiles over diverged rollouts are minus infinity, which JSON cannot store.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
         }
     }
@@ -273,7 +273,7 @@ impl Evaluator {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
-        // The rollouts of a group share a task, so that they run in lanes.
+        // The rollouts of a group share a task, so that they can run together in SIMD lanes.
         let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
         let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
@@ -452,7 +452,7 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // The 10 % quantile is low, or the unperturbed rollout differs from the median.
+        // Both are unreliable: by a low 10 % quantile, then by an unperturbed rollout that differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

@@ -306,7 +306,7 @@ mod tests {
             let pass = moved.iter().position(|r| r.controller_gradient.is_some());
             records[pass.unwrap()].displacement_horizon
         };
-        // Up to the first update nothing differs: the loss without a gradient sees the same rollout.
+        // Before the first update of the controller, both runs have the same rollouts, with and without a gradient.
         assert!(first(&still).is_some());
         assert_eq!(first(&still), first(&moved));
     }
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(rows(&strict), 8);
         let multipliers = |record: &Record| record.multipliers == [0.0; 4];
         assert!(strict.iter().all(multipliers));
-        // The edges move towards one material each.
+        // Each edge comes closer to having one material.
         assert!(strict[9].measures[0] < strict[0].measures[0]);
     }
 }

@@ -147,7 +147,8 @@ mod tests {
             let (none, plain) = far("polish_trials = 0", seed);
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
-            // One edge may change before each of the updates 8, 10, 12 and 14. The last two of nine settle.
+            // One edge may change before each of the updates 8, 10, 12 and 14. There is no polish in the last two
+            // updates, because the controller settles.
             assert!(flips <= 4, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);

@@ -389,8 +389,8 @@ mod tests {
             let single = CoDesign::new(&scene).unwrap();
             let progress = double.begin(1).unwrap();
             let [a, b] = [&double, &single].map(|codesign| codesign.evaluator.evaluate(&progress));
-            // 24 steps of about 100 operations on lengths of 0.3 m, each rounded at 6e-8, with random signs within
-            // a step: 0.3 * 24 * 100^(1/2) * 6e-8.
+            // The expected rounding error is 0.3 * 24 * 100^(1/2) * 6e-8: lengths of 0.3 m, 24 steps, and in each
+            // about 100 operations that round at 6e-8 with random signs.
             for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
                 assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
             }

@@ -148,7 +148,7 @@ mod tests {
         // Robots that barely move may differ by at most 5 mm.
         assert_eq!(far([-0.004, 0.0, 0.004]), "");
         assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
-        // The merit is minus the loss.
+        // With losses, the merit is minus the loss.
         let loss = |numbers| reason(Merit::MinusLoss, numbers);
         assert_eq!(loss([-0.5, -0.4, -0.3]), "");
         let worse = loss([-0.9, -0.4, -0.4]);
@@ -164,7 +164,7 @@ mod tests {
             |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
         assert_eq!(reliable, 2.0);
-        // Unreliable by its quantile, then by its unperturbed rollout.
+        // Two unreliable robots: the first by its quantile, the second by its unperturbed rollout.
         assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
         assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
         // An unreliable robot may still have the higher score.

@@ -96,7 +96,8 @@ mod tests {
                 "{setting}: {doubts:?}"
             );
         }
-        // A row of six nodes, 0.5 m long; the rough ground starts at 0.6 m.
+        // The robot is a row of six nodes and 0.5 m long. The rough ground starts at 0.6 m, and its length grows with
+        // `count`.
         for (count, warns) in [(11, true), (13, false)] {
             let rough = [
                 "ground.profile=rough".to_owned(),

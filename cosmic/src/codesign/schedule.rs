@@ -168,7 +168,7 @@ mod tests {
         let horizons = [1, 80, 115, 150, 300].map(|i| at(i).horizon());
         assert_eq!(horizons, [2048, 2048, 3072, 4096, 4096]);
         let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator.high);
-        // Sums of decimal fractions, rounded at 1e-17.
+        // The tolerance covers sums of decimal fractions that are rounded at 1e-17.
         let is = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(
             widened
@@ -181,16 +181,16 @@ mod tests {
         assert_eq!(at(180).thresholds(&first), [0.03, 0.03, 0.01, 0.03]);
         assert_eq!(at(170).attraction(), (0.9, 0.002));
         let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
-        // After 44 of 59 steps of the ramp to a tenth, and zero at the end.
+        // Iteration 285 is at 44 of 59 steps of the ramp to a tenth. The rate of the last iteration is zero.
         let ramped = (15.0 / 59.0) * 0.003 + (44.0 / 59.0) * 0.0003;
         assert_eq!([rates[0], rates[1], rates[3]], [0.003, 0.003, 0.0]);
-        // Three roundings of numbers of this size.
+        // The tolerance covers three roundings of numbers of this size.
         assert!((rates[2] - ramped).abs() < 1e-18);
         let polishes: Vec<_> = (1..=300).filter(|i| at(*i).polishes()).collect();
         assert!(polishes.into_iter().eq((241..286).step_by(3)));
         let settles = [285, 286, 300].map(|i| at(i).settles());
         assert_eq!(settles, [false, true, true]);
-        // Three of five passes are for the design.
+        // Three of every five passes update the design.
         let designs = (1..=240).filter(|i| at(*i).pass() == Pass::Design);
         assert_eq!(designs.count(), 144);
     }

@@ -157,7 +157,7 @@ mod tests {
         assert!(!settle(&codesign.evaluator, &mut progress, &now, merit));
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
-        // An update that loses as much is taken back.
+        // If the controller has changed, the same loss of merit makes settling take the change back.
         progress.controller.numbers_mut()[0] += 1.0;
         assert!(settle(
             &codesign.evaluator,
@@ -181,9 +181,9 @@ mod tests {
             codesign.iterate(&mut progress);
             first = first.or(progress.settled.as_ref().map(|_| progress.iteration));
         }
-        // The last half of 40 iterations.
+        // Iteration 25 is the first in the second half of the 40 iterations of fine-tuning.
         assert_eq!(first, Some(25));
-        // A controller that is restored becomes no second candidate.
+        // A controller that is restored does not become a candidate a second time.
         let candidates = &progress.candidates;
         for (k, c) in candidates.iter().enumerate() {
             let mut earlier = candidates[..k].iter();

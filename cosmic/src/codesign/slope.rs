@@ -82,7 +82,7 @@ impl At<'_> {
             inputs.start.clone_from(&domain.start);
             slopes(&domain.task, &inputs)
         };
-        // Collected in order: the sum does not depend on the number of threads.
+        // Collected in order, so that the sum does not depend on the number of threads.
         let of_domains: Vec<[Slope; N]> = self.domains.par_iter().map(in_domain).collect();
         std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
     }
@@ -107,7 +107,7 @@ mod tests {
         assert_eq!(averaged(&[1.0, 2.0], 0.0), [1.0, 2.0]);
         assert_eq!(averaged(&[4.0, -8.0], 0.75), [4.0, -8.0]);
         assert_eq!(averaged(&[0.0, 8.0], 0.75), [3.0, -4.0]);
-        // A gradient that is not finite stays visible and does not enter the mean.
+        // A gradient that is not finite is returned unchanged and does not enter the mean.
         assert_eq!(averaged(&[f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
         assert_eq!(averaged(&[3.0, -4.0], 0.75), [3.0, -4.0]);
     }

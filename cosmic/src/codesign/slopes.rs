@@ -272,8 +272,8 @@ mod tests {
             let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
             let h = 1e-5;
             let difference = (at(h) - at(-h)) / (2.0 * h);
-            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12. Truncation: h^2 beta^2 = 4e-8 of the
-            // slope.
+            // The absolute error is 1e-12: positions of 0.1 m are rounded at 1e-17, and differences are divided by
+            // h. The relative truncation error is h^2 beta^2 = 4e-8.
             assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
             assert!(slope != 0.0);
         }
@@ -297,7 +297,7 @@ mod tests {
         scene.robust.samples = 3;
         let slope = slope_in_domains(&scene, 20);
         assert_eq!(slope.loss, 0.0);
-        // Two gradients that cancel, of numbers below 1 rounded at 1e-16.
+        // Two gradients cancel. They come from numbers below 1 that are rounded at 1e-16.
         assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
     }
 
@@ -306,7 +306,7 @@ mod tests {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_domains(&scene, 1);
-        // In a step of 2 ms, springs that are off by half a metre reach 50 m/s: less than 0.1 m.
+        // Springs that are stretched by half a metre accelerate nodes to 50 m/s: less than 0.1 m in a step of 2 ms.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn gradients_in_f32_agree_with_gradients_in_f64() {
         let mut scene = tiny();
-        // At a start among all materials, the gradient has no zeros.
+        // A tilted start mixes all materials in different shares, so the gradient has no zeros.
         scene.start.tilt = 0.2;
         let double = CoDesign::new(&scene).unwrap();
         scene.gradient.precision = GradientPrecision::F32;
@@ -337,12 +337,12 @@ mod tests {
                 .map(|(a, b)| (a - b).powi(2))
                 .sum();
             let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
-            // 24 steps of about 100 operations, each rounded at 6e-8, with random signs within a step:
-            // 24 * 100^(1/2) * 6e-8. If both had the same type, they would be equal.
+            // The expected relative error is 24 * 100^(1/2) * 6e-8: 24 steps, and in each about 100 operations that
+            // round at 6e-8 with random signs. It is not 0, because the two gradients have different number types.
             let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
             assert!(share > 0.0 && share < tolerance, "{share}");
             assert!(norm > 0.0);
-            // Displacements are about 0.3 m, with the same relative error.
+            // Displacements are about 0.3 m and have the same relative error.
             assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
         }
     }
@@ -407,7 +407,7 @@ mod tests {
         let fastest = drawn.fold(0.0, f64::max);
         let faster = scene.robust.faster();
         assert!(nominal.1 < fastest && fastest < faster * nominal.1);
-        // Products and quotients of the same numbers in another order.
+        // Both sides are products and quotients of the same numbers, but rounded in another order.
         let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
         assert!(is(
             check.bound.frequency,

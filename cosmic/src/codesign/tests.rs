@@ -87,7 +87,7 @@ fn a_memory_budget_changes_no_bit() {
     let text = [LIVELY, "iterations = 9"].concat();
     let scene = Scene::parse("lively", &text).unwrap();
     let mut bounded = scene.clone();
-    // A step takes more than 1 kB, and a horizon has 64.
+    // This budget of 20 kB is too small for a horizon: each of its 64 steps takes more than 1 kB.
     bounded.gradient.memory = Some(0.02);
     let task = CoDesign::new(&bounded).unwrap().task().clone();
     assert_eq!(task.simulator.memory, Memory::Bytes(20_000));

@@ -285,7 +285,7 @@ mod tests {
             let mixture = [Mixture(row); 110];
             let materials = snap(&mixture, &bounds, &free(110));
             let [solid, actuators] = counts(&materials);
-            // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
+            // The bounds are 0.47 and 0.53 (solid), 0.17 and 0.25 (actuators) of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
             assert!(flips(&mixture, &materials) > 0);
         }

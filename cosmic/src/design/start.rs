@@ -174,10 +174,10 @@ mod tests {
             };
             assert_eq!(z.len(), void.len());
             for (z, void) in z.into_iter().zip(void) {
-                // A third of everything is exact.
+                // For equal shares, the entries are exactly a third.
                 assert!(z[1] == z[2] && (void != third || z == [third; 3]), "{z:?}");
                 let e = z.map(|z| (20.0 * z).exp());
-                // exp multiplies the roundings of z by 20.
+                // The rounding errors of z are multiplied by 20 in exp(20 z).
                 assert!((e[0] / (e[0] + e[1] + e[2]) - void).abs() < 1e-14, "{z:?}");
             }
         }

@@ -295,7 +295,7 @@ mod tests {
                 pieces: 1,
                 nodes: 4,
                 feet: 2,
-                // A hinged square shears.
+                // A hinged square can shear.
                 floppy_modes: Some(1),
                 ..Structure::default()
             }
@@ -309,7 +309,7 @@ mod tests {
                 free_ends: 2,
                 crossings: 1,
                 feet: 3,
-                // The loose bar turns and translates.
+                // The loose bar can turn and move in two directions.
                 floppy_modes: Some(3),
             }
         );

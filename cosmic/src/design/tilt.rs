@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn the_mean_surplus_of_void_is_the_tilt() {
         let tilted = tilted(&[0.3; 110], &lattice(), 0.1, 7);
-        // The lattice is symmetric. 110 roundings below 1e-16.
+        // The lattice is symmetric, so the mean surplus is the tilt, up to 110 roundings below 1e-16.
         let mean = tilted.iter().sum::<f64>() / 110.0;
         assert!((mean - 0.4).abs() < 1e-14, "{mean}");
         let most = tilted.iter().copied().fold(0.0, f64::max);

@@ -104,7 +104,7 @@ mod tests {
         };
         let origin = Vector::new([0.0, 0.1]);
         let up = ground.point_to_ground(origin + ground.normal() * 2.0);
-        // One rotation of numbers near 2.
+        // The tolerance covers the rounding of one rotation of numbers near 2.
         assert!(up.distance(Vector::new([0.0, 2.0])) < 1e-15);
     }
 

@@ -182,7 +182,8 @@ mod tests {
     #[test]
     fn bars_cut_corners() {
         let kerb = kerb();
-        // Across the top, in both directions; above it; with an end inside; along a slope.
+        // The bars are across the top, in both directions; above the top; with an end inside; along a slope; and
+        // upright with an end inside.
         for (bar, depth) in [
             ([[1.0, 0.0], [2.0, 0.25]], 0.375),
             ([[2.0, 0.25], [1.0, 0.0]], 0.375),
@@ -191,7 +192,7 @@ mod tests {
             ([[1.0, 0.0], [1.5, 0.5]], 0.0),
             ([[1.5, 0.5], [1.5, 0.4]], 0.1),
         ] {
-            // The rounding of one division and a difference of numbers below 1.
+            // The tolerance covers the rounding of one division and one difference of numbers below 1.
             let [from, to] = bar.map(Vector::new);
             assert!(
                 (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,

@@ -186,8 +186,8 @@ mod tests {
         let mut random = stream(5, Purpose::Verification);
         let mut found = 0;
         for case in 0..60 {
-            // Wide, high and square fields; short and long segments; ends on a grid, so that segments meet,
-            // overlap and are parallel to the axes.
+            // The cases have wide, high and square fields, and short and long segments. In half of them the ends are
+            // on a grid, so that segments meet, overlap and are parallel to the axes.
             let size = [[15.0, 1.0], [1.0, 15.0], [4.0, 4.0]][case % 3];
             let reach = [1.0, 3.0, 30.0][case / 3 % 3];
             let on_grid = case % 2 == 0;
@@ -220,7 +220,7 @@ mod tests {
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // Shares of 1e9 m, rounded at 1e-16.
+        // A share of a segment of 1e9 m that is rounded at 1e-16 has an error of 1e-7 m.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),

@@ -374,7 +374,7 @@ mod tests {
                 planar.along().shortened(by).forward(),
                 space.along().shortened(by).forward(),
             ];
-            // The rounding of a division and a product of numbers below 1.
+            // The tolerance covers the rounding of a division and a product of numbers below 1.
             assert!((planar - space).abs() < 1e-16);
         }
         assert_eq!(Vector::<f64, 3>::zero().shortened(0.1), Vector::zero());

@@ -52,7 +52,7 @@ impl<R: Real> Bar<R> {
         Self {
             length,
             rate,
-            // D8
+            // Equation D8.
             target: rest_length * strain.fma(activation, R::one()),
             rest_length,
             stiffness,

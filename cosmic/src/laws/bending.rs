@@ -291,7 +291,7 @@ impl Force for BentBars {
         let energy = |pair: &Pair| {
             let line = pair.line(pose);
             let ((a, _), (b, _)) = (line.edge(0), line.edge(1));
-            // 1 - cos(angle), without a difference of numbers close to 1.
+            // This is 1 - cos(angle), computed without a difference of numbers close to 1.
             let turned = 0.5 * (a - b).dot(a - b);
             self.bend(1.0).stiffness(&line) * turned
         };
@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn every_line_of_three_nodes_is_a_pair() {
-        // Each row and column has four such lines; each direction of the diagonals has 4 x 4.
+        // Each row and each column has four lines of three nodes; each of the two diagonal directions has 4 x 4.
         assert_eq!(
             pairs(&Lattice::sample(6, 6, 0.0)).len(),
             6 * 4 + 6 * 4 + 2 * 4 * 4
@@ -385,7 +385,7 @@ mod tests {
             section: 2.0 * 0.01 * 0.01,
             dt: 1.0,
         };
-        // k r^2; `LEAST_STIFFNESS` reduces it by 1e-15 of its value.
+        // Expects k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.
         let stiffness = |first: f64, second: f64| {
             bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
         };

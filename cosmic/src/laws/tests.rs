@@ -53,8 +53,8 @@ fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
         gradient: &gradient,
         forward,
     };
-    // Slopes differ by factors of thousands, because an impulse is divided by a mass of grams: many directions are
-    // needed. Steps must be small compared to a time of impact.
+    // Many directions are needed, because slopes differ by factors of thousands: an impulse is divided by a mass of
+    // grams. Steps must be small compared to a time of impact.
     let options = Options {
         directions: 16,
         largest_step: 1e-3,
@@ -84,7 +84,7 @@ fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
 
 #[test]
 fn springs() {
-    // Stretched, compressed, at its target length, and very short.
+    // The spring is stretched, compressed, at its target length, and very short.
     for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
         let given = [dx, dy, 0.3, 4.0, 0.1, 0.35];
         is_right(&tension(Hooke {}), given);
@@ -101,7 +101,7 @@ fn dampers() {
         let kernel = MovingTension(kernel);
         is_right(&Fixed { kernel, uniforms }, given);
     }
-    // 40 N/m times 1 ms times 0.5 m/s.
+    // The expected tension is 40 N/m times 1 ms times 0.5 m/s = 0.02 N.
     let bar = |rate| Bar {
         length: 0.12,
         rate,
@@ -129,16 +129,16 @@ fn stops_at_both_ends_of_the_stroke() {
         strain,
     };
     for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
-        // Lengths of 0.1 m rounded at 1e-17, times 400 N/m.
+        // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 400 N/m.
         assert!((Stops::tension(&law, bar(length, 0.35)) - force).abs() < 1e-14);
         // Half an actuator has half the stop; a passive bar has no stop.
         assert!((Stops::tension(&law, bar(length, 0.175)) - 0.5 * force).abs() < 1e-14);
         assert_eq!(Stops::tension(&law, bar(length, 0.0)), 0.0);
         let (at, h) = (|l: f64| law.energy(bar(l, 0.35)).unwrap(), 1e-6);
-        // The energy is a parabola, so differences are exact but for rounding: 1e-20 J over h.
+        // The energy is a parabola, so differences are exact except for rounding errors of 1e-20 J divided by h.
         assert!(((at(length + h) - at(length - h)) / (2.0 * h) - force).abs() < 1e-8);
     }
-    // Beyond the longer stop, within the stroke, and beyond the shorter stop.
+    // The bar is beyond the longer stop, within the stroke, and beyond the shorter stop.
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = tension(law.clone());
@@ -246,7 +246,7 @@ fn contact_is_right<C: Contact>(contact: C) {
 fn contacts() {
     contact_is_right(NoGround {});
     contact_is_right(Sticking {});
-    // Slides on, stops, and slides without friction.
+    // The node slides on, stops, and slides without friction.
     for friction in [0.2, 2.5, 0.0] {
         contact_is_right(Coulomb { friction });
     }
@@ -361,7 +361,7 @@ fn a_law_responds_along_the_segment_that_is_met() {
     // Without friction, the part of the velocity (0.4, -0.9) along the slope of 45 degrees remains.
     let [x, y, vx, vy] = over_valley(Coulomb::default(), WALKERS[1]);
     let along = (0.4 + 0.9) / 2f64.sqrt();
-    // A few roundings of numbers below 1.
+    // The tolerance covers a few roundings of numbers below 1.
     assert!((vx - along / 2f64.sqrt()).abs() < 1e-15 && (vx + vy).abs() < 1e-15);
     assert!(above_slope([x, y, vx, vy]).abs() < 1e-15);
     // The node starts 0.0005 m above the slope and approaches it at 0.5 m/s.
@@ -377,7 +377,7 @@ fn a_law_responds_along_the_segment_that_is_met() {
 fn a_second_impact_within_a_step() {
     let [x, y, vx, vy] = over_valley(Coulomb::default(), SLIDER);
     assert_eq!([vx, vy], [0.0, 0.0]);
-    // Roundings of numbers below 1, divided by the slopes' sine.
+    // The tolerance covers roundings of numbers below 1, divided by the sine of the angle between the slopes.
     assert!((x - 0.5).abs() < 1e-14 && y.abs() < 1e-14, "{x} {y}");
     // A node that comes down the steep side stops in the corner too.
     for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
@@ -404,7 +404,7 @@ fn a_user_s_law_responds_at_every_impact() {
     // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it. Half of the second part is reflected:
     // (0.8, -0.6), which is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
     let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
-    // A few roundings of numbers below 10.
+    // The tolerance covers a few roundings of numbers below 10.
     assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
     assert!(x > 0.5 && y > 0.25 * (x - 0.5));
 }
@@ -426,7 +426,8 @@ fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
     let slope = terrain(&points.collect::<Vec<_>>());
     let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9]);
-    // (1, -0.9) along (2, -1) / sqrt 5. Points 1e-4 apart, rounded to 3e-17, have a direction to 1e-12.
+    // The part of (1, -0.9) along (2, -1) / sqrt 5 remains. The direction between points that are 1e-4 apart and
+    // rounded at 3e-17 is exact to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);
     assert!((x - (0.1005 + DT * vx)).abs() < 1e-4);
 }

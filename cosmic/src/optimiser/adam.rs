@@ -126,7 +126,8 @@ mod tests {
             let mean = corrected_mean(adam.0.betas[0], &slopes);
             let square = corrected_mean(adam.0.betas[1], &squares);
             let expected = before - rate * mean / (square.sqrt() + adam.0.epsilon);
-            // Fifty terms, some with opposite signs, divided by 1 - beta2 = 1e-3: 1e-16 * 50 * 1e3.
+            // The rounding error is 1e-16 * 50 * 1e3: fifty terms, some with opposite signs, are divided by
+            // 1 - beta2 = 1e-3.
             assert!((x[0] - expected).abs() < 1e-11, "{} {expected}", x[0]);
         }
     }
@@ -150,7 +151,7 @@ mod tests {
         let mut short = [0.3, 0.4];
         bound_norm(&mut short, 1.0);
         assert_eq!(short, [0.3, 0.4]);
-        // The square would overflow. A power of two, so that nothing is rounded.
+        // The square of this number would overflow. It is a power of two, so that nothing is rounded.
         let big = 2.0_f64.powi(700);
         assert_eq!(bound_norm(&mut [3.0 * big, 4.0 * big], 5.0), 5.0 * big);
         // Here the norm itself overflows.

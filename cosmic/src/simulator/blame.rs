@@ -76,7 +76,7 @@ impl Simulator {
         ));
         let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
-        // NaN ranks above every number. Of several NaN terms the last wins: the motion.
+        // NaN ranks above every number. Among several NaN terms the last one wins, which is the motion.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
     }

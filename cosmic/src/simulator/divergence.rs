@@ -102,8 +102,8 @@ impl Simulator {
     /// True if a watched rollout that ends in this state certainly had no absurd or too fast state. If false, it may
     /// have had one; [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // The largest distance from the world's origin if both components in the ground's frame are below the
-        // limit: the origin of the ground's frame may itself be far above the world's.
+        // The largest possible distance from the world's origin if both components in the ground's frame are
+        // below the limit. The origin of the ground's frame may be far above that of the world's frame.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
         farthest < ABSURD && !last.is_absurd()
     }
@@ -156,7 +156,7 @@ impl Simulator {
         let size = 4 * self.robot.graph.nodes();
         let planned = self.planned(&self.surroundings(), body, controller, start);
         let still = Still::of(body, start);
-        // Flat arrays in the ground's frame, so that the next block continues from identical bits.
+        // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(start);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {

@@ -368,7 +368,7 @@ mod tests {
                 p99: 2.0
             }
         );
-        // Compares an unsorted series with the fully sorted series.
+        // The result for an unsorted series must be that of the fully sorted series.
         for count in [2, 51, 149, 150, 151, 1000, 8193] {
             let sample: Vec<f64> = (0..count).map(|k| (1.7 * k as f64).sin()).collect();
             let mut sorted: Vec<f64> = sample.iter().map(|x| x.abs()).collect();
@@ -419,7 +419,8 @@ mod tests {
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
             let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
             if dy == 0.0 {
-                // 400 N/m times 10 mm, at 0.11 m/s. The softening changes a length by 5e-11 of it.
+                // The tension is 400 N/m times 10 mm, the speed 0.11 m/s. The softening changes lengths by a fraction
+                // of 5e-11.
                 assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
                 assert!((load.tension - 4.0).abs() < 1e-7 && load.compression < 1e-7);
                 assert!((load.speed.peak - 0.11).abs() < 1e-9);

@@ -268,7 +268,7 @@ impl Model for Robot {
         }
     }
 
-    // Compiled once, in this crate, for all crates that run robots.
+    // These two are not generic, so that they are compiled once, in this crate, for all crates that run robots.
     fn record_f64(&self, p: &mut Program<f64>) {
         self.record(p);
     }

@@ -72,7 +72,7 @@ impl Simulator {
         controller: &ControllerSettings,
     ) -> Self {
         let robot = Robot::new(lattice, physics, controller);
-        // A product, not a sum: the phase reaches 164 rad.
+        // The time is a product and not a running sum, whose rounding errors would grow: the phase reaches 164 rad.
         let time = |step: usize| step as f64 * physics.dt;
         let timed = robot.mechanics.needs_time();
         let inputs = |step: usize| {
@@ -336,7 +336,7 @@ impl Simulator {
             "`nodes` of a span is 0; it must be 1 or more"
         );
         let steps = span.steps();
-        // The whole clock is shared; a later part is copied.
+        // A span from the start shares the whole clock; a later span copies its part.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {

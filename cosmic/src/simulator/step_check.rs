@@ -204,7 +204,7 @@ impl fmt::Display for StepCheck {
                  but below {limit:.3e} s, where vibrations begin to grow; {remedy}",
                 self.bound.node
             ),
-            // Without the advice to set `unstable_step`: it is set already.
+            // The advice to set `unstable_step` is left out, because it is set already.
             _ => write!(out, "{}", self.error(self.remedy())),
         }
     }
@@ -212,7 +212,7 @@ impl fmt::Display for StepCheck {
 
 /// Rounds a positive number `x` down to `digits` significant digits. Infinity stays infinite.
 pub fn rounded_down(x: f64, digits: usize) -> f64 {
-    // Cuts the shortest decimal form. A computed power of ten would depend on the system.
+    // Truncates the shortest decimal form. A computed power of ten could have other bits on other systems.
     let scientific = format!("{x:e}");
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let kept = &significand[..significand.len().min(digits + 1)];

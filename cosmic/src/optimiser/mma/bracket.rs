@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_known_kink_shortens_the_search() {
         let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // 1, 4, 16, the kink at 7, and the chord beyond it, which is exact to rounding.
+        // The trials are 1, 4, 16, the kink at 7, and the chord beyond it, which is exact up to rounding.
         assert!(
             told <= 6 && blind > 2 * told,
             "{told} trials, {blind} without kinks"

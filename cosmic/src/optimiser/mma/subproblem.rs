@@ -153,7 +153,7 @@ impl Subproblem {
     /// the slopes of the models. The matrix has only the rows and columns of the constraints `among`, and is row-major.
     pub(super) fn dual_curvature(&mut self, among: &[usize], matrix: &mut Vec<f64>) {
         for (j, reach) in self.reach.iter().enumerate() {
-            // The buffers of the terms are reused for the weights of the slopes over the root of the curvature.
+            // The buffers `up` and `down` are reused for the slope weights.
             let weights = (self.lagrangian.rise[j], self.lagrangian.fall[j]);
             (self.up[j], self.down[j]) = slope_weights(reach, self.steps[j], weights);
         }

@@ -35,7 +35,7 @@ impl History {
             designs: open(DESIGNS)?,
             entered,
         };
-        // The header of the table is one more line.
+        // The table has one line more, its header.
         let ends = [
             history.lines.end(rows)?,
             history.designs.end(design_rows(entered, entered + rows))?,
@@ -122,7 +122,7 @@ mod tests {
             .collect();
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
-        // A run is resumed after nine iterations. The other files need lines to cut.
+        // A run is resumed after nine iterations, so every file is cut there. The other two files must have lines.
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }

@@ -40,7 +40,7 @@ impl Lock {
         for _ in 0..TRIES {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
-                // Some file systems have no locks. There, two processes in one folder go unnoticed.
+                // Some file systems have no locks. On them, two processes in one folder are not detected.
                 Ok(()) | Err(TryLockError::Error(_)) => {
                     return Ok(Self {
                         folder: folder.to_owned(),

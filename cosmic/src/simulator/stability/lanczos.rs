@@ -26,7 +26,7 @@ pub(super) fn largest_eigenpair(
         let size = basis.len();
         let mut rest = product(&basis[size - 1]);
         diagonal.push(basis[size - 1].dot(&rest));
-        // Twice: the rounding errors of a single pass would grow into copies of earlier vectors.
+        // Two passes are needed: the rounding errors of a single pass would grow into copies of earlier vectors.
         for _ in 0..2 {
             for known in &basis {
                 rest.axpy(-known.dot(&rest), known, 1.0);

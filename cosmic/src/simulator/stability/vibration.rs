@@ -291,7 +291,7 @@ mod tests {
             let physics = PhysicsSettings::default();
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
             let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
-            // The softening changes a length of 1 m by 5e-13 of it.
+            // The softening changes a length of 1 m by a fraction of 5e-13.
             assert!(
                 off.abs() < 1e-11,
                 "off by {off:e} with an excess of {excess:e}"
