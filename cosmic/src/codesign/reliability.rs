@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 
-/// Whether the median over perturbed starts describes a robot.
+/// The verdict whether the median over perturbed starts describes a robot.
 ///
 /// The tolerance is half of the median's absolute value. A robot is unreliable in three cases:
 /// - its 10 % quantile is below the median by more than the tolerance;

@@ -76,8 +76,8 @@ impl<const D: usize> Stiffness<D> {
         self.node_damping[node] += damping;
     }
 
-    /// Adds an angle over three nodes: its derivatives `g` with respect to their positions (1/m), and its stiffness (N
-    /// m).
+    /// Adds an angle over three nodes: its derivatives `g` with respect to their positions (1/m), and its `stiffness`
+    /// (N m).
     pub fn angle(&mut self, nodes: [usize; 3], g: [Vector<f64, D>; 3], stiffness: f64) {
         let by = g.map(|g| g * stiffness.sqrt());
         self.angles.push(Angle { nodes, by });

@@ -129,14 +129,14 @@ keys! {
     struct Start {
         /// The seed, and the name of the folder.
         seed: u64, "whole number";
-        /// As in the summary of the start; `null` if it diverged.
+        /// The number with this name in the summary of the start; `null` if the start diverged.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start. The best start has the highest score.
+        /// The number with this name in the summary of the start. The best start has the highest score.
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start.
+        /// The number with this name in the summary of the start.
         displacement_p50: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start.
+        /// The verdict in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
         /// Only with `--search halving`: the iteration after which the search dropped the start.

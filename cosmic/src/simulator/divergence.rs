@@ -2,7 +2,7 @@
 //!
 //! A rollout diverges if the robot flies apart: a state becomes absurd (NaN or huge numbers), or a node becomes faster
 //! than the scene allows. A guarded rollout is first [watched](Span::watched), a cheap check whether some state may be
-//! absurd or too fast. Only if that check fails is the rollout repeated and every state checked exactly.
+//! absurd or too fast. Only if that check raises an alarm, the rollout is repeated and every state is checked exactly.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};

@@ -37,7 +37,7 @@ impl Simulator {
     /// overflows; `None` if it stays finite. Costs about as much as the gradient.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](Simulator::rollout).
     pub fn overflow(
         &self,
         body: &Body<f64>,
