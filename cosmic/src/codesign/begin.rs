@@ -76,7 +76,7 @@ impl CoDesign {
     ///     window = 16
     /// ")?;
     /// let delivery = CoDesign::with_loss(&scene, Rest)?.optimise(0, |_| ())?;
-    /// let merit = delivery.merit.expect("it is not ranked by its displacement");
+    /// let merit = delivery.merit.expect("the delivery for a custom loss has a merit");
     /// assert!(merit.p50 < 0.0); // Minus the loss.
     /// # Ok::<(), cosmic::Error>(())
     /// ```

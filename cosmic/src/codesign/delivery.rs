@@ -78,7 +78,7 @@ impl Evaluator {
     /// simulated robot are mixtures.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
-        delivery.expect("nothing stops it")
+        delivery.expect("`is_stopped` is always false")
     }
 
     /// Like [`deliver`](Self::deliver), but calls `is_stopped` several times on the way. Stops and returns `None` as

@@ -20,7 +20,10 @@ impl Quantiles {
     /// # Panics
     /// If the sample is empty.
     pub fn of(sample: &[f64]) -> Self {
-        assert!(!sample.is_empty(), "quantiles of no numbers");
+        assert!(
+            !sample.is_empty(),
+            "the sample is empty, but quantiles need at least one number"
+        );
         let fallen = f64::NEG_INFINITY;
         let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
         let mut sorted: Vec<f64> = sample.iter().map(finite).collect();

@@ -170,7 +170,7 @@ mod tests {
             (StartKind::ThreeLegged, &lattice, beside.collect()),
         ] {
             let Design::Undecided(z) = design(kind, lattice).unwrap() else {
-                panic!("the start is decided")
+                panic!("the initial design is a layout")
             };
             assert_eq!(z.len(), void.len());
             for (z, void) in z.into_iter().zip(void) {

@@ -247,7 +247,10 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
     if bars.is_empty() {
         return 0;
     }
-    let place = |node: usize| live.binary_search(&node).expect("a bar's end is live");
+    let place = |node: usize| {
+        live.binary_search(&node)
+            .expect("both ends of a bar are live")
+    };
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
         for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {

@@ -138,7 +138,7 @@ mod tests {
         // The displacement of the payload agrees, but the motion does not.
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
-        let text = check(&a.0, &a.1, &trajectory).expect("another motion");
+        let text = check(&a.0, &a.1, &trajectory).expect("the motions differ");
         for words in ["trajectory.json: after 16 steps", "not all from one run"] {
             assert!(text.contains(words), "{text}");
         }

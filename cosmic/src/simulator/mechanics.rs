@@ -149,7 +149,7 @@ impl Mechanics {
             }
             let pushed = Pushed {
                 nodes,
-                impulses: impulses.expect("springs are always there"),
+                impulses: impulses.expect("every robot has springs"),
                 inverse_mass: given.inverse_mass,
                 uniforms: &given.contact,
             };

@@ -218,7 +218,11 @@ impl Robot {
         clock: Array,
     ) -> Array {
         let driver = match &self.drive {
-            Drive::Held => return given.held.expect("held activations are a parameter"),
+            Drive::Held => {
+                return given
+                    .held
+                    .expect("a held robot has activations as a parameter");
+            }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
         };

@@ -24,7 +24,10 @@ impl<R> Trajectory<R> {
     /// # Panics
     /// If the trajectory is empty.
     pub fn last_step(&self) -> usize {
-        *self.steps.last().expect("a trajectory holds a state")
+        *self
+            .steps
+            .last()
+            .expect("a trajectory must have at least one state")
     }
 
     /// The state after this number of steps.

@@ -65,7 +65,11 @@ pub(in crate::record) fn search(
     for seed in seeds(plan) {
         let dropped_at = dropped.dropped_at(seed);
         let is_left = dropped_at.is_none();
-        let result = is_left.then(|| ended.next().expect("every start that is left has ended"));
+        let result = is_left.then(|| {
+            ended
+                .next()
+                .expect("every start that was not dropped has a result")
+        });
         let summary = result.transpose().unwrap_or_else(|error| {
             diverged.get_or_insert((seed, error));
             None
