@@ -13,7 +13,7 @@ use crate::policy::Controller;
 use crate::scene::Pass;
 use crate::simulator::{StepCheck, StepLimit};
 
-/// Iterations after which a run ends if its loss was never finite.
+/// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
 
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.

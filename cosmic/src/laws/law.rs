@@ -22,7 +22,7 @@ pub struct StepInput {
     pub value: f64,
 }
 
-/// The settings of a law that are inputs of the step.
+/// The settings of a law that are inputs of the step, under their full keys.
 pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
     let input = |(key, value): (String, f64)| StepInput {
         name: if key.contains('.') {

@@ -27,9 +27,9 @@ pub struct Divergence {
     pub step: usize,
     /// The first node that is absurd or too fast in that state.
     pub node: usize,
-    /// Its position in the world's frame, m.
+    /// The position of that node in the world's frame, m.
     pub position: Vector<f64>,
-    /// Its velocity, m/s.
+    /// The velocity of that node, m/s.
     pub velocity: Vector<f64>,
     /// The term of the step that caused the divergence, or the speed bound that was exceeded.
     pub term: Cause,
