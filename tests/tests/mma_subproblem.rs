@@ -366,7 +366,7 @@ fn bad_input_is_refused_with_its_place() {
         "point: expected 2 entries, found 1",
         "rows of the jacobian: expected 1 entries, found 0",
         "state: lower asymptotes: entry 0 is NaN; it must be finite",
-        "values or derivatives are so large that the update overflows",
+        "values or derivatives are finite, but so large that the update overflows; scale them down",
     ];
     for (message, expected) in messages.iter().zip(expected) {
         assert_eq!(message, expected);

@@ -46,7 +46,10 @@ fn a_step_is_compared_with_the_bound_and_beyond_it_with_the_frequency() {
     let between = check(0.5 * (any + bound));
     assert_eq!(between.grade(), Grade::Safe);
     let said = between.of_other_designs().expect("it is longer");
-    assert!(said.contains("it is stable for every design"), "{said}");
+    assert!(
+        said.contains("to be safe for every design, set physics.dt below"),
+        "{said}"
+    );
     // If nothing vibrates, any step is safe.
     let mut scene = scene(1.0);
     scene.materials.stiffness = [0.0; 3];

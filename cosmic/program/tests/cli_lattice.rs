@@ -242,8 +242,16 @@ fn a_design_that_violates_the_rules_cannot_be_a_start() {
         bench.write("other.json", other.to_string());
         bench.fails("optimize tiny.toml --from other.json --out b", 2, words);
     };
-    against(0, 1, &["edge 0 is solid, and the lattice forbids it"]);
-    against(14, 0, &["edge 14 is void, and the lattice keeps it"]);
+    against(
+        0,
+        1,
+        &["edge 0 is solid, but the lattice requires it to be void"],
+    );
+    against(
+        14,
+        0,
+        &["edge 14 is void, but the lattice requires it to be solid"],
+    );
     let material = design["materials"][7].as_u64().unwrap() as usize;
     against(1, (material + 1) % 3, &["edges 1 and 7 are tied"]);
     design["edges"][3] = serde_json::json!([7, 1]);

@@ -99,7 +99,7 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     fs::create_dir_all(run(0, "")).unwrap();
     fs::write(run(0, "stray"), "").unwrap();
     let said = sweep("run s --index all");
-    let says = "error: run 0, tiny-0: s/runs/tiny-0: the folder is not empty, and no run is in it";
+    let says = "error: run 0, tiny-0: s/runs/tiny-0: the folder is not empty, but it does not contain a run";
     said.fails(2, &[says]);
     assert!(!said.error.contains("of this sweep failed"), "{said:?}");
     assert_eq!(counts(&bench), [2, 0, 1, 0]);

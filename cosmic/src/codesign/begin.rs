@@ -1,4 +1,4 @@
-//! An optimisation that is ready to begin, and the states before its first iteration.
+//! [`CoDesign`], an optimisation that is ready to begin, and the [`Progress`] before its first iteration.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub struct CoDesign {
     pub(super) evaluator: Evaluator,
     /// True if the caller supplied the loss in place of the scene's objective.
     own_loss: bool,
-    /// The optimiser of the design. Each projection has its own state.
+    /// The optimiser of the design. Its state is kept in [`Progress::mma`], once for each projection.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
     pub(super) rules: LayoutRules,
@@ -76,14 +76,14 @@ impl CoDesign {
     ///     window = 16
     /// ")?;
     /// let delivery = CoDesign::with_loss(&scene, Rest)?.optimise(0, |_| ())?;
-    /// let merit = delivery.merit.expect("it is not ranked by its displacement");
+    /// let merit = delivery.merit.expect("the delivery for a custom loss has a merit");
     /// assert!(merit.p50 < 0.0); // Minus the loss.
     /// # Ok::<(), cosmic::Error>(())
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`Error::Usage`] if the loss observes no node, or if its observed steps do not
-    /// ascend to the last step for every horizon of the schedule.
+    /// Like [`new`](Self::new); [`Error::Usage`] if the loss observes no node, or if the steps that it observes do
+    /// not ascend and end with the last step, for every horizon of the schedule.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
         Self::of_loss(scene, Arc::new(loss))
     }
@@ -105,25 +105,27 @@ impl CoDesign {
         })
     }
 
-    /// The state before the first iteration.
+    /// The state before the first iteration: the initial design of the scene (`[start]`) and a controller drawn from
+    /// the seed.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the start of the scene is a layout for another lattice; [`Error::UnstableStep`] if the
-    /// time step is unstable for the start and the scene does not allow that.
+    /// [`Error::Usage`] if the initial design is a layout for another lattice; [`Error::UnstableStep`] if the time
+    /// step is unstable for the initial design and the scene does not allow that.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let progress = self.first(seed)?;
         self.step_check(&progress).accept(&self.scene().physics)?;
         Ok(progress)
     }
 
-    /// The state before the first iteration of a given robot, instead of the start of the scene. A layout enters
-    /// after the snap, so only the fine-tuning remains. It loses its loose bars if the scene asks for one piece.
-    /// An undecided robot goes through the whole schedule.
+    /// The state before the first iteration, for a given robot instead of the scene's initial design.
+    ///
+    /// A layout enters after the snap, so only the fine-tuning remains. If the scene requires a design in one piece,
+    /// the loose bars of the layout are removed. An undecided design goes through the whole schedule.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or with another number of hidden units; [`Error::Usage`]
-    /// for design vectors outside 0 to 1, for weights that are not finite, and for an undecided robot in a scene
-    /// without a snap; otherwise as [`begin`](Self::begin).
+    /// for design vectors outside 0 to 1, for weights that are not finite, and for an undecided design in a scene
+    /// without a snap; otherwise the errors of [`begin`](Self::begin).
     pub fn begin_with(
         &self,
         seed: u64,
@@ -138,8 +140,8 @@ impl CoDesign {
             }
             Design::Undecided(_) if snap_at == 0 => {
                 return Err(Error::Usage(
-                    "the design to begin with is undecided, and the scene only trains controllers, because it \
-                     has no snap (`schedule.snap_at` = 0); begin with a layout"
+                    "the initial design is not yet a layout (some edges are undecided), but this scene never \
+                     decides them (`schedule.snap_at` = 0); begin with a layout, or set `schedule.snap_at`"
                         .into(),
                 ));
             }
@@ -148,13 +150,13 @@ impl CoDesign {
         self.check_vectors(&design.vectors())?;
         if !controller.numbers().iter().all(|weight| weight.is_finite()) {
             return Err(Error::Usage(
-                "the controller to begin with has weights that are not finite".into(),
+                "the initial controller has weights that are NaN or infinite; all weights must be finite".into(),
             ));
         }
         if entered >= self.scene().schedule.iterations {
             return Err(Error::Usage(format!(
-                "the design to begin with is a layout, and the scene ends with its snap (iteration \
-                 {snap_at}), so there is no fine-tuning; raise `schedule.iterations`"
+                "the initial design is a layout, which needs only the fine-tuning, but the scene ends with \
+                 its snap (iteration {snap_at}) and has no fine-tuning; raise `schedule.iterations`"
             )));
         }
         let first = self.first(seed)?;
@@ -168,9 +170,9 @@ impl CoDesign {
         Ok(progress)
     }
 
-    /// Refuses design vectors outside 0 to 1, and layouts that contradict the rules of the lattice.
+    /// Refuses design vectors outside 0 to 1, and designs that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
-        let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
+        let refuse = |says: String| Err(Error::Usage(format!("the initial design: {says}")));
         let rules = &self.task().lattice.rules;
         for (edge, z) in z.iter().enumerate() {
             if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
@@ -181,17 +183,19 @@ impl CoDesign {
             let material = Material::dominant(z);
             if material.one_hot() == *z && !rules.allow(edge, material.is_solid()) {
                 let (is, rule) = match material {
-                    Material::Void => ("void", "keeps"),
-                    Material::Skeleton | Material::Actuator => ("solid", "forbids"),
+                    Material::Void => ("void", "solid"),
+                    Material::Skeleton | Material::Actuator => ("solid", "void"),
                 };
-                return refuse(format!("edge {edge} is {is}, and the lattice {rule} it"));
+                return refuse(format!(
+                    "edge {edge} is {is}, but the lattice requires it to be {rule}"
+                ));
             }
         }
         for tie in &rules.tie {
             if let Some(edge) = tie.iter().find(|&&edge| z.get(edge) != z.get(tie[0])) {
                 let first = tie[0];
                 return refuse(format!(
-                    "edges {first} and {edge} are tied, and their `z` differ"
+                    "edges {first} and {edge} are tied, but their `z` differ; they must be equal"
                 ));
             }
         }
@@ -204,7 +208,7 @@ impl CoDesign {
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
-    /// The start of a seed.
+    /// The initial design. It depends on the seed if the scene draws it at random.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
         let beta = self.scene().projection.beta;
         start(&self.scene().start, &self.task().lattice, beta, seed)
@@ -265,7 +269,7 @@ impl CoDesign {
         }
     }
 
-    /// Compares the time step with the vibrations of the design that a seed starts from.
+    /// Like [`step_check`](Self::step_check), for the initial design of a seed.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
         let design = self.task().projected(Projection::Performance, &start);

@@ -10,8 +10,8 @@ use crate::objective::{Measures, measures};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
 
-/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene treats them as
-/// constraints.
+/// The constraints `f <= 0` with their values `f` and the gradients of `f`: the four volume bounds, then the
+/// binarisation measures if the scene treats them as constraints.
 #[derive(Default)]
 pub(super) struct Constraints {
     pub(super) values: Vec<f64>,
@@ -19,7 +19,7 @@ pub(super) struct Constraints {
 }
 
 impl Evaluator {
-    /// The measures of the performance projection (D10).
+    /// The measures of the design `z` after the performance projection (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
         let mixtures = self.task.mixtures(Projection::Performance, z);
         measures(&mixtures, self.scene.projection.delta)
@@ -30,9 +30,9 @@ impl Evaluator {
         self.scene.binarisation.method == BinarisationMethod::Augmented
     }
 
-    /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. The
-    /// gradient is empty if the measures are constraints. Volumes and measures are those of the performance
-    /// projection (D10), and have the same scale as constraints.
+    /// The constraints of a design update, and the gradient of the terms of the augmented Lagrangian. That gradient
+    /// is empty if the binarisation measures are constraints. Volumes and measures are those of the design after the
+    /// performance projection (D10). All constraints are scaled by `mma.volume_row_scale`.
     pub(super) fn rows_and_terms(
         &self,
         inputs: &Inputs<f64>,
@@ -63,7 +63,8 @@ impl Evaluator {
         (rows, Vec::new())
     }
 
-    /// The constraints of the volume bounds.
+    /// The constraints for the volume bounds. `volumes` has the volume of solid material and of actuators, each with
+    /// its gradient.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();

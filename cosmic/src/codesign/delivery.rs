@@ -1,4 +1,4 @@
-//! The result: the choice of the delivered controller, and its measured displacement.
+//! The delivery at the end of an optimisation: chooses a controller and measures the robot's displacement.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use crate::scene::{GradientPrecision, SelectionKind};
 use crate::simulator::{BarLoad, Divergence, Guarded, Loads, Span, Trajectory};
 use crate::task::together;
 
-/// Steps from one state of a delivery's trajectory to the next.
+/// [`Delivery::trajectory`] keeps the state after every so many steps.
 const KEEP_EVERY: usize = 16;
 
 /// The result of an optimisation: a robot and its measured displacement.
@@ -31,28 +31,28 @@ pub struct Delivery {
     pub controller: Controller<f64>,
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// Displacement of the payload in one unperturbed rollout, x and y of the world, m.
+    /// Displacement of the payload in one unperturbed rollout, along the x and y axes of the world, m.
     pub displacement: Vector<f64>,
     /// The displacement along the ground in that rollout, m.
     pub along: f64,
-    /// Displacements along the ground from the perturbed starts by which the controller was chosen, m. For tasks
-    /// other than distance, minus the losses. With two goals, the merits for the worse goal.
+    /// The merits that the controller was chosen by, over perturbed starts: displacements along the ground, m. For
+    /// tasks other than distance, minus the losses. With two goals, the merits for the worse goal.
     pub selection: Quantiles,
-    /// The score by which the best of several starts is chosen: the median of `selection`, or its 10 % quantile
-    /// if the robot is unreliable there.
+    /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if
+    /// the robot is unreliable over those starts.
     pub selection_score: f64,
-    /// Whether the median of `spread` describes the robot; for tasks other than distance, whether the median loss
-    /// does.
+    /// Whether the robot is well described by the median of `spread`, or for tasks other than distance by its
+    /// median loss.
     pub reliability: Reliability,
     /// With two goals: displacements with the goal behind the robot, from the starts of `spread`, m. Negative
     /// displacements are towards that goal.
     pub behind: Option<Quantiles>,
-    /// Displacements along the ground from other perturbed starts, m: the figures to quote.
+    /// Displacements along the ground, m: the figures to quote. The perturbed starts are not those of `selection`.
     pub spread: Quantiles,
-    /// Displacements from the starts of `spread` without feedback, m: the controller observes the clock, and the
-    /// robot as it is at the start.
+    /// Displacements from the starts of `spread` without feedback, m: the controller observes the clock, but of the
+    /// robot only its initial state.
     pub clock_alone: Quantiles,
-    /// Displacements of the last iterate from the starts of `spread`, m.
+    /// Displacements with the controller of the last iteration, from the starts of `spread`, m.
     pub last: Quantiles,
     /// For tasks other than distance: minus the losses from the starts of `spread`.
     pub merit: Option<Quantiles>,
@@ -67,21 +67,22 @@ pub struct Delivery {
     pub loads: Option<Loads>,
     /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
     pub bars: Vec<Option<BarLoad>>,
-    /// Every 16th state of the unperturbed rollout, and the last.
+    /// Every 16th state of the unperturbed rollout, and the last state.
     pub trajectory: Trajectory<f64>,
     /// Where the unperturbed rollout diverged, if it did.
     pub divergence: Option<Divergence>,
 }
 
 impl Evaluator {
-    /// Chooses the controller to deliver and measures it in full rollouts. Before the snap the edges of the robot
-    /// are mixtures.
+    /// Chooses the controller to deliver and measures the robot in full rollouts. Before the snap, the edges of the
+    /// simulated robot are mixtures.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let delivery = self.deliver_unless(progress, &|| false);
-        delivery.expect("nothing stops it")
+        delivery.expect("`is_stopped` is always false")
     }
 
-    /// As [`deliver`](Self::deliver), but asks between its parts whether to stop. Returns `None` if it stopped.
+    /// Like [`deliver`](Self::deliver), but calls `is_stopped` several times on the way. Stops and returns `None` as
+    /// soon as `is_stopped` returns true.
     pub fn deliver_unless(
         &self,
         progress: &Progress,
@@ -92,7 +93,7 @@ impl Evaluator {
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
         go_on()?;
-        // The last iterate comes first, so it wins a tie.
+        // The controller of the last iteration comes first, so it wins a tie.
         let ranked = selections.iter().zip(&entrants);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
         let (chosen, selection) = (&entrants[best], selections[best]);
@@ -153,7 +154,8 @@ impl Evaluator {
         })
     }
 
-    /// The merit of a robot from the unperturbed start; `along` is its displacement along the ground.
+    /// The merit of a robot from the unperturbed start. `along` is its displacement along the ground, which is already
+    /// known.
     fn unperturbed(
         &self,
         design: &Design<Mixture<f64>>,
@@ -167,12 +169,12 @@ impl Evaluator {
         self.reach(design, controller, &nominal).merit
     }
 
-    /// The numbers that controllers are ranked by: the score, then the median.
+    /// The numbers that a controller is ranked by: the score of its `spread`, then the median to break ties.
     pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.merit().score(spread, candidate.merit), spread.p50]
     }
 
-    /// Displacements of a robot without feedback.
+    /// Displacements without feedback, from the starts of `domains`, m.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
@@ -185,8 +187,8 @@ impl Evaluator {
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Displacements of a robot in full rollouts from the perturbed starts by which the result of a seed is
-    /// judged, m.
+    /// Displacements of a robot in full rollouts from perturbed starts, m: the same starts as for
+    /// [`Delivery::spread`] with this seed.
     pub fn judge(
         &self,
         design: &Design<Mixture<f64>>,
@@ -197,7 +199,7 @@ impl Evaluator {
         self.spreads(design, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers to choose from, each once, the last iterate first.
+    /// The controllers to choose from, without duplicates: the controller of the last iteration, then the candidates.
     fn entrants(&self, progress: &Progress) -> Vec<Candidate> {
         let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
@@ -221,16 +223,16 @@ impl Evaluator {
         entrants
     }
 
-    /// Measures every candidate in the domains by which controllers are chosen.
+    /// Measures the merits of every candidate over the [selecting domains](Self::selecting_domains).
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // JSON cannot store minus infinity, which is the quantile next to diverged rollouts.
+            // Quantiles over diverged rollouts are minus infinity, which JSON cannot store.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
         }
     }
 
-    /// The merits of controllers over the domains by which controllers are chosen. Known merits are reused.
+    /// The merits of every entrant over the [selecting domains](Self::selecting_domains). Known merits are reused.
     fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -240,8 +242,8 @@ impl Evaluator {
         entrants.iter().map_while(spread).collect()
     }
 
-    /// The domains by which controllers are chosen: random domains if the robot has to be robust, otherwise
-    /// perturbed starts.
+    /// The domains in which controllers are measured to choose one: random domains if the scene has domain
+    /// randomisation, otherwise perturbed starts.
     fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
@@ -252,8 +254,8 @@ impl Evaluator {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The nominal task from starts in which every coordinate is moved up or down by the perturbation of the
-    /// scene.
+    /// The nominal task from perturbed starts: in each, every coordinate is moved up or down by
+    /// `selection.perturbation`.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
@@ -262,8 +264,8 @@ impl Evaluator {
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The quantiles of every controller over the same domains, in the order of the controllers. Computed in
-    /// parallel.
+    /// The quantiles of each controller's results over the same domains, in the order of the controllers. The rollouts
+    /// run in parallel.
     fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
@@ -271,7 +273,7 @@ impl Evaluator {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
-        // The rollouts of a group share a task, so that they run in lanes.
+        // The rollouts of a group share a task, so that they can run together in SIMD lanes.
         let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
         let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
@@ -339,7 +341,7 @@ mod tests {
         }
     }
 
-    /// Compares the loads with those of a rollout that is observed at every step.
+    /// The delivered loads are equal to those of a rollout that is observed at every step.
     #[test]
     fn delivered_loads_cover_every_step() {
         let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
@@ -401,7 +403,8 @@ mod tests {
         assert_eq!(evaluator.entrants(&progress).len(), 2);
     }
 
-    /// Two controllers of one robot, of which the one with the better median is unreliable.
+    /// An unreliable candidate with the better median is chosen only if its 10 % quantile beats the median of the
+    /// reliable one.
     #[test]
     fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut scene = tiny();
@@ -449,7 +452,7 @@ mod tests {
         };
         let of = |p10, p50| Quantiles { p10, p50, p90: 9.0 };
         assert!(chosen(rival(3.0, of(2.9, 3.0))));
-        // The 10 % quantile is low, or the unperturbed rollout differs from the median.
+        // Both are unreliable: by a low 10 % quantile, then by an unperturbed rollout that differs from the median.
         assert!(!chosen(rival(3.0, of(1.4, 3.0))));
         assert!(!chosen(rival(-4.2, of(1.8, 3.0))));
         assert!(chosen(rival(5.0, of(2.4, 5.0))));

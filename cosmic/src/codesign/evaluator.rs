@@ -1,4 +1,4 @@
-//! Everything that robots of one scene are evaluated with.
+//! The evaluator of a scene: its task, its loss and its start.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use crate::scene::Scene;
 use crate::simulator::StepCheck;
 use crate::task::Task;
 
-/// Evaluates robots of one scene: rolls them out, differentiates their losses, and measures the result. It does not
-/// change.
+/// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement.
+/// Evaluating does not change the evaluator.
 pub struct Evaluator {
     pub(super) scene: Scene,
     pub(super) task: Task,
@@ -53,21 +53,22 @@ impl Evaluator {
         self.loss.is_far()
     }
 
-    /// The simulated design: the mixtures of the performance projection, or the layout (D7).
+    /// The design as it is simulated: before the snap, the mixtures of the performance projection; after it, the layout
+    /// (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
         self.task
             .projected(Projection::Performance, &progress.design)
     }
 
-    /// Compares the time step with the vibrations of a design and of the robots that domain randomisation draws around
-    /// it.
+    /// Compares the time step with the vibrations of a design, and with those of the robots that domain randomisation
+    /// draws around it.
     pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
         let faster = self.scene.robust.faster();
         self.task.step_check(design, &self.start.x, faster)
     }
 }
 
-/// Refuses a loss that observes no node, or steps that a rollout does not have.
+/// Refuses a loss that observes no node, or whose observed steps do not ascend and end with the last step.
 fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();

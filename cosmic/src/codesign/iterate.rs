@@ -16,8 +16,8 @@ impl CoDesign {
     /// a folder.
     ///
     /// # Errors
-    /// The errors of [`begin`](Self::begin), also after every iteration if the time step has become unstable; the
-    /// errors of [`Progress::check_loss`].
+    /// The errors of [`begin`](Self::begin); the time step is checked again after every iteration. The errors of
+    /// [`Progress::check_loss`].
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
@@ -64,7 +64,7 @@ impl CoDesign {
         record
     }
 
-    /// Moves edges with a clear material towards that material.
+    /// Moves every edge whose dominant material is clear towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
         let mixtures = self.evaluator.design(progress);
         let (confidence, nudge) = now.attraction();
@@ -73,7 +73,8 @@ impl CoDesign {
         }
     }
 
-    /// Gives every edge one material, within the widened volume bounds. Tries some alternatives in rollouts.
+    /// Gives every edge one material, within the widened volume bounds. Compares the layout with some alternatives in
+    /// rollouts and keeps the best.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let design = self.evaluator.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());

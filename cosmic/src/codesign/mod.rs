@@ -1,9 +1,9 @@
 //! The paper's algorithm 1: structure, material and controller optimised together.
 //!
-//! [`CoDesign::iterate`] is one iteration. It changes a [`Progress`], the whole state of an optimisation, and
-//! returns a [`Record`] of the iteration. Its random numbers depend only on the seed and the iteration. It
-//! neither reads nor writes files. [`Evaluator::deliver`] chooses and measures the result.
-//! [`CoDesign::optimise`] does everything from start to result:
+//! [`CoDesign::iterate`] does one iteration. It updates a [`Progress`], which is the whole state of an
+//! optimisation, and returns a [`Record`] of the iteration. Its random numbers depend only on the seed and the
+//! iteration. It neither reads nor writes files. At the end, [`Evaluator::deliver`] chooses the controller and
+//! measures the robot. [`CoDesign::optimise`] does everything from start to result:
 //!
 //! ```
 //! use cosmic::codesign::CoDesign;

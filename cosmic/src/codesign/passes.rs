@@ -11,13 +11,13 @@ use crate::design::{Design, clamp};
 use crate::optimiser::Linearisation;
 use crate::projection::Projection;
 
-/// Iterations from one full rollout to the next during the co-design. In the fine-tuning every iteration has a
-/// full rollout, because its controllers are candidates for delivery.
+/// Before the snap, every so many iterations have a full rollout. In the fine-tuning every iteration has one,
+/// because its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
 
 impl CoDesign {
     /// Updates the design for the performance and for the stability projection, each with its own optimiser
-    /// state, and blends both updates. Updates the multipliers once, by the measures before the update (D10).
+    /// state, and blends the two updates. Updates the multipliers once, from the measures before the update (D10).
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
@@ -82,8 +82,8 @@ impl CoDesign {
         progress.violations = record.violations;
     }
 
-    /// Updates the controller. In the fine-tuning the controller before the update becomes a candidate for
-    /// delivery. `known` is the result of its full rollout, if that is known already.
+    /// Updates the controller. In the fine-tuning, the controller before the update becomes a candidate for
+    /// delivery. `known` is the result of a full rollout with that controller, if there was one already.
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
@@ -135,7 +135,7 @@ fn note_displacement(record: &mut Record, reached: Option<Reached>) {
     record.diverged = record.displacement.is_some_and(f64::is_nan);
 }
 
-/// Adds a share of the update `from` -> `to` to the design vectors.
+/// Adds `share` times the update from `from` to `to` to the design vectors `z`.
 fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], to: &[f64], share: f64) {
     let places = z.as_flattened_mut().iter_mut().zip(from.as_flattened());
     for ((z, from), to) in places.zip(to) {
@@ -188,7 +188,7 @@ mod tests {
         assert!(beyond > skipped(&scene), "{beyond}");
     }
 
-    /// Minus the height, but NaN in some calls. Its gradient is always finite.
+    /// Minus the height, but NaN in the gradient rollouts whose number is in the range. The gradient is always finite.
     struct Failing(Range<usize>, AtomicUsize);
 
     impl Loss for Failing {
@@ -208,7 +208,7 @@ mod tests {
         }
     }
 
-    /// A run of [`Failing`] with one gradient an iteration.
+    /// The records and the result of a run with the loss [`Failing`] and one gradient per iteration.
     fn failing(calls: Range<usize>) -> (CoDesign, Vec<Record>, crate::Result<()>) {
         let mut scene = tiny();
         (scene.schedule.stability_share, scene.schedule.polish_trials) = (0.0, 0);
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(records.len(), codesign.scene().schedule.iterations);
     }
 
-    /// With a bound that every robot exceeds, no displacement is recorded, but all gradients are used.
+    /// If every robot exceeds the speed bound, no displacement is recorded, but all gradients are used.
     #[test]
     fn a_robot_that_flies_apart_has_gradients_but_no_displacement() {
         let mut scene = tiny();
@@ -272,7 +272,8 @@ mod tests {
         assert!(bounded[9].diverged && bounded[9].displacement_horizon.is_some());
     }
 
-    /// A projection without a share has no gradient. The gradient of the other projection does not change.
+    /// If a projection has no share in the update, its gradient is not computed, and the gradient of the other
+    /// projection does not change.
     #[test]
     fn a_projection_without_a_share_is_left_out() {
         let mut scene = tiny();
@@ -305,7 +306,7 @@ mod tests {
             let pass = moved.iter().position(|r| r.controller_gradient.is_some());
             records[pass.unwrap()].displacement_horizon
         };
-        // Up to the first update nothing differs: the loss without a gradient sees the same rollout.
+        // Before the first update of the controller, both runs have the same rollouts, with and without a gradient.
         assert!(first(&still).is_some());
         assert_eq!(first(&still), first(&moved));
     }
@@ -321,7 +322,7 @@ mod tests {
         assert_eq!(rows(&strict), 8);
         let multipliers = |record: &Record| record.multipliers == [0.0; 4];
         assert!(strict.iter().all(multipliers));
-        // The edges move towards one material each.
+        // Each edge comes closer to having one material.
         assert!(strict[9].measures[0] < strict[0].measures[0]);
     }
 }

@@ -1,9 +1,9 @@
 //! Polishing: local search over the materials of single edges after the snap.
 //!
-//! The snap loses the gaits of soft robots, and noise has decided some edges. For a one-hot robot, a rollout shows
-//! whether another material is better. Every edge has two other materials, too many for full rollouts. So the
-//! gradient by the shares of the materials selects some changes, short rollouts select a quarter of these, and full
-//! rollouts choose the best one.
+//! The snap destroys gaits that need mixed materials, and it decides some edges by noise. Once every edge has one
+//! material, rollouts show whether another material is better. With two other materials for each edge, there are too
+//! many changes for full rollouts. So the gradient with respect to the shares of the materials selects some changes,
+//! short rollouts select a quarter of these, and full rollouts choose the best one.
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
@@ -14,11 +14,11 @@ use super::slopes::Sought;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
-/// One of so many layouts passes from the short rollouts to the full ones.
+/// The best layouts of the short rollouts, one in four, continue to the full rollouts.
 const HEAT: usize = 4;
 
-/// Tries other materials for single edges with the current controller and keeps the layout with the best full
-/// rollout. Returns the result of that rollout, if there was one.
+/// Tries other materials for single edges with the current controller, and keeps the layout with the best full
+/// rollout. Returns the result of that rollout; `None` if no rollout was needed.
 pub(super) fn polish(
     evaluator: &Evaluator,
     rules: &LayoutRules,
@@ -38,7 +38,8 @@ pub(super) fn polish(
     reached
 }
 
-/// The best quarter, by rollouts over the shortest horizon, of the layouts with the largest predicted gain.
+/// Selects layouts for full rollouts: takes the changes with the largest gain predicted by the gradient, and keeps the
+/// best quarter in rollouts over the shortest horizon.
 fn finalists(
     evaluator: &Evaluator,
     rules: &LayoutRules,
@@ -130,7 +131,8 @@ mod tests {
         assert!(found > 0, "no robot became better");
     }
 
-    /// The controller does not change, so the delivered robots differ only by the polish.
+    /// A polished robot never gets less far than the same robot without polish. The controller does not change, so the
+    /// robots differ only by the polish.
     #[test]
     fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {
         let far = |trials: &str, seed| {
@@ -145,7 +147,8 @@ mod tests {
             let (none, plain) = far("polish_trials = 0", seed);
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
-            // One edge may change before each of the updates 8, 10, 12 and 14. The last two of nine settle.
+            // One edge may change before each of the updates 8, 10, 12 and 14. There is no polish in the last two
+            // updates, because the controller settles.
             assert!(flips <= 4, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);

@@ -13,24 +13,24 @@ use crate::policy::Controller;
 use crate::scene::Pass;
 use crate::simulator::{StepCheck, StepLimit};
 
-/// Iterations after which a run ends if its loss was never finite.
+/// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
 
-/// The whole state of an optimisation: saved and read back, it continues bit for bit.
+/// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Seed of all random numbers: initial weights, a tilted start, perturbed starts, domains.
     pub seed: u64,
-    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a layout. `None` for
-    /// the start of the scene.
+    /// For an optimisation that began with a given robot, the iteration after which it entered: the iteration of the
+    /// snap for a layout, otherwise 0. `None` for the initial design of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
-    /// True if the caller supplied the loss. Files cannot hold such a loss.
+    /// True if the caller supplied the loss, which cannot be stored in files.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub own_loss: bool,
     /// The number of the last iteration done.
     pub iteration: usize,
-    /// The design: vectors until the snap, a layout from then on.
+    /// The design: undecided vectors before the snap, a layout after it.
     #[serde(flatten)]
     pub design: Design<[f64; 3]>,
     /// The controller.
@@ -39,11 +39,11 @@ pub struct Progress {
     pub mma: [MmaState; 2],
     /// State of the controller's optimiser.
     pub adam: AdamState,
-    /// Multipliers and penalties.
+    /// Multipliers and penalties for the binarisation measures.
     pub lagrangian: AugmentedLagrangian,
-    /// The binarisation measures of the first design, from which the thresholds fall.
+    /// The binarisation measures of the first design. The thresholds of the measures fall from these values.
     pub first_measures: [f64; 4],
-    /// The violations at the last update of the multipliers.
+    /// By how much the measures exceeded their thresholds at the last update of the multipliers.
     pub violations: [f64; 4],
     /// The number of edges to which the snap gave another material than the dominant one.
     pub flips: usize,
@@ -51,23 +51,24 @@ pub struct Progress {
     pub skipped: usize,
     /// The controllers of the fine-tuning with the best single rollouts, best first.
     pub candidates: Vec<Candidate>,
-    /// The running means of the design gradients of both projections; empty before the first design pass, and if
+    /// The running mean of the design gradient of each projection. Empty before the first design pass, and always if
     /// `gradient.design_memory` is 0.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// The controller to return to; `None` before settling starts.
+    /// The controller that settling returns to; `None` before settling starts.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
 
 impl Progress {
-    /// The number of the iteration before the first one of this run.
+    /// The number of the iteration before the first iteration of this run: 0, or the iteration after which a given
+    /// robot entered.
     pub fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
     }
 
-    /// Inserts the controller into the candidates, sorted by merit, unless it is one of them already. Keeps at most
-    /// `most` candidates.
+    /// Inserts the current controller into the candidates, sorted by merit, unless it is already among them. Keeps at
+    /// most `most` candidates.
     pub(super) fn note_candidate(&mut self, merit: f64, most: usize) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {
@@ -84,9 +85,9 @@ impl Progress {
         self.candidates.truncate(most);
     }
 
-    /// Stops the run if the loss was never finite: after ten or more iterations no gradient could be used, and the
-    /// loss of this iteration is not finite either. Later iterations would not change that, because neither design
-    /// nor controller has changed.
+    /// Returns an error if the loss was never finite: no gradient of ten or more iterations could be used, and the
+    /// loss of this iteration is not finite either. Further iterations would not help, because neither the design nor
+    /// the controller has changed.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
@@ -100,7 +101,7 @@ impl Progress {
                     names: vec!["the loss".to_owned()],
                     cause: Some(format!(
                         "after iteration {} it is {loss}, and no gradient so far could be used; check the \
-                         loss and the scene",
+                         loss and the scene for divisions by zero and extreme values",
                         record.iteration
                     )),
                 })
@@ -109,10 +110,11 @@ impl Progress {
         }
     }
 
-    /// Checks that all lists of this saved state are as long as those of another state of the same scene.
+    /// Checks that all lists of this saved state have the lengths that they have in `other`, a valid state of the same
+    /// scene. Errors name `file`.
     ///
     /// # Errors
-    /// [`Error::Misfit`] with `file` and the first length that differs.
+    /// [`Error::Misfit`] with the first length that differs.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let fits = |what: &str, found: usize, expected: usize| {
             fits(file, &format!("entries in `{what}`"), found, expected)
@@ -151,18 +153,18 @@ impl Progress {
     }
 }
 
-/// A controller of the fine-tuning.
+/// A controller from the fine-tuning that may be delivered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// The iteration that produced it.
+    /// The iteration that produced the controller.
     pub iteration: usize,
     /// Displacement along the ground in a full rollout, m; for tasks other than distance, minus the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains by which controllers are chosen. `None` before these rollouts, and
-    /// if too many of them diverged.
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if it has not been measured
+    /// yet, or if so many rollouts diverged that the 10 % quantile is not finite.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
@@ -172,22 +174,23 @@ pub struct Candidate {
 pub struct Settled {
     /// The last good controller.
     pub controller: Controller<f64>,
-    /// The merit with which later controllers are compared, in the unit of [`Candidate::merit`]. At first it is the
-    /// median of the best candidate, or its own rollout if that is far below. Later it is the best single rollout.
+    /// The merit that later controllers are compared with, in the unit of [`Candidate::merit`]. At first it is the
+    /// median merit of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is
+    /// the best merit of a single rollout.
     pub merit: f64,
-    /// Factor on the learning rate. Every update that is taken back halves it.
+    /// A factor on the learning rate. It is halved whenever an update is taken back.
     pub trust: f64,
 }
 
 keys! {
-    /// The record of one iteration. Shares, measures and violations are those of the robot at its start.
+    /// The record of one iteration. Shares, measures and violations describe the robot before the iteration.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Record {
-        /// Counted from 1. With `--from` the first one follows the iteration after which the robot entered.
+        /// The number of the iteration, counted from 1. With `--from`, the first number is one more than `entered`.
         iteration: usize, "whole number", columns ["iteration"];
         /// `co_design`, `attraction`, `snap` or `fine_tuning`.
         phase: Phase, "text", columns ["phase"] of |r: &Record| r.phase.name();
-        /// What was updated, `design` or `controller`; nothing in the snap.
+        /// What was updated, `design` or `controller`; `null` for the snap.
         pass: Option<Pass>, "text or `null`", columns ["pass"] of |r: &Record| r.pass.map(|pass| match pass {
             Pass::Design => "design",
             Pass::Controller => "controller",
@@ -195,22 +198,23 @@ keys! {
         /// Displacement along the ground of a full rollout at the start of the iteration. Every tenth iteration
         /// of the co-design and every iteration of the fine-tuning has a full rollout. `null` if it diverged.
         displacement: Option<f64>, "number or `null`", unit "m", columns ["displacement"];
-        /// True if that rollout diverged, for example by `physics.speed_bound`; absent otherwise.
+        /// True if the full rollout diverged, for example because a node exceeded `physics.speed_bound`; absent
+        /// otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         diverged: bool, "true";
-        /// Displacement along the ground after the horizon, in the rollout of the gradient. `null` if the robot
-        /// flies apart in it; the gradient is used in either case.
+        /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies
+        /// apart in that rollout; the gradient is used in either case.
         displacement_horizon: Option<f64>, "number or `null`", unit "m", columns ["displacement_horizon"];
         /// Only for tasks other than `far`: minus the loss over the horizon; with two goals, the merit for the
         /// worse goal.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         merit_horizon: Option<f64>, "number", unit "the loss's";
-        /// The loss over the horizon. With two gradients, the loss of the first one or the loss that is not
-        /// finite. If it is not finite, the value is `null` and the gradient is skipped. Absent for the snap and
-        /// in histories of earlier versions.
+        /// The loss over the horizon. With two gradients, it is the loss of the first gradient, or the loss that is
+        /// not finite. If the loss is not finite, the value is `null` and the gradient is skipped. Absent for the
+        /// snap and in histories of earlier versions.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         loss_horizon: Option<f64>, "number or `null`", unit "the loss's";
-        /// Steps that carried the gradient.
+        /// The number of simulated steps that the gradient was computed over.
         horizon: usize, "whole number", unit "steps", columns ["horizon"];
         /// Share of solid material.
         volume as "V": f64, "number", columns ["V"];
@@ -222,25 +226,25 @@ keys! {
         /// By how much the measures exceed their thresholds.
         violations: [f64; 4], "four numbers",
             columns ["violation_g_bin", "violation_g_01", "violation_g_02", "violation_g_12"];
-        /// Multipliers after the iteration.
+        /// Multipliers of the augmented Lagrangian after the iteration.
         multipliers: [f64; 4], "four numbers",
             columns ["multiplier_g_bin", "multiplier_g_01", "multiplier_g_02", "multiplier_g_12"];
-        /// Penalties after the iteration.
+        /// Penalties of the augmented Lagrangian after the iteration.
         penalties: [f64; 4], "four numbers",
             columns ["penalty_g_bin", "penalty_g_01", "penalty_g_02", "penalty_g_12"];
-        /// Norm of the gradient of the loss by the design before any bound, for the performance and the
-        /// stability projection; `null` if the projection has no share in the update.
+        /// Norm of the gradient of the loss with respect to the design, for the performance and the stability
+        /// projection, before it is bounded; `null` if the projection has no share in the update.
         design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's",
             columns ["design_gradient_performance", "design_gradient_stability"];
-        /// Norm of the gradient of the loss by the controller before any bound; `null` if the learning rate is
-        /// zero, and if settling took an update back.
+        /// Norm of the gradient of the loss with respect to the controller, before it is bounded; `null` if the
+        /// learning rate is zero, or if settling took an update back.
         controller_gradient: Option<f64>, "number or `null`", unit "the loss's",
             columns ["controller_gradient"];
-        /// How the subproblems of both design updates were solved: the `newton_steps` of the dual, and the
-        /// `residual`, the largest violation of the optimality conditions. `elastic` has a number for each
-        /// constraint, scaled as the constraints are: how much of it the subproblem could not meet. The volume
-        /// bounds come first (V at most, V at least, V_act at most, V_act at least), then the measures if they
-        /// are constraints.
+        /// How the MMA subproblem of each projection's design update was solved. `newton_steps` is the number of
+        /// Newton steps on the dual, `residual` the largest violation of the optimality conditions. `elastic` has a
+        /// number for each constraint, in the scale of the constraints: by how much the subproblem had to violate it.
+        /// The volume bounds come first (V at most, V at least, V_act at most, V_act at least), then the measures if
+        /// they are constraints.
         mma: [Option<MmaDiagnostics>; 2], "two objects or `null`s",
             columns [
                 "mma_performance_newton_steps", "mma_performance_residual",
@@ -252,9 +256,9 @@ keys! {
             ] of |r: &Record| r.mma.iter().flat_map(|mma| solved(mma.as_ref())).collect::<Vec<_>>();
         /// Gradients skipped in this iteration because they or their loss were not finite.
         skipped: usize, "whole number", columns ["skipped"];
-        /// The time step compared with the vibrations of the design after the iteration. In the table: `dt` over
-        /// the `dt` of `bound` and of `exact`. 1 or more means that the time step is too long. `null` in
-        /// histories of earlier versions.
+        /// The time step compared with the vibrations of the design after the iteration. In the table: the ratio of
+        /// the time step to the longest stable one, by `bound` and by `exact`. A ratio of 1 or more means that the
+        /// time step is too long. `null` in histories of earlier versions.
         #[serde(default)]
         time_step: Option<StepCheck>, "object or `null`", parts StepCheck,
             columns ["dt_over_bound", "dt_over_limit"] of |r: &Record| {
@@ -267,7 +271,7 @@ keys! {
     }
 }
 
-/// The cells of a subproblem: its Newton steps, its residual and what is elastic in the four volume bounds.
+/// The table cells of a subproblem: its Newton steps, its residual, and its `elastic` numbers of the volume bounds.
 fn solved(mma: Option<&MmaDiagnostics>) -> [Cell; 6] {
     let Some(mma) = mma else {
         return [Cell::Missing; 6];

@@ -1,8 +1,8 @@
-//! Quantiles of the results of a robot from several starts.
+//! Quantiles of a robot's results from several starts.
 
 use serde::{Deserialize, Serialize};
 
-/// Displacements along the ground over perturbed starts, in metres.
+/// Three quantiles of a robot's results over several starts, mostly displacements along the ground in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// 10 % quantile.
@@ -14,13 +14,16 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The quantiles of a sample, with linear interpolation. A diverged rollout (NaN) counts as minus infinity, and
-    /// so does a quantile that interpolates from it.
+    /// The quantiles of a sample, with linear interpolation. NaN and infinities, from diverged rollouts, count as minus
+    /// infinity. A quantile between minus infinity and a number is minus infinity.
     ///
     /// # Panics
     /// If the sample is empty.
     pub fn of(sample: &[f64]) -> Self {
-        assert!(!sample.is_empty(), "quantiles of no numbers");
+        assert!(
+            !sample.is_empty(),
+            "the sample is empty, but quantiles need at least one number"
+        );
         let fallen = f64::NEG_INFINITY;
         let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
         let mut sorted: Vec<f64> = sample.iter().map(finite).collect();

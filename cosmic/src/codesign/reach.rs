@@ -18,7 +18,7 @@ use crate::scene::{GradientPrecision, Scene};
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
-/// The result of a full rollout; NaN if it diverged.
+/// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// Displacement of the payload along and normal to the ground, m.
@@ -36,8 +36,9 @@ impl Reached {
         self.moved.forward()
     }
 
-    /// Joins this result for the goal ahead with the result for the goal behind. The merit behind counts with the
-    /// opposite sign: there the payload must move backwards, and a loss must be large.
+    /// Joins this result for the goal ahead with the result `behind` for the goal behind the robot. The merit of
+    /// `behind` counts with the opposite sign, because there the payload must move backwards, or the loss must be
+    /// large.
     pub(super) fn with_behind(self, behind: Self) -> Self {
         Self {
             merit: worse(self.merit, -behind.merit),
@@ -52,7 +53,8 @@ fn worse(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 
-/// True if robots of a scene with this loss are ranked only by their displacement.
+/// True if robots of this scene with this loss are ranked by their displacement alone: the loss is for distance, and
+/// there is one goal.
 pub(crate) fn is_ranked_by_distance(scene: &Scene, loss: &dyn AnyLoss) -> bool {
     loss.is_far() && !scene.controller.two_goals
 }
@@ -63,8 +65,8 @@ impl Evaluator {
         self.try_many(&[self.design(progress)], &progress.controller, &self.task)[0]
     }
 
-    /// The states of the current robot after these numbers of steps from the unperturbed start, in the precision of
-    /// gradients; `None` if the robot diverges.
+    /// Simulates the current robot from the unperturbed start, in the precision of gradients, and returns its states
+    /// after the numbers of steps in `steps`; `None` if the robot diverges.
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         let precision = self.scene.gradient.precision;
         let robot = ([self.design(progress)], &progress.controller);
@@ -79,8 +81,8 @@ impl Evaluator {
         .remove(0)
     }
 
-    /// Full rollouts of robots from the unperturbed start in the precision of gradients. Medians over perturbed
-    /// starts need [`reach_many`](Self::reach_many) in f64, because f32 rounds a perturbation of a nanometre away.
+    /// Full rollouts of robots from the unperturbed start, in the precision of gradients. For perturbed starts, call
+    /// [`reach_many`](Self::reach_many) in f64, because f32 rounds a perturbation of a nanometre away.
     pub(super) fn try_many(
         &self,
         designs: &[Design<Mixture<f64>>],
@@ -92,8 +94,8 @@ impl Evaluator {
         self.reach_many(designs, controller, task, &starts, precision)
     }
 
-    /// The best of a layout and its alternatives by one full rollout each, and the result of its rollout. The first
-    /// of equals wins. A layout without alternatives needs no rollout.
+    /// Compares a layout and its alternatives (`others`) by one full rollout each. Returns the best layout, the first
+    /// one among equals, and the result of its rollout. A layout without alternatives needs no rollout.
     pub(super) fn farthest(
         &self,
         layout: Vec<Material>,
@@ -109,7 +111,7 @@ impl Evaluator {
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// Rollouts of several layouts with one controller, in the order of the layouts. Computed in parallel.
+    /// The results of several layouts with one controller, in the order of the layouts. The rollouts run in parallel.
     pub(super) fn reached(
         &self,
         layouts: &[Vec<Material>],
@@ -133,7 +135,7 @@ impl Evaluator {
         self.reach_many(&[design], controller, task, &starts, GradientPrecision::F64)[0]
     }
 
-    /// How the merit of a rollout is computed.
+    /// The kind of merit that robots of this scene are ranked by.
     pub(super) fn merit(&self) -> Merit {
         match (self.loss.is_far(), self.scene.controller.two_goals) {
             (false, _) => Merit::MinusLoss,
@@ -142,8 +144,8 @@ impl Evaluator {
         }
     }
 
-    /// Full rollouts from several starts, with one design for all or a design for each. With two goals, the rollouts
-    /// towards the goal behind are included.
+    /// The results of full rollouts from several starts. `designs` has one design for all starts, or one for each
+    /// start. With two goals, every robot is also simulated towards the goal behind it.
     pub(super) fn reach_many(
         &self,
         designs: &[impl Borrow<Design<Mixture<f64>>>],
@@ -172,14 +174,15 @@ impl Evaluator {
         self.towards_goals(task, towards_goal, Reached::with_behind)
     }
 
-    /// Rolls robots out towards every goal of the scene, and joins the results of each robot.
+    /// Calls `roll` for the goal ahead and, in a scene with two goals, for the goal behind; then joins the two results
+    /// of each robot.
     pub(super) fn towards_goals<T>(
         &self,
         task: &Task,
         roll: impl Fn(&Task) -> Vec<T>,
         join: impl Fn(T, T) -> T,
     ) -> Vec<T> {
-        // All rollouts ahead come first: the bits of a gradient depend on the order.
+        // All rollouts for the goal ahead come first, because the bits of a gradient depend on the order.
         let ahead = roll(task);
         if !self.scene.controller.two_goals {
             return ahead;
@@ -188,7 +191,7 @@ impl Evaluator {
         pairs.map(|(ahead, behind)| join(ahead, behind)).collect()
     }
 
-    /// The result of a rollout towards one goal; that of a diverged rollout is NaN.
+    /// The result of a rollout towards one goal; all NaN if the rollout diverged (`seen` is `None`).
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
         let Some(seen) = seen else {
             return self.reached_by(Vector::NAN, || f64::NAN);
@@ -197,7 +200,8 @@ impl Evaluator {
         self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
     }
 
-    /// The result of a payload that moved so far towards one goal.
+    /// The result for one goal, of a robot whose payload moved by `moved`. `loss` is called only if the merit needs
+    /// it.
     pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
         Reached {
             moved,
@@ -210,7 +214,7 @@ impl Evaluator {
         }
     }
 
-    /// Displacement of the payload between two states, in the ground's frame, m; NaN if the last state is absurd.
+    /// Displacement of the payload from `start` to `last`, along and normal to the ground, m; NaN if `last` is absurd.
     pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> Vector<f64> {
         if last.is_absurd() {
             return Vector::NAN;
@@ -220,8 +224,8 @@ impl Evaluator {
     }
 }
 
-/// The states of robots from several starts after these numbers of steps, computed in `precision`. There is one
-/// design for all starts or a design for each. `None` for a robot that diverges.
+/// Simulates robots from several starts in `precision`, and returns their states after the numbers of steps in `steps`.
+/// `designs` has one design for all starts, or one for each start. `None` for a robot that diverges.
 fn watched(
     designs: &[impl Borrow<Design<Mixture<f64>>>],
     controller: &Controller<f64>,
@@ -246,7 +250,7 @@ fn watched(
         if seen.states.last().is_none_or(is_cleared) {
             return Some(seen);
         }
-        // The watch in lanes is stricter than the guard. The guard decides.
+        // The cheap check during the rollout is stricter than the guard, so the guard decides.
         let design = borrowed[k % borrowed.len()];
         let guarded = task.guarded(design, controller, starts[k], &span);
         guarded.divergence.is_none().then_some(guarded.trajectory)
@@ -272,8 +276,8 @@ fn roll_in<R: Real + Into<f64>>(
     all.into_iter().map(rounded).collect()
 }
 
-/// The index of the largest merit, and of the first one if several are equal. The later numbers of a merit break
-/// ties. NaN, from a diverged rollout, is below any number.
+/// The index of the largest merit; of the first one if several are equal. A merit has `N` numbers, of which the later
+/// ones break ties. NaN, from a diverged rollout, is below any number.
 pub(crate) fn first_best<const N: usize>(merits: impl IntoIterator<Item = [f64; N]>) -> usize {
     let better = |best: (usize, [f64; N]), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }
@@ -292,8 +296,8 @@ mod tests {
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
-    /// A robot falls along a steep slope for 40 s: so far that the watch in lanes stops and the guard decides, but
-    /// not so far that a state is absurd.
+    /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
+    /// slope for 40 s, so far that the cheap check during the rollout stops and the guard decides.
     #[test]
     fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
@@ -314,7 +318,8 @@ mod tests {
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
     }
 
-    /// Bounds just above and below the largest speed of a node in a rollout.
+    /// A speed bound just below the largest speed of a node makes the rollout diverge; a bound just above it changes
+    /// nothing.
     #[test]
     fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
         let mut scene = Scene::parse("fast", &[LIVELY, "iterations = 8"].concat()).unwrap();
@@ -384,8 +389,8 @@ mod tests {
             let single = CoDesign::new(&scene).unwrap();
             let progress = double.begin(1).unwrap();
             let [a, b] = [&double, &single].map(|codesign| codesign.evaluator.evaluate(&progress));
-            // 24 steps of about 100 operations on lengths of 0.3 m, each rounded at 6e-8, with random signs within
-            // a step: 0.3 * 24 * 100^(1/2) * 6e-8.
+            // The expected rounding error is 0.3 * 24 * 100^(1/2) * 6e-8: lengths of 0.3 m, 24 steps, and in each
+            // about 100 operations that round at 6e-8 with random signs.
             for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
                 assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
             }
@@ -409,8 +414,8 @@ mod tests {
         assert_eq!(first_best([[least, 1.0], [least, 2.0], [least, 2.0]]), 1);
     }
 
-    /// A robot that does not observe its goal moves the same way for both goals. What it gains for one, it loses for
-    /// the other.
+    /// The merit is that of the worse goal. A robot that does not observe its goal moves the same way for both goals:
+    /// what it gains for one, it loses for the other.
     #[test]
     fn with_two_goals_the_worse_one_gives_the_merit() {
         let mut scene = Scene::parse("lively", LIVELY).unwrap();

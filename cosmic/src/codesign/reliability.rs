@@ -1,15 +1,18 @@
-//! Whether the median over perturbed starts describes a robot, and the score by which robots are chosen.
+//! The verdict whether the median over perturbed starts describes a robot, and the score by which robots are chosen.
 
 use serde::{Deserialize, Serialize};
 
 use super::quantiles::Quantiles;
 
-/// Whether the median over perturbed starts describes a robot.
+/// The verdict whether the median over perturbed starts describes a robot.
 ///
-/// A robot is unreliable in three cases: its 10 % quantile is below the median by more than half of the median's
-/// absolute value; its unperturbed rollout differs from the median by more than that; or one of these rollouts
-/// diverged. Absolute values of distances below 1 cm count as 1 cm, so that a robot that does not move is not called
-/// unreliable. There is no minimum for losses.
+/// The tolerance is half of the median's absolute value. A robot is unreliable in three cases:
+/// - its 10 % quantile is below the median by more than the tolerance;
+/// - the result of its unperturbed rollout differs from the median by more than the tolerance;
+/// - one of these three numbers is not finite, because rollouts diverged.
+///
+/// The tolerance for distances is at least 5 mm, so that a robot that does not move is not called unreliable. The
+/// tolerance for losses has no minimum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -17,12 +20,12 @@ pub enum Reliability {
     Reliable,
     /// The median is misleading.
     Unreliable {
-        /// Which number differs from the median, and by how much.
+        /// Which number differs too much from the median, and by how much.
         reason: String,
     },
 }
 
-/// The least absolute value of a median distance in the comparison, m.
+/// A median distance with a smaller absolute value counts as this distance, m.
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The kind of number that robots are ranked by.
@@ -30,16 +33,15 @@ const LEAST_DISTANCE: f64 = 0.01;
 pub(super) enum Merit {
     /// The displacement along the ground, m.
     Distance,
-    /// With two goals: the shorter of the distances towards them, m.
+    /// With two goals: the shorter of the distances that the robot walks towards each goal, m.
     ShorterWay,
     /// Minus the loss.
     MinusLoss,
 }
 
 impl Merit {
-    /// The score by which controllers and starts are chosen: the median of a reliable robot, the 10 % quantile of an
-    /// unreliable one. A choice by one number does not depend on the order of the robots. A reliable robot is always
-    /// preferred to an unreliable one with a lower 10 % quantile.
+    /// The score by which controllers and runs are chosen: the median of a reliable robot, the 10 % quantile of an
+    /// unreliable one. Because it is a single number, the choice does not depend on the order of the robots.
     pub(super) fn score(self, spread: &Quantiles, unperturbed: f64) -> f64 {
         match self.reliability(spread, unperturbed) {
             Reliability::Reliable => spread.p50,
@@ -146,7 +148,7 @@ mod tests {
         // Robots that barely move may differ by at most 5 mm.
         assert_eq!(far([-0.004, 0.0, 0.004]), "");
         assert!(far([-0.006, 0.0, 0.0]).contains("0.005 m below"));
-        // The merit is minus the loss.
+        // With losses, the merit is minus the loss.
         let loss = |numbers| reason(Merit::MinusLoss, numbers);
         assert_eq!(loss([-0.5, -0.4, -0.3]), "");
         let worse = loss([-0.9, -0.4, -0.4]);
@@ -162,7 +164,7 @@ mod tests {
             |numbers: [f64; 3]| Merit::Distance.score(&spread(numbers[0], numbers[1]), numbers[2]);
         let reliable = score([1.9, 2.0, 2.0]);
         assert_eq!(reliable, 2.0);
-        // Unreliable by its quantile, then by its unperturbed rollout.
+        // Two unreliable robots: the first by its quantile, the second by its unperturbed rollout.
         assert_eq!(score([1.4, 3.0, 3.0]), 1.4);
         assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
         // An unreliable robot may still have the higher score.

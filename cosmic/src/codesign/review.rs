@@ -1,4 +1,4 @@
-//! Errors and warnings about a scene before it is optimised.
+//! The review of a scene before it is optimised: errors and warnings.
 
 use serde::Serialize;
 
@@ -6,21 +6,22 @@ use super::begin::CoDesign;
 use crate::error::Result;
 use crate::scene::{Finding, Scene};
 
-/// Findings about a scene.
+/// The errors and warnings about a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Review {
-    /// Why an optimisation would not begin.
+    /// The errors with which an optimisation of the scene would refuse to begin.
     pub refusals: Vec<Finding>,
     /// The warnings that an optimisation gives at its start, and settings that are probably a mistake.
     pub warnings: Vec<Finding>,
 }
 
 impl Review {
-    /// Checks a scene like [`CoDesign::begin`] for a seed, but draws no controller.
+    /// Does the checks of [`CoDesign::begin`] for a seed, but draws no controller. An unstable time step is reported
+    /// in `refusals`.
     ///
     /// # Errors
-    /// The errors of [`CoDesign::new`]; [`Error::Usage`](crate::Error::Usage) if the start of the scene is a layout
-    /// for another lattice.
+    /// The errors of [`CoDesign::new`]; [`Error::Usage`](crate::Error::Usage) if the initial design is a layout for
+    /// another lattice.
     pub fn new(scene: &Scene, seed: u64) -> Result<Self> {
         const STEP: [&str; 2] = ["physics.dt", "physics.substeps"];
         let check = CoDesign::new(scene)?.step_check_at_start(seed)?;
@@ -95,7 +96,8 @@ mod tests {
                 "{setting}: {doubts:?}"
             );
         }
-        // A row of six nodes, 0.5 m long; the rough ground starts at 0.6 m.
+        // The robot is a row of six nodes and 0.5 m long. The rough ground starts at 0.6 m, and its length grows with
+        // `count`.
         for (count, warns) in [(11, true), (13, false)] {
             let rough = [
                 "ground.profile=rough".to_owned(),

@@ -1,4 +1,4 @@
-//! Settings that change over the iterations, as functions of the iteration (counted from 1).
+//! The schedule: settings that change over the iterations, as functions of the iteration (counted from 1).
 
 use serde::{Deserialize, Serialize};
 
@@ -12,11 +12,11 @@ pub enum Phase {
     /// Structure, material and controller change together.
     #[default]
     CoDesign,
-    /// As `CoDesign`, and edges with a clear material are moved towards that material.
+    /// Like `CoDesign`; in addition, edges whose dominant material is clear are moved towards that material.
     Attraction,
     /// The single iteration that gives every edge one material.
     Snap,
-    /// Only the controller changes, apart from the polish.
+    /// Only the controller changes, except that the polish may change the materials of single edges.
     FineTuning,
 }
 
@@ -35,7 +35,7 @@ impl Phase {
 /// The value of a ramp from `ends[0]` at iteration `over[0]` to `ends[1]` at iteration `over[1]`.
 fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
-    // A ramp without length is a step.
+    // A ramp over zero iterations is a step.
     let share = ((iteration as f64 - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
     (1.0 - share) * ends[0] + share * ends[1]
 }
@@ -70,7 +70,7 @@ impl<'a> Schedule<'a> {
         cycle[(self.iteration - 1) % cycle.len()]
     }
 
-    /// The number of steps that carry the gradient.
+    /// The number of simulated steps that the gradient is computed over.
     pub(super) fn horizon(&self) -> usize {
         let schedule = &self.scene.schedule;
         let ends = schedule.horizon.map(|steps| steps as f64);
@@ -91,7 +91,7 @@ impl<'a> Schedule<'a> {
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 
-    /// The confidence above which an edge moves towards its material, and by how much it moves.
+    /// The confidence above which an edge is moved towards its dominant material, and the size of that move.
     pub(super) fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
@@ -99,27 +99,27 @@ impl<'a> Schedule<'a> {
         (at(settings.confidence), at(settings.nudge))
     }
 
-    /// The number of iterations that settle, at the end of the fine-tuning.
+    /// The number of iterations at the end of the fine-tuning in which controllers settle.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
-        // Rounding makes products such as 0.29 times 100 slightly too small.
+        // Rounding makes products such as 0.29 times 100 slightly too small, hence the 1e-9.
         (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
-    /// True if the iteration settles.
+    /// True if controllers settle in this iteration.
     pub(super) fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }
 
-    /// True if the iteration tries other materials before its update.
+    /// True if this iteration tries other materials for single edges before it updates the controller.
     pub(super) fn polishes(&self) -> bool {
         let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
         let is_due = || {
             let tuned = self.iteration - schedule.snap_at - 1;
             tuned.is_multiple_of(schedule.polish_every)
         };
-        // The layout of a start stays as it is.
+        // A scene that starts from a layout keeps that layout.
         let designs = start != StartKind::Layout && self.phase() == Phase::FineTuning;
         schedule.polish_trials > 0 && designs && !self.settles() && is_due()
     }
@@ -132,7 +132,7 @@ impl<'a> Schedule<'a> {
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
         let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
-        // No rollout measures the last update, so its rate is zero where controllers settle.
+        // The result of the last update would not be measured, so the rate falls to zero while controllers settle.
         let left = if self.settles() {
             (schedule.iterations - self.iteration) as f64 / self.settling() as f64
         } else {
@@ -168,7 +168,7 @@ mod tests {
         let horizons = [1, 80, 115, 150, 300].map(|i| at(i).horizon());
         assert_eq!(horizons, [2048, 2048, 3072, 4096, 4096]);
         let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator.high);
-        // Sums of decimal fractions, rounded at 1e-17.
+        // The tolerance covers sums of decimal fractions that are rounded at 1e-17.
         let is = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(
             widened
@@ -181,16 +181,16 @@ mod tests {
         assert_eq!(at(180).thresholds(&first), [0.03, 0.03, 0.01, 0.03]);
         assert_eq!(at(170).attraction(), (0.9, 0.002));
         let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
-        // After 44 of 59 steps of the ramp to a tenth, and zero at the end.
+        // Iteration 285 is at 44 of 59 steps of the ramp to a tenth. The rate of the last iteration is zero.
         let ramped = (15.0 / 59.0) * 0.003 + (44.0 / 59.0) * 0.0003;
         assert_eq!([rates[0], rates[1], rates[3]], [0.003, 0.003, 0.0]);
-        // Three roundings of numbers of this size.
+        // The tolerance covers three roundings of numbers of this size.
         assert!((rates[2] - ramped).abs() < 1e-18);
         let polishes: Vec<_> = (1..=300).filter(|i| at(*i).polishes()).collect();
         assert!(polishes.into_iter().eq((241..286).step_by(3)));
         let settles = [285, 286, 300].map(|i| at(i).settles());
         assert_eq!(settles, [false, true, true]);
-        // Three of five passes are for the design.
+        // Three of every five passes update the design.
         let designs = (1..=240).filter(|i| at(*i).pass() == Pass::Design);
         assert_eq!(designs.count(), 144);
     }

@@ -1,9 +1,9 @@
-//! Settling, the end of the fine-tuning: returns to the best controller and takes back every update that loses
+//! Settling, the last part of the fine-tuning: returns to the best controller, and takes back every update that loses
 //! distance.
 //!
 //! Gaits are chaotic. The fine-tuning finds good controllers and loses them again, because some updates halve the
-//! distance. Such updates help to leave poor controllers, but they make the last iterate a matter of chance. So the
-//! last iterations return to the best controller and stay close to it.
+//! distance. Such updates help to leave poor controllers, but because of them the last controller is good only by
+//! chance. So the last iterations return to the best controller and stay close to it.
 
 use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
@@ -11,12 +11,12 @@ use super::quantiles::Quantiles;
 use super::reach::first_best;
 use super::schedule::Schedule;
 
-/// The share of the merit that an update may lose.
+/// An update that loses more than this share of the merit is taken back.
 const LOSS: f64 = 0.05;
 
-/// Returns to the best candidate in the first iteration that settles. Later it returns to the last good
-/// controller if `merit`, the merit of the current controller, is too low. Returns true if the controller
-/// changed, because the gradient of this iteration then belongs to another controller.
+/// Settles the controller: in the first iteration that settles, goes back to the best candidate; later, goes back to
+/// the last good controller if `merit`, the merit of the current controller, is too low. Returns true if it replaced
+/// the controller. The caller must then drop the gradient of this iteration, which belongs to the old controller.
 pub(super) fn settle(
     evaluator: &Evaluator,
     progress: &mut Progress,
@@ -38,8 +38,8 @@ pub(super) fn settle(
             settled.merit = settled.merit.max(merit);
             return false;
         }
-        // The median of the best candidate may be far above its own unperturbed rollout. That is no reason to
-        // take an update back.
+        // The controller is unchanged, so there is no update to take back. Its unperturbed rollout may still be far
+        // below its median, with which it was compared.
         Some(settled) if progress.controller == settled.controller => {
             settled.merit = merit;
             return false;
@@ -54,8 +54,8 @@ pub(super) fn settle(
     true
 }
 
-/// Returns to the candidate with the best [score](super::reliability::Merit::score) over perturbed starts.
-/// Returns false if every candidate has a diverged rollout.
+/// Replaces the controller by the candidate with the best [score](super::reliability::Merit::score) over perturbed
+/// starts. Returns false, without a change, if no candidate could be scored because rollouts diverged.
 fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
     evaluator.judge_candidates(progress);
     let judged = progress.candidates.iter();
@@ -140,7 +140,8 @@ mod tests {
         assert!(taken_back > 0, "no update was taken back");
     }
 
-    /// Regression test: a candidate whose own rollout was far below its median was restored in every iteration.
+    /// Regression test: a candidate whose unperturbed rollout was far below its median was restored in every iteration,
+    /// although no update had changed it.
     #[test]
     fn only_updates_are_taken_back() {
         let scene = wild(0.5);
@@ -156,7 +157,7 @@ mod tests {
         assert!(!settle(&codesign.evaluator, &mut progress, &now, merit));
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
-        // An update that loses as much is taken back.
+        // If the controller has changed, the same loss of merit makes settling take the change back.
         progress.controller.numbers_mut()[0] += 1.0;
         assert!(settle(
             &codesign.evaluator,
@@ -180,9 +181,9 @@ mod tests {
             codesign.iterate(&mut progress);
             first = first.or(progress.settled.as_ref().map(|_| progress.iteration));
         }
-        // The last half of 40 iterations.
+        // Iteration 25 is the first in the second half of the 40 iterations of fine-tuning.
         assert_eq!(first, Some(25));
-        // A controller that is restored becomes no second candidate.
+        // A controller that is restored does not become a candidate a second time.
         let candidates = &progress.candidates;
         for (k, c) in candidates.iter().enumerate() {
             let mut earlier = candidates[..k].iter();

@@ -1,4 +1,4 @@
-//! A gradient of the loss, the point at which it is taken, and its means over passes and over domains.
+//! A gradient of the loss, the point at which it is computed, and its means over design passes and over domains.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::{Horizon, Task};
 
-/// A gradient of the loss, the loss, and the robot's result within the horizon. If the loss is not finite, the
+/// A gradient of the loss, with the loss and the robot's result within the horizon. If the loss is not finite, the
 /// whole gradient is NaN, so that no optimiser uses it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Slope {
@@ -15,19 +15,19 @@ pub(super) struct Slope {
     pub(super) loss: f64,
     /// Displacement along the ground, m.
     pub(super) displacement: f64,
-    /// The number that robots are ranked by, as in [`Reached`](super::reach::Reached).
+    /// The number that robots are ranked by, like [`Reached::merit`](super::reach::Reached::merit).
     pub(super) merit: f64,
 }
 
 impl Slope {
-    /// Scales the gradient down to `norm`, if it is set and exceeded. Returns the norm before.
+    /// Scales the gradient down to the given norm, if its own norm is larger. Returns the norm before scaling.
     pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
     }
 
     /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) * gradient`.
-    /// The mean starts at the first gradient. With a memory of zero, or for a gradient that is not finite,
-    /// gradient and mean stay as they are.
+    /// The first gradient is the first mean. If `memory` is 0 or the gradient is not finite, neither the gradient nor
+    /// the mean changes.
     pub(super) fn averaged(&mut self, mean: &mut Vec<f64>, memory: f64) {
         if memory == 0.0 || !self.gradient.iter().all(|g| g.is_finite()) {
             return;
@@ -41,7 +41,7 @@ impl Slope {
         }
     }
 
-    /// The mean over domains.
+    /// The mean of all fields over domains, from one `Slope` per domain.
     fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self::default();
@@ -58,16 +58,17 @@ impl Slope {
     }
 }
 
-/// The point at which gradients are taken.
+/// The point at which gradients are computed.
 pub(super) struct At<'a> {
-    /// The domains that gradients are averaged over; empty for the nominal task alone.
+    /// The domains that gradients are averaged over. If it is empty, gradients are those of the nominal task.
     pub(super) domains: Vec<Domain<'a>>,
     pub(super) inputs: Inputs<f64>,
     pub(super) horizon: Horizon,
 }
 
 impl At<'_> {
-    /// The means of gradients over the domains. Without domains, the gradients of the nominal task.
+    /// Calls `slopes` in every domain and returns the mean of each of the `N` gradients. Without domains, calls it once
+    /// for the nominal task.
     pub(super) fn means<const N: usize>(
         &self,
         nominal: &Task,
@@ -81,7 +82,7 @@ impl At<'_> {
             inputs.start.clone_from(&domain.start);
             slopes(&domain.task, &inputs)
         };
-        // Collected in order: the sum does not depend on the number of threads.
+        // Collected in order, so that the sum does not depend on the number of threads.
         let of_domains: Vec<[Slope; N]> = self.domains.par_iter().map(in_domain).collect();
         std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
     }
@@ -106,7 +107,7 @@ mod tests {
         assert_eq!(averaged(&[1.0, 2.0], 0.0), [1.0, 2.0]);
         assert_eq!(averaged(&[4.0, -8.0], 0.75), [4.0, -8.0]);
         assert_eq!(averaged(&[0.0, 8.0], 0.75), [3.0, -4.0]);
-        // A gradient that is not finite stays visible and does not enter the mean.
+        // A gradient that is not finite is returned unchanged and does not enter the mean.
         assert_eq!(averaged(&[f64::INFINITY, 1.0], 0.75), [f64::INFINITY, 1.0]);
         assert_eq!(averaged(&[3.0, -4.0], 0.75), [3.0, -4.0]);
     }

@@ -1,4 +1,4 @@
-//! Gradients of the loss by the design and by the controller.
+//! Gradients of the loss with respect to the design and to the controller.
 
 use autodiff::{CotangentBound, Real, Var};
 
@@ -18,10 +18,10 @@ use crate::scene::{GradientPrecision, HorizonMode};
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
-/// The variables of a gradient.
+/// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
 pub(super) enum Sought<'a> {
-    /// The design, in a projection.
+    /// The design vectors, before this projection.
     Design(Projection),
     /// The shares of the materials in a layout, which are its design vectors (D7).
     Shares,
@@ -40,8 +40,8 @@ impl Sought<'_> {
         }
     }
 
-    /// The robot's design. Shares that are variables are an undecided design, whose void edges keep their
-    /// stiffness.
+    /// The simulated design for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an undecided
+    /// design, whose void edges keep their small stiffness.
     pub(super) fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
             Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
@@ -51,11 +51,11 @@ impl Sought<'_> {
     }
 }
 
-/// The share of the bound on speeds that few robots reach by walking: 1 m/s if the bound is 100 m/s.
+/// Few robots walk faster than this share of the speed bound: 1 m/s if the bound is 100 m/s.
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
-    /// The point at which an iteration takes its gradients.
+    /// The point at which an iteration computes its gradients.
     pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
         At {
             domains: self.domains(progress, now),
@@ -73,8 +73,8 @@ impl Evaluator {
         }
     }
 
-    /// The domains of an iteration's gradients; empty if the scene asks for the nominal robot alone. They depend only
-    /// on the seed and the iteration, so that a resumed run draws the same domains.
+    /// The domains that an iteration averages its gradients over; empty for a scene without domain randomisation. They
+    /// depend only on the seed and the iteration, so that a resumed run draws the same domains.
     fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
@@ -83,7 +83,7 @@ impl Evaluator {
         (0..settings.samples).map(domain).collect()
     }
 
-    /// The steps that carry the gradient in an iteration, and the bound on its cotangents.
+    /// The horizon of an iteration: the steps that the gradient is computed over, and the bound on its cotangents.
     fn horizon(&self, now: &Schedule) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
@@ -95,8 +95,9 @@ impl Evaluator {
         }
     }
 
-    /// The gradients by the design in the performance and the stability projection; `None` for a projection without
-    /// a share in the update. The two rollouts run in lanes on one thread, otherwise in parallel.
+    /// The gradients with respect to the design, in the performance and in the stability projection; `None` for a
+    /// projection without a share in the update. The two rollouts run in SIMD lanes on one thread if that is possible,
+    /// otherwise on two threads.
     pub(super) fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
@@ -111,10 +112,12 @@ impl Evaluator {
         }
     }
 
-    /// Gradients of the loss in the precision of the scene: means over the domains, or of the nominal task. A
-    /// gradient may overflow, in f32 sooner than in f64; then the caller skips the update.
+    /// Gradients of the loss, in the precision of the scene: means over the domains, or the gradients of the nominal
+    /// task if there are no domains. A gradient may overflow, in f32 sooner than in f64; the caller then skips the
+    /// update.
     ///
-    /// Several gradients in one call must all be by the design, because their rollouts share the controller.
+    /// Several gradients in one call must all be with respect to the design, because their rollouts share the
+    /// controller.
     pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
@@ -129,10 +132,11 @@ impl Evaluator {
         })
     }
 
-    /// The displacement in the rollout of a gradient, or NaN if the robot flies apart in it. The rollout of a
-    /// gradient has no guard. If the mean speed of the payload is high, the rollout is repeated with the guard.
-    /// Few robots that walk are so fast, but all robots that fly apart are. Displacements over drawn domains are
-    /// means and are not checked.
+    /// Returns `displacement`, which was reached in the rollout of a gradient, or NaN if the robot flew apart there.
+    ///
+    /// The rollout of a gradient does not check for that. So if the mean speed of the payload was high, the rollout is
+    /// repeated with the checks: few walking robots are so fast, but all robots that fly apart are. With domains, the
+    /// displacement is a mean and is not checked.
     pub(super) fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
         let physics = &self.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
@@ -155,12 +159,12 @@ impl Evaluator {
         }
     }
 
-    /// The merit within the horizon; `None` if robots are ranked by their displacement.
+    /// The merit within the horizon; `None` if robots are ranked by their displacement alone.
     pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
         (!is_ranked_by_distance(&self.scene, &*self.loss)).then_some(slope.merit)
     }
 
-    /// The gradients of one task in the number type `R`.
+    /// The gradients of one task, computed in the number type `R`.
     fn differentiated<R: Real + Into<f64>, const N: usize>(
         &self,
         task: &Task,
@@ -194,9 +198,9 @@ impl Evaluator {
         })
     }
 
-    /// The losses of robots within a horizon, and what the robots reach there from `start`. With two goals a
-    /// loss is the mean of the loss for the goal ahead and of minus the loss for the goal behind: the payload
-    /// has to move back there.
+    /// The loss of each robot within a horizon, and its result measured from `start`. With two goals, the loss is the
+    /// mean of the loss for the goal ahead and of minus the loss for the goal behind, because towards that goal the
+    /// payload must move backwards.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,
@@ -236,8 +240,8 @@ mod tests {
     use crate::simulator::stability::Vibration;
     use crate::task::{Horizon, Task};
 
-    /// The gradient of the loss of two goals by design and controller, compared with differences. The robot falls
-    /// freely, so that nothing has a kink.
+    /// With two goals, the gradients of the loss with respect to design and controller agree with finite differences.
+    /// The robot falls freely, so that the loss has no kinks.
     #[test]
     fn the_gradient_for_two_goals_agrees_with_differences() {
         let mut scene = tiny();
@@ -268,14 +272,14 @@ mod tests {
             let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
             let h = 1e-5;
             let difference = (at(h) - at(-h)) / (2.0 * h);
-            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12. Truncation: h^2 beta^2 = 4e-8 of the
-            // slope.
+            // The absolute error is 1e-12: positions of 0.1 m are rounded at 1e-17, and differences are divided by
+            // h. The relative truncation error is h^2 beta^2 = 4e-8.
             assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
             assert!(slope != 0.0);
         }
     }
 
-    /// The gradient by the design over `steps` steps in the domains of the first iteration.
+    /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
     fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
         let (evaluator, progress) = begun(scene);
         let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
@@ -284,7 +288,8 @@ mod tests {
         slope
     }
 
-    /// A network that does not observe the goal does the same for both goals, in every domain.
+    /// In every domain, a controller that does not observe the goal moves the same way for both goals, so the losses of
+    /// the two goals cancel.
     #[test]
     fn both_goals_have_the_same_robot() {
         let mut scene = tiny();
@@ -292,7 +297,7 @@ mod tests {
         scene.robust.samples = 3;
         let slope = slope_in_domains(&scene, 20);
         assert_eq!(slope.loss, 0.0);
-        // Two gradients that cancel, of numbers below 1 rounded at 1e-16.
+        // Two gradients cancel. They come from numbers below 1 that are rounded at 1e-16.
         assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
     }
 
@@ -301,7 +306,7 @@ mod tests {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_domains(&scene, 1);
-        // In a step of 2 ms, springs that are off by half a metre reach 50 m/s: less than 0.1 m.
+        // Springs that are stretched by half a metre accelerate nodes to 50 m/s: less than 0.1 m in a step of 2 ms.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
@@ -309,7 +314,7 @@ mod tests {
     #[test]
     fn gradients_in_f32_agree_with_gradients_in_f64() {
         let mut scene = tiny();
-        // At a start among all materials, the gradient has no zeros.
+        // A tilted start mixes all materials in different shares, so the gradient has no zeros.
         scene.start.tilt = 0.2;
         let double = CoDesign::new(&scene).unwrap();
         scene.gradient.precision = GradientPrecision::F32;
@@ -332,17 +337,17 @@ mod tests {
                 .map(|(a, b)| (a - b).powi(2))
                 .sum();
             let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
-            // 24 steps of about 100 operations, each rounded at 6e-8, with random signs within a step:
-            // 24 * 100^(1/2) * 6e-8. If both had the same type, they would be equal.
+            // The expected relative error is 24 * 100^(1/2) * 6e-8: 24 steps, and in each about 100 operations that
+            // round at 6e-8 with random signs. It is not 0, because the two gradients have different number types.
             let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
             assert!(share > 0.0 && share < tolerance, "{share}");
             assert!(norm > 0.0);
-            // Displacements are about 0.3 m, with the same relative error.
+            // Displacements are about 0.3 m and have the same relative error.
             assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
         }
     }
 
-    /// In lanes or one by one: the same bits, also over domains and with two goals.
+    /// Two gradients in one call have the same bits as two calls, also over domains and with two goals.
     #[test]
     fn gradients_computed_together_are_bit_identical_to_single_ones() {
         let check = |scene: &Scene, mode: HorizonMode| {
@@ -402,7 +407,7 @@ mod tests {
         let fastest = drawn.fold(0.0, f64::max);
         let faster = scene.robust.faster();
         assert!(nominal.1 < fastest && fastest < faster * nominal.1);
-        // Products and quotients of the same numbers in another order.
+        // Both sides are products and quotients of the same numbers, but rounded in another order.
         let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
         assert!(is(
             check.bound.frequency,

@@ -8,8 +8,8 @@ use crate::objective::Loss;
 use crate::scene::{LossKind, Scene};
 use crate::simulator::Trajectory;
 
-/// A small robot that moves from the start and has room for other layouts. Without `iterations`, so that tests add
-/// their own.
+/// A small robot that moves from the start and can take several layouts. The text ends in `[schedule]` without
+/// `iterations`, so that tests can append that setting.
 pub(super) const LIVELY: &str = "
     base = 'stability'
     [lattice]
@@ -31,7 +31,7 @@ pub(super) const LIVELY: &str = "
     horizon = [64, 64]
 ";
 
-/// Minus the height of the payload after half of the steps and at the end, as a user would write it.
+/// A user's loss: minus the mean height of the payload after half of the steps and at the end.
 pub(crate) struct Up;
 
 impl Loss for Up {
@@ -45,7 +45,7 @@ impl Loss for Up {
     }
 }
 
-/// A robot of two squares that runs for a few steps.
+/// A scene with a robot of two squares, simulated for a few steps.
 pub(crate) fn tiny() -> Scene {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
@@ -64,7 +64,7 @@ pub(super) fn begun(scene: &Scene) -> (Evaluator, Progress) {
     (codesign.evaluator, progress)
 }
 
-/// The robot of a seed after some iterations.
+/// The optimisation of a seed, and its state after some iterations.
 pub(super) fn after(scene: &Scene, iterations: usize, seed: u64) -> (CoDesign, Progress) {
     let mut codesign = CoDesign::new(scene).unwrap();
     let mut progress = codesign.begin(seed).unwrap();
@@ -87,7 +87,7 @@ fn a_memory_budget_changes_no_bit() {
     let text = [LIVELY, "iterations = 9"].concat();
     let scene = Scene::parse("lively", &text).unwrap();
     let mut bounded = scene.clone();
-    // A step takes more than 1 kB, and a horizon has 64.
+    // This budget of 20 kB is too small for a horizon: each of its 64 steps takes more than 1 kB.
     bounded.gradient.memory = Some(0.02);
     let task = CoDesign::new(&bounded).unwrap().task().clone();
     assert_eq!(task.simulator.memory, Memory::Bytes(20_000));
@@ -96,7 +96,7 @@ fn a_memory_budget_changes_no_bit() {
     assert!(all == within);
 }
 
-/// The merit of a seed's robot after the snap.
+/// The merit of a seed's robot after a snap with `trials` trials.
 fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;

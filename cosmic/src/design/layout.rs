@@ -7,13 +7,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Material, Mixture};
 
-/// The materials of a robot's edges: either undecided, with an `E` for every edge, or a layout.
+/// The design of a robot. Before the snap it is undecided and has an element of type `E` for every edge; after the snap
+/// it is a layout with one material for every edge.
 ///
-/// The optimiser moves design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection) turns them into
-/// mixtures, `Design<Mixture<R>>`, from which a body is made. Projections do not change a layout (D7).
+/// The optimiser works on design vectors, `Design<[f64; 3]>`. A [projection](crate::projection::Projection) turns them
+/// into mixtures, `Design<Mixture<R>>`, which determine the body of the robot. Projections do not change a layout (D7).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Design<E> {
-    /// A design vector or a mixture for every edge.
+    /// An element for every edge: its design vector or its mixture.
     Undecided(Vec<E>),
     /// One material for every edge.
     Layout(Vec<Material>),
@@ -44,7 +45,7 @@ impl<E> Design<E> {
         }
     }
 
-    /// Mutable elements of an undecided design; `None` for a layout.
+    /// The elements of an undecided design, mutable; `None` for a layout.
     pub fn undecided_mut(&mut self) -> Option<&mut [E]> {
         match self {
             Self::Undecided(elements) => Some(elements),
@@ -74,7 +75,8 @@ impl Design<[f64; 3]> {
 }
 
 impl<R: Real> Design<Mixture<R>> {
-    /// A number for every edge: a function of its mixture, or of its material in a layout.
+    /// Computes a number for every edge, with `of_mixture` from its mixture or, in a layout, with `of_material` from
+    /// its material.
     pub fn each(
         &self,
         of_mixture: impl Fn(&Mixture<R>) -> R,
@@ -89,12 +91,12 @@ impl<R: Real> Design<Mixture<R>> {
         }
     }
 
-    /// An undecided design with given shares, such as the variables of a derivative.
+    /// An undecided design with the given shares of void, skeleton and actuator for every edge.
     pub fn of_shares(shares: &[[R; 3]]) -> Self {
         Self::Undecided(shares.iter().map(|&shares| Mixture(shares)).collect())
     }
 
-    /// The mixture of every edge. In a layout one material has the whole share.
+    /// The mixture of every edge. In a layout, the edge's material has the share 1.
     pub fn mixtures(&self) -> Cow<'_, [Mixture<R>]> {
         match self {
             Self::Undecided(mixtures) => mixtures.into(),
@@ -107,7 +109,7 @@ impl<R: Real> Design<Mixture<R>> {
 }
 
 impl Design<Mixture<f64>> {
-    /// The layout, or the dominant material of every edge.
+    /// The material of every edge: that of the layout, or the dominant material of an undecided design.
     pub fn materials(&self) -> Vec<Material> {
         match self {
             Self::Undecided(mixtures) => mixtures.iter().map(Mixture::dominant).collect(),
@@ -126,7 +128,7 @@ fn one_hot(layout: &[Material]) -> Vec<[f64; 3]> {
     layout.iter().map(|material| material.one_hot()).collect()
 }
 
-/// A design in a file: its vectors, and the materials of a layout.
+/// The form of a design in files: its design vectors and, for a layout, the materials.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     z: Vec<[f64; 3]>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Material {
-    /// Nearly nothing: the robot has no bar there.
+    /// Almost no stiffness and mass: the robot has no bar there.
     Void = 0,
     /// Stiff and passive.
     Skeleton = 1,
@@ -18,7 +18,7 @@ impl Material {
     /// All materials, in the order of the entries of a design vector.
     pub const ALL: [Self; 3] = [Self::Void, Self::Skeleton, Self::Actuator];
 
-    /// Whether an edge of this material counts in the volume.
+    /// True if an edge of this material counts in the volume: skeleton and actuator.
     pub fn is_solid(self) -> bool {
         self != Self::Void
     }
@@ -28,7 +28,7 @@ impl Material {
         entries[self as usize]
     }
 
-    /// The material with the largest entry, and the first one if several are equal.
+    /// The material with the largest entry; the first one if several are equal.
     pub fn dominant(entries: &[f64; 3]) -> Self {
         let larger = |best: Self, m: Self| {
             if m.of(entries) > best.of(entries) {

@@ -1,10 +1,10 @@
-//! Designs of robots, from what the optimiser moves to what is built.
+//! Designs of robots, in three forms:
 //!
-//! - The optimiser moves a design vector per edge: three numbers from 0 to 1.
-//! - A [projection](crate::projection) turns each vector into a [`Mixture`]: shares of the materials.
-//! - A layout has one [`Material`] per edge.
+//! - The optimiser works on design vectors: three numbers from 0 to 1 for each edge.
+//! - A [projection](crate::projection) turns each design vector into a [`Mixture`]: shares of the three materials.
+//! - A layout has one [`Material`] for each edge, and can be built.
 //!
-//! A [`Design`] is one of these for all edges.
+//! A [`Design`] holds one of these forms for all edges.
 
 mod material;
 mod mixture;

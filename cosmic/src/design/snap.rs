@@ -5,12 +5,12 @@ use crate::geometry::Range;
 use crate::lattice::EdgeRules;
 use crate::scene::VolumeSettings;
 
-/// Bounds on the volume fractions.
+/// Bounds on the volumes of a design, which are mean shares over all edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBounds {
-    /// On the share of solid edges, skeleton and actuator.
+    /// Bounds on the share of solid material, skeleton and actuator together.
     pub solid: Range,
-    /// On the share of actuators.
+    /// Bounds on the share of actuators.
     pub actuator: Range,
 }
 
@@ -24,13 +24,16 @@ impl VolumeBounds {
     }
 }
 
-/// Gives every edge its dominant material. Then, while the layout has faults or its volumes are out of bounds, flips the
-/// least confident edge whose flip improves that. Faults come first; a flip that mends a volume must not add a fault. Tied
-/// edges are flipped together. An edge never gets a material that the rules forbid, so faults may remain and volumes may
-/// stay out of bounds.
+/// Gives every edge its dominant material, then flips edges (changes their materials) until the layout obeys `rules`
+/// and `bounds`.
 ///
-/// The volumes of a layout are whole numbers of edges. If no whole number is within the bounds, the nearest one to their
-/// middle is the target.
+/// While the layout breaks a rule, which is called a fault, or a volume is out of bounds, the least confident edge is
+/// flipped whose flip improves that. Faults come first; a flip that improves a volume must not add a fault. Tied edges
+/// are flipped together. An edge never gets a material that the rules forbid for it, so faults may remain and volumes
+/// may stay out of bounds.
+///
+/// The volumes of a layout are whole numbers of edges. If no whole number is within the bounds, the target is the whole
+/// number nearest to their middle.
 pub fn snap(
     mixtures: &[Mixture<f64>],
     bounds: &VolumeBounds,
@@ -57,7 +60,8 @@ pub fn snap(
     materials
 }
 
-/// Applies the cheapest flip that mends a fault or brings the volumes nearer to their bounds, until there is none.
+/// Repeatedly applies the cheapest flip that removes a fault, or brings the volumes nearer to their bounds without
+/// adding a fault. Returns the layout when there is no such flip.
 fn mended(
     mut layout: Vec<Material>,
     counts: &Counts,
@@ -94,8 +98,8 @@ impl Flip<'_> {
     }
 }
 
-/// All changes of a layout that the rules allow and that have a cost, cheapest first. The cost of a group is the sum over
-/// its edges, which all have the same material.
+/// All flips of a layout that the rules allow and for which `cost` is not `None`, cheapest first. The edges of a group
+/// are tied and have the same material; the cost of their flip is the sum over the edges.
 fn flips_of<'g>(
     groups: &'g [Vec<usize>],
     layout: &[Material],
@@ -122,12 +126,12 @@ pub fn flips(mixtures: &[Mixture<f64>], materials: &[Material]) -> usize {
     materials.iter().zip(mixtures).filter(flipped).count()
 }
 
-/// The least share with which a material is an alternative in an edge. A material that is held back
-/// (`projection.hold_materials`) has a share of about 1e-9.
+/// A material is an alternative for an edge only if it has at least this share there. A material that is excluded by
+/// `projection.hold_materials` has a share of about 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// Layouts that differ from a snapped layout in one edge, least confident edges first. They have no more faults and no
-/// worse volumes, and the new material has a share in its edge.
+/// At most `most` layouts that differ from a snapped layout in one edge or in tied edges, least confident edges first.
+/// They have no more faults and no worse volumes, and the new material has a share of its edge's mixture.
 pub fn alternatives(
     mixtures: &[Mixture<f64>],
     materials: &[Material],
@@ -142,9 +146,9 @@ pub fn alternatives(
     flipped(materials, bounds, rules, most, cost)
 }
 
-/// At most `most` layouts that differ from a layout in one edge or in tied edges, cheapest first. They have no more faults
-/// and are no further out of bounds. `cost` returns the cost of changing an edge from one material to another, or `None` to
-/// rule the change out.
+/// At most `most` layouts that differ from the layout `materials` in one edge or in tied edges, cheapest first. They
+/// have no more faults and are no further out of bounds. `cost` returns the cost of changing an edge from one material
+/// to another, or `None` to exclude that change.
 pub fn flipped(
     materials: &[Material],
     bounds: &VolumeBounds,
@@ -172,7 +176,7 @@ pub(super) fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
     ]
 }
 
-/// The volume bounds in whole edges.
+/// The volume bounds as numbers of edges.
 struct Counts {
     solid: [usize; 2],
     actuator: [usize; 2],
@@ -198,17 +202,18 @@ impl Counts {
         }
     }
 
-    /// The number of faults, then the number of excess or missing edges.
+    /// The number of faults, then the number of edges by which the volumes are out of bounds. Fewer is better, in this
+    /// order.
     fn badness(&self, layout: &[Material], rules: &LayoutRules) -> [usize; 2] {
         [rules.faults(layout), self.excess(layout)]
     }
 
-    /// True if neither the faults nor the excess of a layout exceed the given badness.
+    /// True if a layout has neither more faults nor more excess than the badness `than`.
     fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
         self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
     }
 
-    /// The number of excess or missing edges, of solid edges and of actuators together.
+    /// The number of edges that are missing or too many: the sum for solid edges and for actuators.
     fn excess(&self, layout: &[Material]) -> usize {
         let [solid, actuators] = solid_and_actuators(layout);
         let outside =
@@ -227,7 +232,7 @@ mod tests {
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{DesignSettings, VolumeSettings};
 
-    /// A chain of edges with these rules, without other requirements.
+    /// The rules for a chain of edges with these edge rules and without other requirements.
     fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
         let nodes = (0..=edges).map(|k| Vector::new([k as f64, 0.0])).collect();
         let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
@@ -280,7 +285,7 @@ mod tests {
             let mixture = [Mixture(row); 110];
             let materials = snap(&mixture, &bounds, &free(110));
             let [solid, actuators] = counts(&materials);
-            // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
+            // The bounds are 0.47 and 0.53 (solid), 0.17 and 0.25 (actuators) of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
             assert!(flips(&mixture, &materials) > 0);
         }
@@ -365,7 +370,7 @@ mod tests {
         assert_eq!(found(&free).len(), 4);
     }
 
-    /// The alternatives are in one piece too.
+    /// Random mixtures snap to layouts in one piece within the bounds, and so are their alternatives.
     #[test]
     fn any_mixture_snaps_to_one_piece_within_the_bounds() {
         let lattice = Lattice::sample(6, 6, 0.0);
@@ -395,7 +400,8 @@ mod tests {
         assert!(torn > 30, "{torn} of 60 mixtures need it");
     }
 
-    /// A kept edge far from the payload is connected by the fewest edges, although they are nearly void.
+    /// A kept edge far from the payload is connected to it by as few edges as possible, although their mixtures are
+    /// nearly void.
     #[test]
     fn kept_bars_are_bridged() {
         let mut lattice = Lattice::sample(6, 2, 0.0);

@@ -1,4 +1,4 @@
-//! The design that an optimisation starts from.
+//! The initial design of an optimisation.
 
 use super::tilt::tilted;
 use super::vectors::vectors_of_mixture;
@@ -9,7 +9,8 @@ use crate::geometry::{Vector, mean};
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
-/// The design to start from, for a performance projection of sharpness `beta`. Only a tilted start depends on the seed.
+/// The initial design that the settings describe. `beta` is the sharpness of the performance projection. The seed has
+/// an effect only if `tilt` is above 0.
 ///
 /// # Errors
 /// [`Error::Usage`] for a layout that was drawn for another lattice.
@@ -51,7 +52,7 @@ pub fn start(
     Ok(Design::Undecided(z))
 }
 
-/// The materials that a layout gives to the edges of the lattice.
+/// The material of every edge of the lattice in one of the built-in layouts.
 ///
 /// # Errors
 /// [`Error::Usage`] if the layout was drawn for another lattice.
@@ -61,8 +62,8 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     };
     if lattice.edges != edges(LAYOUT_SIDE, LAYOUT_SIDE) {
         return Err(Error::Usage(format!(
-            "the three-legged layouts need a rectangular lattice of {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes; this \
-             one has {} nodes and {} edges",
+            "the three-legged layouts need a rectangular lattice of {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes, but this \
+             lattice has {} nodes and {} edges; set another `start.kind` or `start.layout`",
             lattice.nodes(),
             lattice.edges.len()
         )));
@@ -72,7 +73,7 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     Ok(allowed(materials, &lattice.rules))
 }
 
-/// The share of actuators in the filled layout: the largest one in the paper's table 2.
+/// The share of actuators in the filled layout: the largest share in the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
 /// Makes a layout obey the rules of the lattice. Tied edges get the material of the first one. Kept edges that are void
@@ -93,9 +94,10 @@ fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
     materials
 }
 
-/// The filled layout. Edges that are steeper than 45 degrees (the vertical edges of a rectangular lattice) are actuators, as
-/// many as the volume budget allows, spread evenly over rows and columns. All other edges are skeleton. This is the paper's
-/// "uniform distribution of vertical actuators", for which it lists no edges.
+/// The filled layout, in which every edge is solid. Of the edges steeper than 45 degrees (the vertical edges of a
+/// rectangular lattice), as many as the volume budget allows are actuators, spread evenly over rows and columns. All
+/// other edges are skeleton. The paper calls this the "uniform distribution of vertical actuators", but does not list
+/// its edges.
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
     let vertical = |edge: &[usize; 2]| {
         let [along, above] = lattice.direction(*edge).array();
@@ -110,7 +112,8 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
         if !vertical(edge) {
             return Material::Skeleton;
         }
-        // Rounding up gives the first actuator to the edge of the payload, which could not be lifted without it.
+        // Rounding up makes the first vertical edge an actuator. It is at the payload, which could not be lifted
+        // without it.
         let due = |n: usize| (n * actuators).div_ceil(verticals);
         seen += 1;
         if due(seen) > due(seen - 1) {
@@ -123,10 +126,11 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
     allowed(materials, &lattice.rules)
 }
 
-/// A third, plus `top` times the edge's height relative to the highest edge's.
+/// The share of void of every edge: a third, plus `top` times the height of the edge's midpoint relative to the highest
+/// midpoint.
 fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
     let highest = lattice.midpoints().map(Vector::up).fold(0.0, f64::max);
-    // A lattice of one row has no height to tell its edges apart by.
+    // All edges of a lattice with one row have the height 0.
     let highest = if highest > 0.0 { highest } else { 1.0 };
     let void = |middle: Vector<f64>| 1.0 / 3.0 + top * middle.up() / highest;
     lattice.midpoints().map(void).collect()
@@ -141,7 +145,7 @@ mod tests {
     use crate::lattice::Lattice;
     use crate::scene::{Layout, StartKind, StartSettings};
 
-    /// The start of a kind on a lattice.
+    /// The initial design of a kind on a lattice.
     fn design(kind: StartKind, lattice: &Lattice) -> Result<Design<[f64; 3]>> {
         let settings = StartSettings {
             kind,
@@ -166,14 +170,14 @@ mod tests {
             (StartKind::ThreeLegged, &lattice, beside.collect()),
         ] {
             let Design::Undecided(z) = design(kind, lattice).unwrap() else {
-                panic!("the start is decided")
+                panic!("the initial design is a layout")
             };
             assert_eq!(z.len(), void.len());
             for (z, void) in z.into_iter().zip(void) {
-                // A third of everything is exact.
+                // For equal shares, the entries are exactly a third.
                 assert!(z[1] == z[2] && (void != third || z == [third; 3]), "{z:?}");
                 let e = z.map(|z| (20.0 * z).exp());
-                // exp multiplies the roundings of z by 20.
+                // The rounding errors of z are multiplied by 20 in exp(20 z).
                 assert!((e[0] / (e[0] + e[1] + e[2]) - void).abs() < 1e-14, "{z:?}");
             }
         }

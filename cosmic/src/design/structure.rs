@@ -1,5 +1,5 @@
-//! A layout as a structure: which bars are connected, and what scenes require of that. A bar is an edge of solid
-//! material.
+//! The structure of a layout: how its bars are connected, and what a scene may require of that. A bar is an edge of
+//! solid material.
 
 use std::collections::VecDeque;
 
@@ -12,10 +12,10 @@ use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
-/// The largest height of a node in the lowest row, in units of the spacing.
+/// A node is in the lowest row if its height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values below this share of the largest count as zero. Lengths are of order one, so a mechanism has a singular
-/// value of rounding size.
+/// Singular values up to this share of the largest one count as zero. Lengths are of order one, so a floppy mode has a
+/// singular value of the size of rounding errors.
 const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
@@ -25,18 +25,19 @@ keys! {
     /// How the bars of a layout are connected.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
     struct Structure {
-        /// Connected pieces of bars.
+        /// Number of pieces, each of connected bars.
         pieces: usize, "whole number", columns ["pieces"];
-        /// Nodes with a bar.
+        /// Number of nodes with a bar.
         nodes: usize, "whole number", columns ["nodes"];
-        /// Ends of bars without another bar or a payload.
+        /// Number of ends of bars where there is neither another bar nor a payload.
         free_ends: usize, "whole number", columns ["free_ends"];
-        /// Pairs of bars that cross between their ends.
+        /// Number of pairs of bars that cross between their ends.
         crossings: usize, "whole number", columns ["crossings"];
-        /// Nodes of the lowest row with a bar.
+        /// Number of nodes in the lowest row with a bar.
         feet: usize, "whole number", columns ["feet"];
-        /// Independent motions of the nodes that stretch no bar to first order, without rigid motions, if bars
-        /// turn freely about their ends. `null` for more than 2000 bars, because counting would take too long.
+        /// Number of independent motions of the nodes that stretch no bar to first order, if bars turn freely about
+        /// their ends; rigid motions do not count. `null` for more than 2000 bars, because counting would take too
+        /// long.
         floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
     }
 }
@@ -90,7 +91,7 @@ impl Bars<'_> {
         degrees
     }
 
-    /// A number for every node. Nodes that bars connect have the same number.
+    /// A number for every node, equal for nodes that are connected by bars.
     fn pieces(&self) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.lattice.nodes()).collect();
         let root = |parent: &mut Vec<usize>, mut node: usize| {
@@ -136,17 +137,18 @@ impl Bars<'_> {
     }
 }
 
-/// What the layouts of a lattice are to be like.
+/// The requirements on the layouts of a lattice: those of the lattice's edges, and those of the scene's section
+/// `[design]`.
 #[derive(Clone, Debug)]
 pub struct LayoutRules {
     lattice: Lattice,
     asked: DesignSettings,
-    /// Pairs of edges that cross, if they may not both be bars.
+    /// The pairs of edges that cross; empty if bars may cross.
     crossing: Vec<[usize; 2]>,
 }
 
 impl LayoutRules {
-    /// The rules of a lattice's edges, and what the settings ask for.
+    /// The rules for a lattice and the settings `asked`.
     pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
         Self {
             crossing: if asked.crossings {
@@ -169,8 +171,8 @@ impl LayoutRules {
         Bars { lattice, layout }
     }
 
-    /// The number of faults of a layout: bars and payloads that are not connected to the first payload, and violations of
-    /// the other requirements.
+    /// The number of faults of a layout: of bars and payloads that are not connected to the first payload but should
+    /// be, plus the violations of the other requirements.
     pub(super) fn faults(&self, layout: &[Material]) -> usize {
         let (asked, bars) = (&self.asked, self.bars(layout));
         let mut faults = 0;
@@ -189,7 +191,8 @@ impl LayoutRules {
         faults + self.crossing.iter().filter(are_bars).count()
     }
 
-    /// The layout without its loose bars, if the scene asks for one piece.
+    /// The layout without its loose bars, which are not connected to the first payload. If the scene does not require
+    /// one piece, the layout is unchanged.
     pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
         let (mut rest, bars) = (layout.to_vec(), self.bars(layout));
         if self.asked.one_piece {
@@ -201,8 +204,8 @@ impl LayoutRules {
         rest
     }
 
-    /// The fewest void edges that would connect the first payload with a loose bar or another payload. Empty if there is
-    /// no way, if nothing is loose, or if the scene does not ask for one piece.
+    /// The shortest path of edges that would connect the first payload to a loose bar or another payload. Empty if
+    /// there is no such path, if nothing is loose, or if the scene does not require one piece.
     pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
         if !self.asked.one_piece {
             return Vec::new();
@@ -238,13 +241,16 @@ impl LayoutRules {
     }
 }
 
-/// The degrees of freedom of hinged bars, without rigid motions: twice the number of nodes, minus three, minus the rank of
-/// the matrix of the bars' directions.
+/// The number of floppy modes of hinged bars: twice the number of nodes, minus three rigid motions, minus the rank of
+/// the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
     }
-    let place = |node: usize| live.binary_search(&node).expect("a bar's end is live");
+    let place = |node: usize| {
+        live.binary_search(&node)
+            .expect("both ends of a bar are live")
+    };
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
         for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {
@@ -292,7 +298,7 @@ mod tests {
                 pieces: 1,
                 nodes: 4,
                 feet: 2,
-                // A hinged square shears.
+                // A hinged square can shear.
                 floppy_modes: Some(1),
                 ..Structure::default()
             }
@@ -306,7 +312,7 @@ mod tests {
                 free_ends: 2,
                 crossings: 1,
                 feet: 3,
-                // The loose bar turns and translates.
+                // The loose bar can turn and move in two directions.
                 floppy_modes: Some(3),
             }
         );
@@ -358,7 +364,7 @@ mod tests {
         assert_eq!(rules.faults(&layout), 1);
         let bridge = rules.bridge(&layout);
         assert!(!bridge.is_empty());
-        // A bridge only mends loose bars.
+        // Other faults than loose bars are not bridged.
         let in_pieces = DesignSettings {
             one_piece: false,
             free_ends: false,

@@ -1,4 +1,4 @@
-//! Starts with more void towards one side, which depends on the seed.
+//! The tilt of an initial design: more void towards one side. The seed determines the side.
 
 use std::f64::consts::TAU;
 
@@ -6,15 +6,16 @@ use crate::geometry::{Range, Segment, Vector};
 use crate::lattice::Lattice;
 use crate::random::{Purpose, stream, symmetric};
 
-/// The range of the share of void in an edge after a tilt.
+/// The share of void in an edge is clamped to this range after the tilt.
 const VOID: Range = Range::new(0.001, 0.999);
 
-/// Adds to the shares of void a surplus that grows along a direction: `tilt (1 + cos(a) x + sin(a) y)` for coordinates
-/// from -1 to 1 across the lattice. Along an axis it grows from 0 at one side to `2 tilt` at the other, along a diagonal
-/// from `-0.4 tilt` in one corner to `2.4 tilt` in the other.
+/// Adds a surplus to the share of void of every edge: `tilt (1 + cos(a) x + sin(a) y)`, where `x` and `y` go from -1 to
+/// 1 across the lattice and `a` is a random angle. If the direction is along an axis, the surplus grows from 0 at one
+/// side to `2 tilt` at the other; if it is diagonal, from `-0.4 tilt` in one corner to `2.4 tilt` in the opposite
+/// corner.
 ///
-/// The seed draws the direction, with all directions equally likely. So a search over seeds finds the side that should
-/// have less material.
+/// The angle depends on the seed, and all angles are equally likely. So a search over seeds also searches for the side
+/// that should have less material.
 pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();
@@ -52,7 +53,7 @@ mod tests {
     #[test]
     fn the_mean_surplus_of_void_is_the_tilt() {
         let tilted = tilted(&[0.3; 110], &lattice(), 0.1, 7);
-        // The lattice is symmetric. 110 roundings below 1e-16.
+        // The lattice is symmetric, so the mean surplus is the tilt, up to 110 roundings below 1e-16.
         let mean = tilted.iter().sum::<f64>() / 110.0;
         assert!((mean - 0.4).abs() < 1e-14, "{mean}");
         let most = tilted.iter().copied().fold(0.0, f64::max);

@@ -1,9 +1,9 @@
-//! Design vectors, which the optimiser moves.
+//! Operations on design vectors, the variables of the design's optimiser.
 
 use super::{Material, Mixture};
 
-/// The design vectors whose performance projections are the given mixtures: `z_k = 1/3 + (ln m_k - mean ln m) / beta`,
-/// clamped to `[0, 1]`. Shares must be above 0.
+/// The design vectors that the performance projection of sharpness `beta` turns into the given mixtures:
+/// `z_k = 1/3 + (ln m_k - mean ln m) / beta`, clamped to `[0, 1]`. All shares must be above 0.
 pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f64; 3]> {
     let vector = |m: &Mixture<f64>| {
         let log = m.0.map(f64::ln);
@@ -22,8 +22,8 @@ pub fn clamp(z: &mut [[f64; 3]]) {
     }
 }
 
-/// One step of attraction: if the largest share of an edge exceeds `confidence`, the design entry of that material grows
-/// by `nudge` and the others fall by half of that, within `[0, 1]`.
+/// One step of attraction. If the largest share of an edge's mixture exceeds `confidence`, the entry of that material
+/// in the design vector grows by `nudge` and the other two fall by half of that. Entries stay within `[0, 1]`.
 pub fn attract(z: &mut [[f64; 3]], mixtures: &[Mixture<f64>], confidence: f64, nudge: f64) {
     for (vector, mixture) in z.iter_mut().zip(mixtures) {
         let chosen = mixture.dominant();

@@ -1,24 +1,24 @@
-//! The ground line and its frame.
+//! The ground and its frame.
 
 use autodiff::Real;
 
 use super::rotation::Rotation;
 use super::vector::Vector;
 
-/// The ground: an inclined line through the point at `height` above the origin of the world.
+/// The ground line: an inclined line through the point at `height` above the origin of the world.
 ///
-/// The origin of its frame is this point. The first axis is the [tangent](Ground::tangent), the last axis the
-/// [normal](Ground::normal). So the last coordinate is the height above the ground.
+/// That point is the origin of the ground's frame. The first axis of the frame is the [tangent](Ground::tangent), the
+/// last axis the [normal](Ground::normal), so the last coordinate is the height above the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height of the ground at `x = 0`, in metres.
     pub height: f64,
-    /// Angle to the horizontal in degrees, positive where the ground rises towards `+x`.
+    /// Angle to the horizontal in degrees; positive if the ground rises towards `+x`.
     pub incline_deg: f64,
 }
 
 impl Ground {
-    /// Whether the ground is horizontal. Then its frame is the world's frame, moved but not rotated.
+    /// True if the ground is horizontal. The ground's frame is then the world's frame, moved but not rotated.
     pub fn is_flat(&self) -> bool {
         self.incline_deg == 0.0
     }
@@ -59,7 +59,8 @@ impl Ground {
         self.axes().lit().out_of_rotated(vector)
     }
 
-    /// Converts a point from the world's frame to the ground's: its place along the ground and its height above it.
+    /// Converts a point from the world's frame to the ground's: its position along the ground, and its height above the
+    /// ground.
     pub fn point_to_ground<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
         self.vector_to_ground(point.with_up(point.up() - R::lit(self.height)))
     }
@@ -70,7 +71,7 @@ impl Ground {
         vector.with_up(vector.up() + R::lit(self.height))
     }
 
-    /// The distance along the ground from the origin of the world to a point of the world, m.
+    /// The position along the ground of a point in the world's frame, m.
     pub fn along<R: Real, const D: usize>(&self, point: Vector<R, D>) -> R {
         self.vector_to_ground(point).forward()
     }
@@ -103,7 +104,7 @@ mod tests {
         };
         let origin = Vector::new([0.0, 0.1]);
         let up = ground.point_to_ground(origin + ground.normal() * 2.0);
-        // One rotation of numbers near 2.
+        // The tolerance covers the rounding of one rotation of numbers near 2.
         assert!(up.distance(Vector::new([0.0, 2.0])) < 1e-15);
     }
 

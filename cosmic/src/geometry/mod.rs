@@ -1,20 +1,22 @@
-//! Vectors and shapes. Only this module accesses components; all other code uses the operators and methods of [`Vector`].
+//! Vectors and shapes. Only this module accesses components of vectors; all other code uses the operators and methods
+//! of [`Vector`].
 //!
-//! The last axis points up, or out of the ground. The first axis points along the ground in the direction of `+x`. Code
-//! that needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
+//! The first axis points along the ground in the direction of `+x`, the last axis up or out of the ground. Code that
+//! needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
 //!
 //! # Frames
 //!
-//! There are two frames: the world's frame and the frame of the [`Ground`]. In the ground's frame, the sign of one
-//! coordinate decides about contact.
+//! There are two frames: the world's frame and the frame of the [`Ground`]. In the ground's frame, a point is below
+//! flat ground if its last coordinate is negative.
 //!
-//! - In the *world's* frame: states, trajectories and lattice positions, in memory and in files; the input of losses and
-//!   controllers.
-//! - In the *ground's* frame: scenes, truss files and places of a lattice; everything inside a rollout, including laws.
+//! - In the *world's* frame are states, trajectories and the positions of a lattice, in memory and in files, and the
+//!   inputs of losses and controllers.
+//! - In the *ground's* frame are scenes, truss files, the places of a lattice, and everything inside a rollout,
+//!   including laws.
 //!
 //! Only [`State::to_ground`](crate::lattice::State::to_ground) and [`State::to_world`](crate::lattice::State::to_world)
-//! convert states. The simulator converts once at the start of a rollout and once for every observed state. A step
-//! converts nothing.
+//! convert states. The simulator converts once at the start of a rollout and once for every observed state, but never
+//! within a step.
 
 mod vector;
 mod operators;

@@ -5,7 +5,7 @@ use autodiff::Real;
 use super::rotation::Rotation;
 use super::vector::Vector;
 
-/// A plane that rises along the first axis.
+/// A plane that may be inclined along the first axis. In two dimensions it is a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane<R> {
     /// The rotation from the axes of space to the axes of the plane.
@@ -21,13 +21,13 @@ impl Plane<f64> {
         offset: 0.0,
     };
 
-    /// The plane through a point.
+    /// The plane through a point, with these axes.
     pub fn through(point: Vector<f64>, axes: Rotation<f64>) -> Self {
         let offset = axes.tangent().cross(point);
         Self { axes, offset }
     }
 
-    /// The plane as constants.
+    /// The plane with its numbers as constants of the type `R`.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Plane<R> {
         Plane {
@@ -44,7 +44,7 @@ impl<R: Real> Plane<R> {
         self.axes.height(place, self.offset)
     }
 
-    /// `if_true` where the mask holds, otherwise `if_false`.
+    /// `if_true` where the mask is true, otherwise `if_false`.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Lists of points: means, bounds, and components as flat lists of numbers.
+//! Functions on lists of points: means, bounds, and conversions to flat lists of numbers.
 
 use autodiff::Real;
 
@@ -30,44 +30,44 @@ pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     (0..D).flat_map(|k| column(points, k)).collect()
 }
 
-/// The points of [`columns`].
+/// The inverse of [`columns`].
 pub fn from_columns<T: Copy, const D: usize>(columns: &[T]) -> Vec<Vector<T, D>> {
     let count = columns.len() / D;
     let point = |node: usize| Vector::from_fn(|k| columns[k * count + node]);
     (0..count).map(point).collect()
 }
 
-/// The components of points, point by point.
+/// The components of points in one list, point by point.
 pub fn flat<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
     points.iter().flatten().copied().collect()
 }
 
-/// The points of [`flat`].
+/// The inverse of [`flat`].
 pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
     numbers.as_chunks().0.iter().copied().map(Vector).collect()
 }
 
-/// Sets the components of points, point by point.
+/// Sets the components of points from a list that has them point by point.
 ///
 /// # Panics
-/// Unless there are as many numbers as components.
+/// If the number of numbers is not the number of components.
 pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T]) {
     let (rows, rest) = numbers.as_chunks();
     assert!(
         rest.is_empty() && rows.len() == points.len(),
-        "one number per component"
+        "the number of numbers differs from the number of components"
     );
     for (point, row) in points.iter_mut().zip(rows) {
         point.0 = *row;
     }
 }
 
-/// The smallest box along the axes that contains some points.
+/// The smallest box with sides along the axes that contains a set of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const D: usize = 2> {
-    /// The least components; infinite without points.
+    /// The least components; all infinite if there are no points.
     pub low: Vector<f64, D>,
-    /// The greatest components; minus infinity without points.
+    /// The greatest components; all minus infinity if there are no points.
     pub high: Vector<f64, D>,
 }
 

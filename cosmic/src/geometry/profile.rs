@@ -1,4 +1,4 @@
-//! The height of the terrain above the ground line.
+//! The profile of the ground: the height of the terrain above the ground line.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,12 +7,13 @@ use super::range::Range;
 use super::segment::Segment;
 use super::vector::Vector;
 
-/// The most points of a profile. The time of a step grows with the number of points times the number of nodes.
+/// The largest number of points of a profile. The time of a simulation step grows with the number of points times the
+/// number of nodes.
 pub const MOST_POINTS: usize = 64;
 
-/// The height of the terrain above the ground line as a function of the place along the line, both in metres in the
-/// ground's frame. It is straight between points, and level before the first and behind the last point. Without points
-/// the terrain is the ground line.
+/// The height of the terrain above the ground line, as a function of the position along the line, both in metres in the
+/// ground's frame. The terrain is straight between the points of the profile, and level before the first and after the
+/// last point. Without points, the terrain is the ground line itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Vector<f64>>", into = "Vec<Vector<f64>>")]
 pub struct Profile {
@@ -23,8 +24,8 @@ impl Profile {
     /// The profile through points `[along, height]`.
     ///
     /// # Errors
-    /// A part of a sentence if there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is not
-    /// ahead of the one before it.
+    /// If there are more than [`MOST_POINTS`] points, if a point is not finite, or if a point is not ahead of the point
+    /// before it. The error is the part of a sentence that follows the name of the profile.
     pub fn new(points: Vec<Vector<f64>>) -> Result<Self, String> {
         if points.len() > MOST_POINTS {
             return Err(format!(
@@ -47,7 +48,7 @@ impl Profile {
 
     /// The first point that is not ahead of the one before it.
     pub(crate) fn not_ahead(points: &[Vector<f64>]) -> Option<usize> {
-        // A NaN is ahead of nothing.
+        // Comparisons with NaN are false, so a NaN is not ahead.
         let is_ahead = |at: &usize| points[at - 1].forward() < points[*at].forward();
         (1..points.len()).find(|at| !is_ahead(at))
     }
@@ -62,7 +63,7 @@ impl Profile {
         self.points.is_empty()
     }
 
-    /// The height at a place along the ground, m.
+    /// The height of the terrain at a position along the ground line, m.
     pub fn height(&self, along: f64) -> f64 {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return 0.0;
@@ -77,13 +78,14 @@ impl Profile {
         }
     }
 
-    /// The height of a point of the ground's frame above the terrain, m, measured along the normal of the ground line.
-    /// Negative below the terrain.
+    /// The height of a point above the terrain, m, measured along the normal of the ground line; negative below the
+    /// terrain. The point is in the ground's frame.
     pub fn above(&self, point: Vector<f64>) -> f64 {
         point.up() - self.height(point.forward())
     }
 
-    /// The terrain from one place along the ground to another: both ends and the corners between them.
+    /// The points of the terrain over a range of positions along the ground line: both ends and the corners between
+    /// them.
     pub fn between(&self, along: Range) -> Vec<Vector<f64>> {
         let Range { low, high } = along;
         let end = |along: f64| Vector::new([along, self.height(along)]);
@@ -95,13 +97,14 @@ impl Profile {
         line
     }
 
-    /// The height of the terrain in the world, m, where the ground line is at this x.
+    /// The height of the terrain in the world's frame, m, above the point of the ground line at `x` of the world.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
         let [cos, sin] = ground.tangent().array();
         ground.height + x * sin / cos + self.height(x / cos) * cos
     }
 
-    /// The terrain in the world over the part of the ground line from one x to another.
+    /// The points of the terrain in the world's frame, over the part of the ground line whose x is in the range
+    /// `across`.
     pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
         if self.is_flat() {
             let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
@@ -112,8 +115,8 @@ impl Profile {
         line.map(|point| ground.point_to_world(point)).collect()
     }
 
-    /// The largest depth of a bar below the terrain, m, measured along the normal of the ground line; 0 if the bar is
-    /// above the terrain.
+    /// The largest depth of a bar below the terrain, m, measured along the normal of the ground line; 0 if no part of
+    /// the bar is below the terrain.
     pub fn depth(&self, bar: Segment) -> f64 {
         let [from, to] = if bar.from.forward() <= bar.to.forward() {
             [bar.from, bar.to]
@@ -121,7 +124,7 @@ impl Profile {
             [bar.to, bar.from]
         };
         let bar = Segment::new(from, to);
-        // Between two corners the distance from bar to terrain is linear.
+        // Between two corners the distance from bar to terrain is linear, so it is largest at a corner or at an end.
         let ends = [from, to].map(|end| -self.above(end));
         let corners = self.points.iter();
         let corners = corners
@@ -179,7 +182,8 @@ mod tests {
     #[test]
     fn bars_cut_corners() {
         let kerb = kerb();
-        // Across the top, in both directions; above it; with an end inside; along a slope.
+        // The bars are across the top, in both directions; above the top; with an end inside; along a slope; and
+        // upright with an end inside.
         for (bar, depth) in [
             ([[1.0, 0.0], [2.0, 0.25]], 0.375),
             ([[2.0, 0.25], [1.0, 0.0]], 0.375),
@@ -188,7 +192,7 @@ mod tests {
             ([[1.0, 0.0], [1.5, 0.5]], 0.0),
             ([[1.5, 0.5], [1.5, 0.4]], 0.1),
         ] {
-            // The rounding of one division and a difference of numbers below 1.
+            // The tolerance covers the rounding of one division and one difference of numbers below 1.
             let [from, to] = bar.map(Vector::new);
             assert!(
                 (kerb.depth(Segment::new(from, to)) - depth).abs() < 1e-15,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The numbers from `low` to `high`; in files `[low, high]`.
+/// The range of numbers from `low` to `high`. In files it is an array, `[low, high]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Range {
@@ -18,7 +18,7 @@ impl Range {
         Self { low, high }
     }
 
-    /// The range of some numbers; from infinity to minus infinity without numbers.
+    /// The smallest range that contains all these numbers; from infinity to minus infinity if there are none.
     pub fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
         let none = Self::new(f64::INFINITY, f64::NEG_INFINITY);
         numbers.into_iter().fold(none, Self::with)

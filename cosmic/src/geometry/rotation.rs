@@ -1,4 +1,4 @@
-//! Rotations in the vertical plane, of the first axis towards the last.
+//! Rotations in the vertical plane.
 
 use autodiff::Real;
 
@@ -37,7 +37,7 @@ impl Rotation<f64> {
         Vector([-self.sin, self.cos])
     }
 
-    /// The rotation as constants.
+    /// The rotation with its numbers as constants of the type `R`.
     #[inline(always)]
     pub fn lit<R: Real>(&self) -> Rotation<R> {
         Rotation {
@@ -48,7 +48,7 @@ impl Rotation<f64> {
 }
 
 impl<R: Real> Rotation<R> {
-    /// The components of a vector along the rotated axes.
+    /// Converts a vector to its components along the rotated axes.
     #[inline(always)]
     pub fn into_rotated<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         let mut rotated = vector;
@@ -57,7 +57,7 @@ impl<R: Real> Rotation<R> {
         rotated
     }
 
-    /// The vector with the given components along the rotated axes.
+    /// Converts components along the rotated axes to the vector.
     #[inline(always)]
     pub fn out_of_rotated<const D: usize>(&self, rotated: Vector<R, D>) -> Vector<R, D> {
         let mut vector = rotated;
@@ -79,7 +79,7 @@ impl<R: Real> Rotation<R> {
             .fma(place.up(), (-self.sin).fma(place.forward(), -offset))
     }
 
-    /// `if_true` where the mask holds, otherwise `if_false`.
+    /// `if_true` where the mask is true, otherwise `if_false`.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         Self {

@@ -4,7 +4,8 @@ use super::points::Bounds;
 use super::range::Range;
 use super::vector::Vector;
 
-/// The smallest area of a triangle that is not degenerate, relative to the squares of its sides.
+/// A point is on a line if the area that it spans with a segment of the line is below this share of the squared
+/// lengths.
 const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
@@ -27,32 +28,32 @@ impl<const D: usize> Segment<D> {
         self.from.distance(self.to)
     }
 
-    /// The vector from one end to the other.
+    /// The vector from the first end to the second.
     pub fn vector(&self) -> Vector<f64, D> {
         self.to - self.from
     }
 
-    /// The unit vector from one end to the other.
+    /// The unit vector from the first end to the second.
     pub fn direction(&self) -> Vector<f64, D> {
         self.vector() / self.length()
     }
 
-    /// The point half-way.
+    /// The midpoint.
     pub fn middle(&self) -> Vector<f64, D> {
         (self.from + self.to) * 0.5
     }
 
-    /// The height of the line through both ends at a place along the ground.
+    /// The height at position `along` on the first axis, of the line through both ends.
     pub fn height(&self, along: f64) -> f64 {
         let Self { from, to } = self;
         let share = (along - from.forward()) / (to.forward() - from.forward());
         from.up() + (to.up() - from.up()) * share
     }
 
-    /// The part of the segment inside a box; `None` if it is outside, or if an end of the part is not finite.
+    /// The part of the segment inside a box; `None` if no part is inside, or if an end of the part is not finite.
     pub fn within(&self, bounds: &Bounds<D>) -> Option<Self> {
         let Self { from, to } = self;
-        // Both ends as shares of the segment, by the method of Liang and Barsky.
+        // Computes both ends of the part as shares of the segment, by the method of Liang and Barsky.
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for k in 0..D {
             let way = to.0[k] - from.0[k];
@@ -66,7 +67,7 @@ impl<const D: usize> Segment<D> {
                 last = last.min(one.max(other));
             }
         }
-        // Clamped to the bounds, because the shares of very long segments are rounded.
+        // Clamping is needed for very long segments, where the rounding of a share moves its point.
         let at = |share: f64| {
             let end = from.towards(*to, share);
             Vector::from_fn(|k| end.0[k].clamp(bounds.low.0[k], bounds.high.0[k]))
@@ -97,13 +98,13 @@ impl Segment<2> {
         to_self.into_iter().chain(to_other).fold(f64::MAX, f64::min)
     }
 
-    /// True if two segments cross strictly between their ends.
+    /// True if two segments cross at a point that is not an end of either.
     pub fn crosses(&self, other: &Self) -> bool {
         self.side(other.from) * self.side(other.to) < 0.0
             && other.side(self.from) * other.side(self.to) < 0.0
     }
 
-    /// The side of the line on which a point is: 1 to the left, -1 to the right, 0 on it.
+    /// The side of this segment's line that a point is on: 1 for left, -1 for right, 0 for on the line.
     fn side(&self, point: Vector<f64>) -> f64 {
         let (d, e) = (self.vector(), point - self.from);
         let area = d.cross(e);
@@ -116,11 +117,11 @@ impl Segment<2> {
     }
 }
 
-/// The pairs of edges that [cross](Segment::crosses), for nodes at these places. The pairs are in ascending
-/// order, and each has the smaller index first.
+/// The pairs of edges that [cross](Segment::crosses). `nodes` has the position of every node, `edges` the two nodes of
+/// every edge. The pairs of indices of edges are in ascending order, and each has the smaller index first.
 ///
-/// Sweeps along one axis and compares only edges that overlap along it. If the edges are short, these are few pairs. An edge
-/// with a NaN crosses nothing.
+/// The search sweeps along one axis and compares only edges that overlap along it. If edges are short, only few pairs
+/// are compared. An edge with a NaN crosses nothing.
 ///
 /// # Panics
 /// If an edge has a node that does not exist.
@@ -150,7 +151,7 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
     pairs
 }
 
-/// The mean number of edges that overlap at a place along an axis.
+/// The mean number of edges over a point of an axis. The sweep uses the axis where it is smaller.
 fn crowding(spans: &[[Range; 2]], axis: usize) -> f64 {
     let along = || spans.iter().map(|span| span[axis]);
     let all = Range::of(along().flat_map(|span| [span.low, span.high]));
@@ -163,7 +164,7 @@ mod tests {
     use crate::geometry::{Bounds, Vector};
     use crate::random::{Purpose, stream, symmetric};
 
-    /// The crossings of segments, each with its own two nodes.
+    /// The result of [`crossings`] for segments that do not share nodes.
     fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
         let edges: Vec<[usize; 2]> = (0..segments.len()).map(|k| [2 * k, 2 * k + 1]).collect();
         let ends = segments
@@ -185,8 +186,8 @@ mod tests {
         let mut random = stream(5, Purpose::Verification);
         let mut found = 0;
         for case in 0..60 {
-            // Wide, high and square fields; short and long segments; ends on a grid, so that segments meet,
-            // overlap and are parallel to the axes.
+            // The cases have wide, high and square fields, and short and long segments. In half of them the ends are
+            // on a grid, so that segments meet, overlap and are parallel to the axes.
             let size = [[15.0, 1.0], [1.0, 15.0], [4.0, 4.0]][case % 3];
             let reach = [1.0, 3.0, 30.0][case / 3 % 3];
             let on_grid = case % 2 == 0;
@@ -219,7 +220,7 @@ mod tests {
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(of(inside)));
         let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-        // Shares of 1e9 m, rounded at 1e-16.
+        // A share of a segment of 1e9 m that is rounded at 1e-16 has an error of 1e-7 m.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
             near(across.from.0[0], -64.0) && near(across.to.0[0], 544.0),

@@ -7,10 +7,10 @@ use std::ops::{Index, IndexMut};
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-/// A vector, or a point, of `D` numbers (or arrays of numbers). In files it is an array.
+/// A vector or a point with `D` components, which are numbers or arrays of numbers. In files it is an array.
 ///
-/// Methods over [`Real`] are loops marked `#[inline(always)]`, so that kernels can call them; see
-/// [`Kernel`](autodiff::Kernel).
+/// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
+/// `#[inline(always)]`; see [`Kernel`](autodiff::Kernel).
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(
     transparent,
@@ -33,7 +33,7 @@ impl<T, const D: usize> Vector<T, D> {
         Self(std::array::from_fn(of))
     }
 
-    /// The components as an array, for a file, a table or a picture.
+    /// The components as an array.
     #[inline(always)]
     pub fn array(self) -> [T; D] {
         self.0
@@ -49,7 +49,7 @@ impl<T, const D: usize> Vector<T, D> {
         self.0.iter()
     }
 
-    /// The components in order, mutable.
+    /// The components in order, as mutable references.
     pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.0.iter_mut()
     }
@@ -61,13 +61,13 @@ impl<T, const D: usize> Vector<T, D> {
 }
 
 impl<T: Copy, const D: usize> Vector<T, D> {
-    /// The first component: along the ground.
+    /// The first component, which is along the ground.
     #[inline(always)]
     pub fn forward(self) -> T {
         self.0[0]
     }
 
-    /// The last component: up, or out of the ground.
+    /// The last component, which points up or out of the ground.
     #[inline(always)]
     pub fn up(self) -> T {
         self.0[D - 1]
@@ -98,7 +98,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         Self([R::zero(); D])
     }
 
-    /// The constant vector with these components.
+    /// The vector with these components as constants of the type `R`.
     #[inline(always)]
     pub fn lit(constant: Vector<f64, D>) -> Self {
         let mut vector = Self::zero();
@@ -124,7 +124,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         self.with_up(R::zero())
     }
 
-    /// The sum of the products of the components.
+    /// The scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         let mut sum = self.0[D - 1] * other.0[D - 1];
@@ -192,7 +192,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         sum
     }
 
-    /// `if_true` where the mask holds, otherwise `if_false`. Derivatives flow only through the chosen vector.
+    /// `if_true` where the mask is true, otherwise `if_false`. Derivatives flow only through the chosen vector.
     #[inline(always)]
     pub fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         let mut chosen = if_false;
@@ -202,7 +202,7 @@ impl<R: Real, const D: usize> Vector<R, D> {
         chosen
     }
 
-    /// The point moved by the part of a vector along the ground.
+    /// This point moved by the vector `by`, but only along the ground.
     #[inline(always)]
     #[must_use]
     pub fn moved_along(mut self, by: Self) -> Self {
@@ -231,19 +231,20 @@ impl<const D: usize> Vector<f64, D> {
         std::array::from_fn(|axis| Self::from_fn(|k| f64::from(u8::from(k == axis))))
     }
 
-    /// The vector of length 1 in the direction of this one; NaN for the zero vector.
+    /// The unit vector in the direction of this vector; NaN for the zero vector.
     #[must_use]
     pub fn unit(self) -> Self {
         self / self.distance(Self::zero())
     }
 
-    /// The point a share of the way from this point to another.
+    /// The point at a `share` of the way from this point to `other`: 0 is this point, 1 the other.
     #[must_use]
     pub fn towards(self, other: Self, share: f64) -> Self {
         self + (other - self) * share
     }
 
-    /// The order of two points along the axis with the largest `size`. If they are equal there, the next axis decides.
+    /// Compares two points by their coordinates along the axis with the largest component of `size`. If these are
+    /// equal, the axis with the next largest component decides, and so on.
     pub fn total_cmp_along(self, other: Self, size: Self) -> Ordering {
         let mut axes: [usize; D] = std::array::from_fn(|k| k);
         axes.sort_by(|&a, &b| size.0[b].total_cmp(&size.0[a]));
@@ -270,7 +271,7 @@ impl Vector<f64, 2> {
         Self([-y, x])
     }
 
-    /// The area of the parallelogram of two vectors: positive if `other` is to the left of this one.
+    /// The area of the parallelogram that two vectors span: positive if `other` is to the left of this vector.
     pub fn cross(self, other: Self) -> f64 {
         self.0[0] * other.0[1] - self.0[1] * other.0[0]
     }
@@ -352,7 +353,7 @@ impl<'a, T, const D: usize> IntoIterator for &'a Vector<T, D> {
 mod tests {
     use super::Vector;
 
-    /// A planar law gives the same results in a vertical plane of space.
+    /// Vectors of two components give the same results as vectors of three components with a zero in the middle.
     #[test]
     fn planar_vectors_agree_with_spatial_vectors() {
         let planar = Vector::new([0.3, -0.4]);
@@ -373,7 +374,7 @@ mod tests {
                 planar.along().shortened(by).forward(),
                 space.along().shortened(by).forward(),
             ];
-            // The rounding of a division and a product of numbers below 1.
+            // The tolerance covers the rounding of a division and a product of numbers below 1.
             assert!((planar - space).abs() < 1e-16);
         }
         assert_eq!(Vector::<f64, 3>::zero().shortened(0.1), Vector::zero());

@@ -13,30 +13,30 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// Lengthens a stroke by more than rounding can shorten it.
+/// A factor that lengthens a stroke by slightly more than rounding can shorten it.
 const BEYOND: f64 = 1.0 + 1e-9;
 
-/// The numbers that the tension of a bar may depend on.
+/// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Bar<R> {
     /// Length, m.
     pub length: R,
     /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
     pub rate: R,
-    /// The length that its actuator sets (D8), m; for a passive bar, the rest length.
+    /// The length that the actuator sets (D8), m; for a passive bar, the rest length.
     pub target: R,
     /// Length at rest, m.
     pub rest_length: R,
-    /// Stiffness of its material, N/m; almost 0 for a void edge.
+    /// Stiffness of the bar's material, N/m; almost 0 for a void edge.
     pub stiffness: R,
-    /// Strain at full activation: the strain of an actuator times the bar's share of actuator; 0 for a
-    /// passive bar. The activation only changes `target`.
+    /// Strain at full activation: the largest strain of an actuator times the bar's share of actuator; 0 for a passive
+    /// bar. It does not depend on the activation, which only changes `target`.
     pub strain: R,
 }
 
 impl<R: Real> Bar<R> {
-    /// The bar of an edge, from its activation, stiffness, rest length and strain at full activation. Its rate is 0
-    /// unless `needs_rate` is true.
+    /// The bar of an edge, from the edge's activation, stiffness, rest length and strain at full activation. The rate
+    /// is 0 unless `needs_rate` is true.
     #[inline(always)]
     fn new<const D: usize>(
         edge: &EdgeVector<R, D>,
@@ -52,7 +52,7 @@ impl<R: Real> Bar<R> {
         Self {
             length,
             rate,
-            // D8
+            // Equation D8.
             target: rest_length * strain.fma(activation, R::one()),
             rest_length,
             stiffness,
@@ -61,16 +61,16 @@ impl<R: Real> Bar<R> {
     }
 }
 
-/// A force along every bar, which is *added* to the force of the bar's own spring. A law cannot replace the
-/// spring, which follows Hooke's law, or stiffens if `physics.stiffening` is above 0. The forces of several
-/// laws along bars add up.
+/// A force along every bar, which is *added* to the force of the bar's own spring. It cannot replace the spring: every
+/// bar has one, which follows Hooke's law, or [`Stiffening`](super::Stiffening) if `physics.stiffening` is above 0. The
+/// forces of several laws along bars add up.
 ///
 /// To write a law, give it [settings](Law) and [`tension`](BarForce::tension). Derivatives, SIMD lanes and
 /// file formats need no further code. [`on_bars`](super::on_bars) makes it a law that scenes choose by
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
+/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
 ///
 /// ```
 /// use autodiff::Real;
@@ -98,29 +98,31 @@ impl<R: Real> Bar<R> {
 ///
 /// let registry = cosmic::Registry::default().with_law(on_bars::<Prestress>());
 /// let scene = registry.parse("own", "physics.forces = ['prestress']\nprestress.share = 0.02")?;
-/// let law: Prestress = scene.physics.forces.along_bars().expect("it is chosen");
+/// let law: Prestress = scene.physics.forces.along_bars().expect("the scene has chosen the law");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
 /// assert!((Prestress::tension(&law, bar) - 0.8).abs() < 1e-12);
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
-    /// What messages call the bar under this law: "spring".
+    /// The word for the bar in messages about this law, such as "spring".
     const NOUN: &'static str = Self::NAME;
-    /// True if [`Bar::rate`] is read.
+    /// True if [`tension`](BarForce::tension) reads [`Bar::rate`].
     const NEEDS_RATE: bool = false;
 
-    /// The force, N, with which the bar pulls its ends together in addition to its spring; below 0 it pushes
-    /// them apart. `law` has the settings as numbers of the type `R`. Like all generic code, the method must select and
-    /// never branch on a [`Real`].
+    /// The force, N, with which the bar pulls its ends together in addition to its spring; a negative force pushes them
+    /// apart. `law` has the settings as numbers of the type `R`. The method must not branch on a [`Real`]; use
+    /// `R::select` instead.
     fn tension<R: Real>(law: &Self::Of<R>, bar: Bar<R>) -> R;
 
-    /// The energy of the bar, J: the tension is its derivative by the length. `None` if the law has no energy.
+    /// The potential energy of the bar, J, whose derivative with respect to the length is the tension. `None` if the
+    /// law has no potential energy.
     fn energy(&self, _bar: Bar<f64>) -> Option<f64> {
         None
     }
 
-    /// The adjoint of the impulse: an [emitted](autodiff::emit) one is faster.
+    /// The adjoint of the impulse [`Tension`]. The default works for every law; a [generated](autodiff::emit) adjoint
+    /// is faster.
     #[inline(always)]
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
@@ -131,8 +133,9 @@ pub trait BarForce: Law {
     }
 }
 
-/// Maps an edge to its impulse on its tail over a step, N s, from the edge's vector (m), activation,
-/// stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs are the law's settings.
+/// The kernel of a law along bars: computes the impulse on the first node of an edge over a step, N s, from the vector
+/// along the edge (m), activation, stiffness (N/m), rest length (m) and strain at full activation. The uniform inputs
+/// are the law's settings.
 #[derive(Clone, Debug)]
 pub struct Tension<L> {
     /// The law.
@@ -180,8 +183,8 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
     }
 }
 
-/// [`Tension`] of a law with [`BarForce::NEEDS_RATE`]: the second input is the difference of the velocities of the ends
-/// (m/s).
+/// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. After the vector along the edge it has another input: the
+/// difference of the velocities of both ends (m/s).
 #[derive(Clone, Debug)]
 pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
@@ -200,7 +203,7 @@ impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     }
 }
 
-/// A law along bars as a force.
+/// A law along bars, as a [`Force`].
 #[derive(Clone, Debug)]
 pub(crate) struct OnBars<L>(pub(crate) L);
 
@@ -217,7 +220,8 @@ impl<L: BarForce> OnBars<L> {
         Bar::new(&between, between.length(), true, given)
     }
 
-    /// The derivative of the tension by the rate of the length, N s/m, or by the length, N/m.
+    /// The derivative of the tension with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise
+    /// with respect to the length (N/m).
     fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
         let constant = Dual::<f64, 1>::constant;
         let mut moving = Bar {
@@ -237,7 +241,7 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// A bar whose length differs from its rest length by its stroke.
+    /// A bar at rest whose length differs from its rest length by slightly more than its stroke `off` (m).
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
             length: rest_length + off * BEYOND,
@@ -324,8 +328,8 @@ impl<L: BarForce> Force for OnBars<L> {
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
     }
 
-    /// The stiffness of a bar is taken slightly beyond the stroke of its own actuator, so that stops there count. A
-    /// stiffening bar that other forces stretch further is stiffer than that.
+    /// Uses the stiffness of each bar slightly beyond the stroke of its own actuator, so that stops there count. A
+    /// stiffening bar that other forces stretch further is even stiffer.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);

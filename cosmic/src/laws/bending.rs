@@ -1,12 +1,11 @@
-//! Bending stiffness of bars that continue through a node: an angular spring between two edges in
-//! line.
+//! Bending stiffness of bars that continue through a node: an angular spring between two edges in line.
 //!
-//! It is off by default, and it is the example of a force that acts neither on single nodes nor along single bars:
-//! a kernel computes the force, and the rest of this file finds the nodes and edges that take part.
+//! It is off by default. It is also the example of a force that acts neither on single nodes nor along single bars: a
+//! kernel computes the force, and the rest of this file finds the nodes and edges that take part.
 //!
-//! Two edges of one node that are in line at the start form a pair. A bar of stiffness `k` (N/m) whose section has the
-//! radius of gyration `r` (m) resists bending by `EI / l = k r^2`. Half of each edge acts at the node, in series, which
-//! gives the pair `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge bends freely.
+//! Two edges that share a node and are in line at the start form a pair. A bar of stiffness `k` (N/m) whose section has
+//! the radius of gyration `r` (m) has the bending stiffness `EI / l = k r^2`. At the node, the halves of both edges act
+//! in series, so the pair has the angular stiffness `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m). A void edge bends freely.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -19,11 +18,11 @@ use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice, SOFTENING};
 use crate::settings::Settings;
 
-/// Two edges are in line if the cosine of the angle between them is larger: up to about 8 degrees.
+/// Two edges are in line if the cosine of the angle between them is larger than this, up to about 8 degrees.
 const IN_LINE: f64 = 0.99;
 /// Keeps the stiffness of a pair finite if both edges have stiffness 0, N/m.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// Shapes whose forces are added by one kernel.
+/// The number of shapes of pairs whose forces one kernel adds.
 const AT_ONCE: usize = 4;
 
 /// Bars that resist bending.
@@ -58,12 +57,12 @@ impl AnyForce for Bending {
     }
 }
 
-/// An angular spring between two edges, at rest if they are in line: a torque `c sin(a)` if the path over the three
-/// nodes turns by the angle `a`, with the energy `c (1 - cos(a))`. It is smooth at every angle; beyond a right angle the
-/// torque decreases.
+/// An angular spring between two edges, which is at rest if they are in line. If the path over the three nodes turns by
+/// the angle `a`, the torque is `c sin(a)` and the energy `c (1 - cos(a))`. It is smooth at every angle; beyond a right
+/// angle the torque decreases.
 ///
-/// Maps the coordinates of the three nodes (m) and the stiffness of the two edges (N/m) to the impulses on the nodes
-/// (N s).
+/// The kernel computes the impulses on the three nodes (N s) from their coordinates (m) and the stiffness of the two
+/// edges (N/m).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
     /// `2 r^2`, m^2.
@@ -72,7 +71,7 @@ pub(super) struct Bend {
     pub(super) dt: f64,
 }
 
-/// Two edges in line, by numbers or arrays.
+/// Two edges in line, described by numbers or by arrays of numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<R, const D: usize = 2> {
     /// The three nodes, m.
@@ -103,7 +102,7 @@ impl<R: Copy> Line<R> {
 }
 
 impl<R: Real, const D: usize> Line<R, D> {
-    /// The unit vector along the edge from a node to the next, and 1 / length.
+    /// The unit vector along the edge from node `from` to the next one, and 1 / length.
     #[inline(always)]
     fn edge(&self, from: usize) -> (Vector<R, D>, R) {
         let edge = self.nodes[from + 1] - self.nodes[from];
@@ -120,12 +119,12 @@ impl Bend {
         R::lit(self.section) * a * b / (a + b + R::lit(LEAST_STIFFNESS))
     }
 
-    /// The impulses on the nodes, N s.
+    /// The impulses on the three nodes, N s.
     #[inline(always)]
     pub(super) fn impulses<R: Real, const D: usize>(&self, line: &Line<R, D>) -> [Vector<R, D>; 3] {
         let ((a, per_a), (b, per_b)) = (line.edge(0), line.edge(1));
         let stiffness = self.stiffness(line) * R::lit(self.dt);
-        // A torque on an arm is a force across its end. The middle node takes both reactions.
+        // A torque on an arm acts as a force across its end. The middle node takes both reactions.
         let first = -a.across(b) * (stiffness * per_a);
         let last = b.across(a) * (stiffness * per_b);
         [first, -(first + last), last]
@@ -146,7 +145,7 @@ impl Kernel<8, 6> for Bend {
     }
 }
 
-/// A sum of five.
+/// The sum of five numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Total;
 
@@ -170,8 +169,8 @@ struct Pair {
 }
 
 impl Pair {
-    /// How far the indices of the outer nodes are from that of the middle node. Each node has a role (before, middle,
-    /// after) in at most one pair of each shape.
+    /// The differences between the indices of the outer nodes and the index of the middle node. Among pairs of the same
+    /// shape, a node is first in at most one pair, middle in at most one, and last in at most one.
     fn shape(&self) -> [isize; 2] {
         let [before, middle, after] = self.nodes.map(|node| node as isize);
         [before - middle, after - middle]
@@ -194,12 +193,12 @@ impl Pair {
 struct BentBars {
     /// Radius of gyration of a bar's section, m.
     radius: f64,
-    /// By shape, then by the middle node: gathers of their nodes then copy whole rows.
+    /// Sorted by shape, then by the middle node, so that gathers of their nodes copy whole rows.
     pairs: Vec<Pair>,
 }
 
 impl BentBars {
-    /// The pairs of a lattice; `None` if bars bend freely or no edges are in line.
+    /// The pairs of a lattice; `None` if the radius is 0 or no edges are in line.
     fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
         let mut pairs = pairs(lattice);
         pairs.sort_by_key(|pair| (pair.shape(), pair.nodes[1]));
@@ -213,7 +212,8 @@ impl BentBars {
         }
     }
 
-    /// Adds to a sum over nodes what the pairs contribute to the nodes that have a role in them.
+    /// Adds one component of the impulses on the nodes with a role (0 first, 1 middle, 2 last) in their pairs. `pull`
+    /// has a number for each pair, `sum` and the result have one for each node.
     fn add(&self, p: &mut AnyProgram, sum: Array, role: usize, pull: Array) -> Array {
         let nodes = sum.len();
         let mut pair = 0;
@@ -291,15 +291,14 @@ impl Force for BentBars {
         let energy = |pair: &Pair| {
             let line = pair.line(pose);
             let ((a, _), (b, _)) = (line.edge(0), line.edge(1));
-            // 1 - cos(angle), without a difference of numbers close to 1.
+            // This is 1 - cos(angle), computed without a difference of numbers close to 1.
             let turned = 0.5 * (a - b).dot(a - b);
             self.bend(1.0).stiffness(&line) * turned
         };
         Some(self.pairs.iter().map(energy).sum())
     }
 
-    /// Two edges in line add `c g g^T`, where `g . u` is the angle between them if their three nodes are displaced by
-    /// `u`.
+    /// A pair adds `c g g^T`, where `g . u` is the angle between its edges if its three nodes are displaced by `u`.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for pair in &self.pairs {
             let [before, middle, after] = pair.nodes;
@@ -312,8 +311,8 @@ impl Force for BentBars {
         }
     }
 
-    /// A pair's `c` is at most `2 r^2` times the stiffness of one of its edges at the node. That adds at most
-    /// `12 (r / l)^2` times the square of the node's own frequency.
+    /// The stiffness `c` of a pair is at most `2 r^2` times the stiffness of one of its edges. So the pairs add at most
+    /// `12 (r / l)^2` times `of_node`.
     fn any_design(&self, of_node: f64, shortest: f64) -> f64 {
         12.0 * (self.radius / shortest).powi(2) * of_node
     }
@@ -354,7 +353,7 @@ mod tests {
 
     #[test]
     fn every_line_of_three_nodes_is_a_pair() {
-        // Each row and column has four such lines; each direction of the diagonals has 4 x 4.
+        // Each row and each column has four lines of three nodes; each of the two diagonal directions has 4 x 4.
         assert_eq!(
             pairs(&Lattice::sample(6, 6, 0.0)).len(),
             6 * 4 + 6 * 4 + 2 * 4 * 4
@@ -386,7 +385,7 @@ mod tests {
             section: 2.0 * 0.01 * 0.01,
             dt: 1.0,
         };
-        // k r^2; `LEAST_STIFFNESS` reduces it by 1e-15 of its value.
+        // Expects k r^2; `LEAST_STIFFNESS` reduces it by a fraction of 1e-15.
         let stiffness = |first: f64, second: f64| {
             bend.stiffness(&Line::new([0.0, 0.0, 0.1, 0.0, 0.2, 0.0, first, second]))
         };

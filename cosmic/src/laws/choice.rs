@@ -1,4 +1,4 @@
-//! The laws that a scene may choose, and its choice.
+//! The laws that a scene may choose from, and those that it has chosen.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ use crate::settings::{
     Filled, Limits, Misfit, SettingValue, Settings, json, misfit, quoted, unknown, word, wrong_kind,
 };
 
-/// A law that scenes may choose. [`contact`], [`on_bars`] and [`on_nodes`] make one.
+/// A law that scenes may choose. Made by [`contact`], [`on_bars`] or [`on_nodes`].
 pub struct Choice(Kind);
 
 enum Kind {
@@ -81,7 +81,7 @@ impl Choice {
 }
 
 impl Registry {
-    /// Every contact law with its default settings.
+    /// All contact laws of this crate and of the registry, with their default settings.
     fn contacts(&self) -> impl Iterator<Item = Box<dyn AnyContact>> {
         let added = self.all::<Choice>(LAW).filter_map(|law| match &law.0 {
             Kind::Contact(contact) => Some(contact.boxed()),
@@ -90,7 +90,7 @@ impl Registry {
         contacts().into_iter().chain(added)
     }
 
-    /// Every force with its default settings.
+    /// All forces of this crate and of the registry, with their default settings.
     fn forces(&self) -> impl Iterator<Item = Box<dyn AnyForce>> {
         let added = self.all::<Choice>(LAW).filter_map(|law| match &law.0 {
             Kind::Contact(_) => None,
@@ -99,7 +99,7 @@ impl Registry {
         forces().into_iter().chain(added)
     }
 
-    /// The setting that chooses a law, as an instruction; `None` for an unknown law.
+    /// The instruction that chooses a law, such as `set physics.contact = "coulomb"`; `None` for an unknown law.
     pub(crate) fn choosing(&self, law: &str) -> Option<String> {
         if self.contacts().any(|contact| contact.name() == law) {
             return Some(format!("set physics.contact = {law:?}"));
@@ -121,12 +121,12 @@ impl ContactLaw {
         Self { law, registry }
     }
 
-    /// The law without a ground.
+    /// The law without any ground.
     pub fn none() -> Self {
         Self::new(NoGround {})
     }
 
-    /// The law by which a node stops where it touches the ground.
+    /// The law of infinite friction: a node stops where it touches the ground.
     pub fn infinite() -> Self {
         Self::new(Sticking {})
     }
@@ -136,12 +136,12 @@ impl ContactLaw {
         Self::new(Coulomb::default())
     }
 
-    /// The name.
+    /// The name of the law.
     pub fn name(&self) -> &'static str {
         self.law.name()
     }
 
-    /// The description of the law, in a sentence.
+    /// A sentence that describes the law.
     pub fn about(&self) -> &'static str {
         self.law.boxed().settings().about()
     }
@@ -159,13 +159,13 @@ impl ContactLaw {
         self.law.settings()
     }
 
-    /// The additions among which the law was chosen.
+    /// The registry that the law was chosen from.
     pub(crate) fn registry(&self) -> &Registry {
         &self.registry
     }
 
-    /// Chooses the law of a name with its default settings. The current law keeps its settings. False for an unknown
-    /// name.
+    /// Chooses the law with this name and its default settings. If it is the current law, it keeps its settings.
+    /// Returns false for an unknown name.
     fn choose(&mut self, name: &str) -> bool {
         if name != self.name() {
             let found = self.registry.contacts().find(|law| law.name() == name);
@@ -177,10 +177,10 @@ impl ContactLaw {
         true
     }
 
-    /// Takes the law of a file.
+    /// Chooses the law of a file, with the settings of the file.
     ///
     /// # Errors
-    /// A sentence about an unknown law or a wrong setting.
+    /// A message about an unknown law or a wrong setting.
     pub(crate) fn read_file(&mut self, file: &LawFile) -> Result<(), String> {
         if !self.choose(&file.name) {
             let known = self
@@ -265,14 +265,14 @@ pub struct ForceLaws {
 }
 
 impl ForceLaws {
-    /// The law of a name: with the settings that it has here, or else with its defaults.
+    /// The law with this name: with its settings here if it is among these laws, otherwise with its default settings.
     fn law_of(&self, name: &str) -> Option<Box<dyn AnyForce>> {
         let here = self.laws().map(AnyForce::boxed);
         here.chain(self.registry.forces())
             .find(|force| force.name() == name)
     }
 
-    /// The law along bars of that type with its settings here, if it is among these.
+    /// The law of the type `L` with its settings, if it is among these laws.
     pub fn along_bars<L: BarForce>(&self) -> Option<L> {
         let mut laws = self.laws().map(AnyForce::any);
         let law: &OnBars<L> = laws.find_map(|law| law.downcast_ref())?;
@@ -285,7 +285,7 @@ impl ForceLaws {
         self.laws().map(about).collect()
     }
 
-    /// All but the law of a name.
+    /// These laws without the one with this name.
     #[must_use]
     pub fn without(&self, name: &str) -> Self {
         let mut others = self.clone();
@@ -302,10 +302,10 @@ impl ForceLaws {
         laws.map(|force| (force.name(), force.settings()))
     }
 
-    /// Takes the laws of files.
+    /// Replaces these laws by the laws of files, with the settings of the files.
     ///
     /// # Errors
-    /// A sentence about a law that is unknown or occurs twice, or about a wrong setting.
+    /// A message about a law that is unknown or occurs twice, or about a wrong setting.
     pub(crate) fn read_files(&mut self, files: &[LawFile]) -> Result<(), String> {
         self.laws.clear();
         for file in files {

@@ -1,4 +1,4 @@
-//! Contact laws: the velocity of a node that meets the ground.
+//! Contact laws: they determine the velocity of a node after it has met the ground.
 
 use std::fmt::Debug;
 
@@ -20,19 +20,19 @@ pub struct Impact<R, const D: usize = 2> {
     pub rest: R,
 }
 
-/// What happens to a node that meets the ground. To write a law, give it [settings](Law) and
+/// A contact law: what happens to a node that meets the ground. To write a law, give it [settings](Law) and
 /// [`respond`](Contact::respond). Derivatives, SIMD lanes and file formats need no further code.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
+/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
 pub trait Contact: Law {
     /// False if there is no ground at all.
     const HAS_GROUND: bool = true;
 
     /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. `law` has the settings as
-    /// numbers of the type `R`. Like all generic code, the method must select and never branch on a [`Real`].
+    /// numbers of the type `R`. The method must not branch on a [`Real`]; use `R::select` instead.
     fn respond<R: Real, const D: usize>(law: &Self::Of<R>, impact: Impact<R, D>) -> Vector<R, D>;
 
-    /// A node after a drift over the ground line.
+    /// The node after a drift over flat ground.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Self::Of<R>,
@@ -48,9 +48,9 @@ pub trait Contact: Law {
         }
     }
 
-    /// A node after a drift over terrain. If it meets a segment, the law gets the velocity along and out of that
-    /// segment. If the rest of the drift leads into another segment, as in a corner, the law is applied once more. A node
-    /// that would still sink into the ground after that stops in the corner.
+    /// The node after a drift over terrain. If the node meets a segment of the terrain, the law gets the velocity along
+    /// and out of that segment. If the rest of the drift leads into another segment, as in a corner, the law is applied
+    /// once more. If the node would still sink into the ground after that, it stops in the corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
         law: &Self::Of<R>,
@@ -81,14 +81,15 @@ pub trait Contact: Law {
         Particle { v, ..way.node }.after(way.left)
     }
 
-    /// The law with another coefficient of friction, if it has one: the scene's `physics.friction`, or one that is drawn
-    /// for domain randomization.
+    /// The law with another coefficient of friction: `physics.friction`, or one that is drawn for domain randomization.
+    /// A law without friction does not change.
     #[must_use]
     fn with_friction(self, _friction: f64) -> Self {
         self
     }
 
-    /// The adjoint of a step over flat ground: an [emitted](autodiff::emit) one is faster.
+    /// The adjoint of a step over flat ground. The default works for every law; a [generated](autodiff::emit) adjoint
+    /// is faster.
     #[inline(always)]
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
@@ -98,7 +99,7 @@ pub trait Contact: Law {
         vjp_by_duals_with(flying, at, given)
     }
 
-    /// The adjoint of a drift over flat ground without a push.
+    /// The adjoint of a drift over flat ground, like [`flying_vjp`](Contact::flying_vjp).
     #[inline(always)]
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
@@ -109,8 +110,8 @@ pub trait Contact: Law {
     }
 }
 
-/// In the `impl` of a [`Contact`]: the adjoints are the emitted ones. The argument is `_`, or `settings, settings` if the
-/// law has settings.
+/// Used in the `impl` of a [`Contact`]: makes its adjoints the generated ones. The argument is `_` for a law without
+/// settings, and `settings, settings` for a law with settings.
 macro_rules! emitted_adjoints {
     ($settings:pat $(, $given:ident)?) => {
         #[inline(always)]
@@ -134,9 +135,9 @@ macro_rules! emitted_adjoints {
 }
 pub(super) use emitted_adjoints;
 
-/// What a node drifts over: [`Flat`] ground or [`Terrain`].
+/// The ground that a node drifts over: [`Flat`] or [`Terrain`].
 pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
-    /// A node after a drift, under a contact law.
+    /// The node after a drift over this ground, under a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -144,7 +145,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
         node: Particle<R, D>,
     ) -> Particle<R, D>;
 
-    /// The adjoint of a step.
+    /// The adjoint of a step over this ground.
     #[inline(always)]
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C, Self>,
@@ -154,7 +155,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
         vjp_by_duals_with(flying, at, given)
     }
 
-    /// The adjoint of a drift without a push.
+    /// The adjoint of a drift over this ground.
     #[inline(always)]
     fn drifting_vjp<C: Contact, R: Real, const M: usize>(
         drifting: &Drifting<C, Self>,
@@ -165,7 +166,7 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// The ground line, or no ground at all.
+/// Flat ground, or no ground at all.
 #[derive(Clone, Copy, Debug)]
 pub struct Flat;
 
@@ -211,13 +212,14 @@ impl Underfoot for Terrain {
     }
 }
 
-/// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
-/// `[x, y, vx, vy]`. The uniform inputs are the velocity that gravity adds (m/s), then the law's settings.
+/// The kernel of a step of a node, which is a push and then a drift: from
+/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are both components
+/// of the velocity that gravity adds (m/s), then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
-    /// The push, and the drift after it.
+    /// The push and the drift.
     pub flight: Flight,
-    /// What happens at the ground.
+    /// The contact law.
     pub contact: C,
     /// The ground.
     pub ground: G,
@@ -250,12 +252,13 @@ impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
     }
 }
 
-/// A drift without a push: from `[x, y, vx, vy]` to the new ones. The uniform inputs are the law's settings.
+/// The kernel of a drift without a push: from `[x, y, vx, vy]` to the new `[x, y, vx, vy]`. The uniform inputs are the
+/// law's settings.
 #[derive(Clone, Debug)]
 pub struct Drifting<C, G = Flat> {
     /// The drift.
     pub drift: Drift,
-    /// What happens at the ground.
+    /// The contact law.
     pub contact: C,
     /// The ground.
     pub ground: G,
@@ -281,7 +284,7 @@ impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
     }
 }
 
-/// A [`Contact`] behind a pointer.
+/// A [`Contact`] as a trait object.
 pub(crate) trait AnyContact: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn has_ground(&self) -> bool;
@@ -289,7 +292,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn inputs(&self) -> Vec<StepInput>;
     fn boxed(&self) -> Box<dyn AnyContact>;
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
-    /// All nodes after a step; see [`Flying`].
+    /// Records a step of all nodes with the kernel [`Flying`], and returns the nodes after it.
     fn fly(
         &self,
         p: &mut AnyProgram,
@@ -297,7 +300,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         terrain: Option<&Terrain>,
         pushed: Pushed,
     ) -> Particle<Array>;
-    /// All nodes after a drift; see [`Drifting`].
+    /// Records a drift of all nodes with the kernel [`Drifting`], and returns the nodes after it.
     fn drift(
         &self,
         p: &mut AnyProgram,
@@ -308,14 +311,14 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     ) -> Particle<Array>;
 }
 
-/// All nodes, and what pushes them.
+/// The inputs of a step: all nodes, and what pushes them.
 pub(crate) struct Pushed<'a, const D: usize = 2> {
     pub(crate) nodes: Particle<Array, D>,
     /// Impulses, N s.
     pub(crate) impulses: Vector<Array, D>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
-    /// The velocity that gravity adds, m/s, then the settings of the contact law: an array of one number each.
+    /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(crate) uniforms: &'a [Array],
 }
 

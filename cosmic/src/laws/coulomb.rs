@@ -1,4 +1,4 @@
-//! Coulomb friction: it shortens the velocity along the ground and never reverses it (D5).
+//! Coulomb friction: reduces the velocity along the ground and never reverses it (D5).
 
 use autodiff::Real;
 
@@ -8,7 +8,7 @@ use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
 use crate::settings::Settings;
 
-/// The normal part of the velocity vanishes; friction brakes the part along the ground.
+/// Coulomb friction: the velocity out of the ground becomes zero, and friction reduces the velocity along the ground.
 #[derive(Clone, Debug, Default)]
 pub struct Coulomb<R = f64> {
     /// Coefficient of friction: the scene's `physics.friction`.
@@ -19,7 +19,7 @@ crate::settings! { @inputs Coulomb [R] [friction: R, "physics.friction";] }
 
 impl Settings for Coulomb {
     fn about(&self) -> &'static str {
-        "Coulomb friction: it brakes a node along the ground; the velocity out of it vanishes."
+        "Coulomb friction: slows a node along the ground; its velocity out of the ground becomes zero."
     }
 }
 
@@ -32,11 +32,12 @@ impl Contact for Coulomb {
     fn respond<R: Real, const D: usize>(law: &Coulomb<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let (along, friction) = (impact.velocity.along(), law.friction);
         let braked = along.shortened(friction * impact.velocity.up().abs());
-        // Without friction nothing holds a node at rest, so the kink of `shortened` must not act.
+        // Without friction nothing holds a node at rest, so its velocity must pass derivatives, which `shortened`
+        // blocks there.
         Vector::select(R::zero().less(friction), braked, along).along()
     }
 
-    // After the impact the velocity out of the ground is 0: the node only moves along.
+    // After the impact the velocity out of the ground is 0, so the node only moves along the ground.
     #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Coulomb<R>,

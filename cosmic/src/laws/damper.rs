@@ -8,10 +8,10 @@ use super::law::Law;
 use crate::settings::within;
 
 crate::settings! {
-    /// Bars resist changes of their length: N s/m of `time` times their stiffness.
+    /// Bars resist changes of their length, with a damping (N s/m) of `time` times their stiffness.
     struct Damper<R> {
-        /// Viscosity of a bar's material over its stiffness. A bar whose ends vibrate against one another
-        /// at `w` rad/s has the damping ratio `w * time / 2` by it.
+        /// Viscosity of a bar's material divided by its stiffness. It gives a bar whose ends vibrate against
+        /// each other at `w` rad/s the damping ratio `w * time / 2`.
         time: R = 3e-4, allowed within(0.0, 1.0), unit "s", source "beyond the paper";
     }
 }

@@ -13,7 +13,7 @@ use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
 
-/// The arrays from which a step computes forces. Vectors are in the ground's frame.
+/// The arrays that a step computes forces from. Vectors are in the ground's frame.
 pub struct Step<'a, const D: usize = 2> {
     /// The edges, and the slot of each edge in arrays along the edges.
     pub graph: &'a Graph,
@@ -37,7 +37,7 @@ pub struct Step<'a, const D: usize = 2> {
     pub vertical: Vector<f64, D>,
 }
 
-/// A robot at one time, in the ground's frame, for computations outside of a step.
+/// A robot at one moment, in the ground's frame, for computations that are not part of a step.
 #[derive(Clone, Debug)]
 pub struct Pose<'a, const D: usize = 2> {
     /// Nodes and edges.
@@ -55,7 +55,7 @@ pub struct Pose<'a, const D: usize = 2> {
 }
 
 impl<'a, const D: usize> Pose<'a, D> {
-    /// A robot with idle actuators at time 0, in a state in the world's frame.
+    /// A robot with idle actuators at time 0. `state` is in the world's frame.
     pub fn idle(
         lattice: &'a Lattice<D>,
         body: &'a Body<f64>,
@@ -73,21 +73,22 @@ impl<'a, const D: usize> Pose<'a, D> {
     }
 }
 
-/// The force of a part of a law on one node.
+/// The force that a part of a law, such as one spring, exerts on one node.
 #[derive(Clone, Debug)]
 pub struct Pull<const D: usize = 2> {
-    /// The name of the part within a sentence: "the spring of edge 3 [1, 2]".
+    /// The name of the part, to be used in a sentence, such as "the spring of edge 3 [1, 2]".
     pub part: String,
     /// The force, N, in the ground's frame.
     pub force: Vector<f64, D>,
 }
 
-/// The parameters of a step that a force declares.
+/// The parameters that a force has declared for a step.
 #[derive(Clone, Debug, Default)]
 pub struct Given<A> {
-    /// [`Force::constants`].
+    /// The arrays of [`Force::constants`].
     pub constants: Vec<A>,
-    /// [`Force::inputs`], each an array of one number: [uniform inputs](autodiff::arrays::Uniforms) of kernels.
+    /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
+    /// [uniform inputs](autodiff::arrays::Uniforms).
     pub inputs: Vec<A>,
 }
 
@@ -96,22 +97,24 @@ pub struct Given<A> {
 /// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
 /// this trait; `laws/bending.rs` is an example.
 pub trait Force: Debug + Send + Sync {
-    /// Arrays of numbers that no step changes. [`record`](Force::record) gets them as [`Given::constants`].
+    /// Arrays of constant numbers. [`record`](Force::record) gets them as [`Given::constants`].
     fn constants(&self) -> Vec<Vec<f64>> {
         Vec::new()
     }
 
-    /// The settings by which a rollout can be differentiated, and in which robots of one batch may differ.
+    /// The settings that a rollout can be differentiated with respect to, and that may differ between the robots of a
+    /// batch.
     fn inputs(&self) -> Vec<StepInput> {
         Vec::new()
     }
 
-    /// True if [`Step::time`] is read.
+    /// True if [`record`](Force::record) reads [`Step::time`].
     fn needs_time(&self) -> bool {
         false
     }
 
-    /// Records the impulses on all nodes over a step, N s: those of earlier forces, `before`, plus its own.
+    /// Records the impulses on all nodes over a step, N s, and adds them to those of earlier forces, `before`. Returns
+    /// the sum.
     fn record(
         &self,
         p: &mut AnyProgram,
@@ -120,10 +123,10 @@ pub trait Force: Debug + Send + Sync {
         before: Option<Vector<Array>>,
     ) -> Vector<Array>;
 
-    /// The force of each part on a node.
+    /// The forces on a node, one for each part of this force that acts on it.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
 
-    /// How much this force adds to the tension of the bar of an edge, N.
+    /// The tension that this force adds to the bar of an edge, N.
     fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
         0.0
     }
@@ -131,24 +134,24 @@ pub trait Force: Debug + Send + Sync {
     /// The potential energy, J; `None` if the force has none.
     fn energy(&self, pose: &Pose) -> Option<f64>;
 
-    /// Adds the derivatives of the force at a pose. They determine the stable time step.
+    /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness of a bar, N/m, whose material has the stiffness `k` and whose length differs from the target by
-    /// `off` (m).
+    /// The stiffness that this force gives a bar, N/m. The material of the bar has the stiffness `k` (N/m), and its
+    /// length differs from the target by `off` (m).
     fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
         0.0
     }
 
-    /// A bound on what the force adds to the square of the frequencies, 1/s^2, in any design. `of_node` is the largest
-    /// square that a node has by its bars alone, `shortest` the length of the shortest bar (m). Forces on single nodes
-    /// return 0: [`stiffen`](Force::stiffen) already tells what they add.
+    /// A bound on what the force adds to the square of any frequency, 1/s^2, in any design. `of_node` is the largest
+    /// squared frequency of a single node with only its bars (1/s^2), `shortest` the length of the shortest bar (m).
+    /// Forces on single nodes return 0, because [`stiffen`](Force::stiffen) already says what they add.
     fn any_design(&self, _of_node: f64, _shortest: f64) -> f64 {
         0.0
     }
 }
 
-/// A force law with its settings, behind a pointer.
+/// A force law with its settings, as a trait object.
 pub(crate) trait AnyForce: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn settings(&mut self) -> &mut dyn Settings;
@@ -158,7 +161,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }
 
-/// A sum.
+/// The sum of two numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sum;
 
@@ -174,7 +177,7 @@ impl Kernel<2, 1> for Sum {
     }
 }
 
-/// Adds impulses to earlier ones.
+/// Records the sum of `impulses` and the impulses of earlier forces, `before`.
 pub(super) fn add<const D: usize>(
     p: &mut AnyProgram,
     before: Option<Vector<Array, D>>,

@@ -1,11 +1,11 @@
-//! A law: a term of the step with a name and settings.
+//! [`Law`]: what contact laws and force laws have in common, a name and settings.
 
 use std::fmt::Debug;
 
 use crate::settings::{Inputs, Settings};
 
-/// A law's name and settings. The settings are the fields of the type, as
-/// [`settings!`](crate::settings!) declares them; a scene has them in a section named after the law.
+/// A law with its name and its settings. The settings are the fields of the type, as declared by
+/// [`settings!`](crate::settings!). In a scene they are in a section with the name of the law.
 pub trait Law:
     Settings + Inputs<Of<f64> = Self> + Clone + Default + Debug + Send + Sync + 'static
 {
@@ -16,13 +16,13 @@ pub trait Law:
 /// A number of the step that is the same for all nodes and bars: a setting of a law, or gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepInput {
-    /// Its key in a scene, such as `mud.rate`.
+    /// The key of the number in a scene, such as `mud.rate`.
     pub name: String,
-    /// Its value in the scene, in the key's unit.
+    /// The value of the number in the scene, in the unit of the key.
     pub value: f64,
 }
 
-/// The settings of a law that are inputs of the step.
+/// The settings of a law that are inputs of the step, under their full keys.
 pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
     let input = |(key, value): (String, f64)| StepInput {
         name: if key.contains('.') {

@@ -109,10 +109,10 @@ impl LawFile {
         }
     }
 
-    /// Sets the settings of the law to the values read.
+    /// Sets the settings of `law` to the values of this file.
     ///
     /// # Errors
-    /// A sentence about an unknown setting or a wrong value.
+    /// A message about an unknown setting or a wrong value.
     pub(super) fn fill(&self, law: &mut dyn Settings) -> Result<(), String> {
         for (key, value) in &self.settings.0 {
             let field = law.fields().into_iter().find(|field| field.key == key);
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Other values for a setting: off and on, both booleans, every name, other numbers.
+    /// Values to try for a setting: `null`, a boolean, numbers, and every allowed name.
     fn others(field: &Field) -> Vec<Value> {
         let values = [
             json!(null),
@@ -192,7 +192,7 @@ mod tests {
         serde_json::to_value(LawFile::new(name, law)).unwrap()
     }
 
-    /// Writes and reads a law after changing each of its settings.
+    /// Checks that a law reads back as it was written, after a change of each of its settings.
     fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
         let (keys, mut tried) = (law.fields().len(), 0);
         for k in 0..keys {
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!(tried, keys, "{name}: a setting did not change");
     }
 
-    /// The force laws of a JSON text in a program with the law above.
+    /// Reads force laws from a JSON text, in a program that knows the law [`Everything`].
     fn forces(text: &str) -> Result<ForceLaws, String> {
         let mut laws = ForceLaws::default();
         laws.know(&Registry::default().with_law(on_bars::<Everything>()));

@@ -1,9 +1,11 @@
-//! Laws: the terms of a step. One file each, by the same traits as a user's.
+//! Laws: contact laws and forces, of which a step is made. Each law has its own file and implements the same traits as
+//! a user's law.
 //!
-//! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
-//! that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a
-//! node. Any other force implements [`Force`]. Derivatives, SIMD lanes and the stable time step follow from the method;
-//! so do derivatives by the settings. Scenes can name a law that is in the [registry](crate::Registry::with_law).
+//! A law is a type with [settings](Law) and one generic method. The method returns the [velocity](Contact::respond) of
+//! a node that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a node.
+//! Any other force implements [`Force`]. Derivatives (also with respect to the settings), SIMD lanes and the stable
+//! time step are derived from the method. Scenes can choose every law of this crate and every law that a program has
+//! added to the [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;

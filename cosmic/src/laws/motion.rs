@@ -14,7 +14,7 @@ pub struct Particle<R, const D: usize = 2> {
 }
 
 impl<R> Particle<R> {
-    /// The particle of `[x, y, vx, vy]`.
+    /// The particle with the numbers `[x, y, vx, vy]`.
     #[inline(always)]
     pub fn new([x, y, vx, vy]: [R; 4]) -> Self {
         let (x, v) = (Vector::new([x, y]), Vector::new([vx, vy]));
@@ -40,7 +40,7 @@ impl<R: Real, const D: usize> Particle<R, D> {
     }
 }
 
-/// The drift of a node at constant velocity, until it meets the ground.
+/// The drift of a node: motion at constant velocity, until the node meets the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Drift {
     /// The duration, s.
@@ -48,9 +48,9 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Whether a node touches the ground during the drift, and the time of impact (s); `dt` for a node that does not
-    /// touch. The time passes no derivative at its bounds 0 and `dt` (D9). A node with `v* = 0` never touches, so nothing
-    /// is divided by zero.
+    /// Returns whether a node touches flat ground during the drift, and the time of impact (s), which is `dt` for a
+    /// node that does not touch it. The time passes no derivative at its bounds 0 and `dt` (D9). A node without
+    /// velocity towards the ground never touches it, so nothing is divided by zero.
     #[inline(always)]
     pub fn touch<R: Real, const D: usize>(&self, node: Particle<R, D>) -> (R::Mask, R) {
         let (height, out) = (node.x.up(), node.v.up());
@@ -62,10 +62,10 @@ impl Drift {
     }
 }
 
-/// The change of a velocity before its node drifts.
+/// The push that changes the velocity of a node, and the drift after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    /// The drift after it.
+    /// The drift after the push.
     pub drift: Drift,
     /// The factor by which damping reduces a velocity, `exp(-damping h)`.
     pub decay: f64,

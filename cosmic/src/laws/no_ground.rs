@@ -1,4 +1,4 @@
-//! No contact: there is no ground.
+//! The contact law without any ground.
 
 use autodiff::Real;
 

@@ -1,4 +1,4 @@
-//! Forces on single nodes: fields, drag, pulls.
+//! Forces on single nodes, such as fields and drag.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use crate::geometry::{Matrix, Vector};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 
-/// The numbers that the force on a node may depend on. Vectors are in the ground's frame: the first
-/// component is along the ground, the last is out of it.
+/// A node as a law sees it: the numbers that the force may depend on. Vectors are in the ground's frame: the first
+/// component is along the ground, the last component points out of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<R, const D: usize = 2> {
     /// Position, m.
@@ -24,7 +24,7 @@ pub struct Node<R, const D: usize = 2> {
     pub v: Vector<R, D>,
     /// Mass, kg.
     pub mass: R,
-    /// The node's own [weight](NodeForce::weight).
+    /// The [weight](NodeForce::weight) that the law has given the node.
     pub weight: R,
     /// The time, s; 0 unless the law [asks for it](NodeForce::NEEDS_TIME).
     pub time: R,
@@ -35,27 +35,29 @@ pub struct Node<R, const D: usize = 2> {
 /// A force on every node. To write a law, give it [settings](Law) and [`force`](NodeForce::force). Derivatives, SIMD
 /// lanes and file formats need no further code.
 ///
-/// Mark its methods `#[inline(always)]`: [`Kernel`](autodiff::Kernel) says why.
+/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
 pub trait NodeForce: Law {
-    /// True if [`Node::time`] is read.
+    /// True if [`force`](NodeForce::force) reads [`Node::time`].
     const NEEDS_TIME: bool = false;
 
-    /// The force, N, in the ground's frame. `law` has the settings as numbers of the type `R`. Like all generic code, the
-    /// method must select and never branch on a [`Real`].
+    /// The force, N, in the ground's frame. `law` has the settings as numbers of the type `R`. The method must not
+    /// branch on a [`Real`]; use `R::select` instead.
     fn force<R: Real, const D: usize>(law: &Self::Of<R>, node: Node<R, D>) -> Vector<R, D>;
 
-    /// A number for each node that no step changes, such as 1 for the nodes on which the force acts and 0 for others.
+    /// A constant number for each node, such as 1 for the nodes that the force acts on and 0 for the others.
     fn weight(&self, _node: usize, _lattice: &Lattice) -> f64 {
         1.0
     }
 
-    /// The potential energy of the node, J: the force is minus its gradient. `None` if the law has no energy.
+    /// The potential energy of the node, J, whose negative gradient is the force. `None` if the law has no potential
+    /// energy.
     fn energy<const D: usize>(&self, _node: Node<f64, D>) -> Option<f64> {
         None
     }
 }
 
-/// Maps position, velocity, 1 / mass, weight and time of a node to the impulse on it over a step, N s.
+/// The kernel of a law on nodes: computes the impulse on a node over a step, N s, from its position, velocity,
+/// 1 / mass, weight and the time.
 #[derive(Clone, Debug)]
 struct NodeKernel<L, const D: usize = 2> {
     law: L,
@@ -99,11 +101,11 @@ impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
     }
 }
 
-/// A law on every node as a force.
+/// A law on every node, as a [`Force`].
 #[derive(Clone, Debug)]
 pub(crate) struct OnNodes<L> {
     pub(crate) law: L,
-    /// The weights of a lattice's nodes.
+    /// The weight of every node; empty until the law is [on](AnyForce::on) a lattice.
     weights: Vec<f64>,
 }
 
@@ -124,7 +126,7 @@ impl<L: NodeForce> OnNodes<L> {
         }
     }
 
-    /// The derivative of the force if position and velocity of the node change at these rates.
+    /// The derivative of the force in the direction in which the position changes by `dx` and the velocity by `dv`.
     fn slope<const D: usize>(
         &self,
         node: Node<f64, D>,

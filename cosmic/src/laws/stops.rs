@@ -1,5 +1,5 @@
-//! End stops of actuators. The largest strain of a material limits the target length, but the bar
-//! is compliant and overshoots the target unless it meets a stop.
+//! End stops of actuators. `materials.max_strain` limits only the target length of an actuator. The bar is compliant
+//! and overshoots its target unless it meets a stop.
 
 use autodiff::Real;
 
@@ -10,10 +10,11 @@ use crate::settings::{above, within};
 crate::settings! {
     /// Actuators meet a stiff stop at either end of their stroke.
     struct Stops<R> {
-        /// Strain at the stops, stretched and compressed; that of `materials.max_strain` for a stop right
-        /// at the end of what is asked for.
+        /// Strain of a bar at its stops, stretched or compressed. With the actuator's value of
+        /// `materials.max_strain`, the stops are exactly at the ends of its range of targets.
         at: R = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
-        /// Stiffness of the stops of an actuator whose largest strain is `at`, and in proportion to that strain.
+        /// Stiffness of the stops of an actuator whose largest strain is `at`. For other largest strains, the
+        /// stiffness is proportional to the strain.
         stiffness: R = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
     }
 }
@@ -25,8 +26,9 @@ impl Law for Stops {
 impl BarForce for Stops {
     const NOUN: &'static str = "stop";
 
-    /// Proportional to the share of actuator, so a passive bar has no stops. Exactly at a stop the derivative is 0, as
-    /// within the free stroke (`max` of equals in the kink table of `autodiff/src/real.rs`).
+    /// The force is proportional to the share of actuator, so a passive bar has no stops. Exactly at a stop the
+    /// derivative is 0, as it is within the free stroke (see `max` of equals in the kink table of
+    /// `autodiff/src/real.rs`).
     #[inline(always)]
     fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
         let (longest, shortest) = stops.ends(bar.rest_length);
@@ -43,14 +45,15 @@ impl BarForce for Stops {
 }
 
 impl<R: Real> Stops<R> {
-    /// The largest and the smallest length of the free stroke.
+    /// The largest and the smallest length at which the bar touches no stop.
     #[inline(always)]
     fn ends(&self, rest_length: R) -> (R, R) {
         let [longest, shortest] = [R::one() + self.at, R::one() - self.at];
         (rest_length * longest, rest_length * shortest)
     }
 
-    /// The share of actuator in a bar, if `at` is the largest strain of an actuator.
+    /// The strain of a bar relative to `at`. It is the share of actuator in the bar if `at` is the largest strain of an
+    /// actuator.
     #[inline(always)]
     fn share(&self, strain: R) -> R {
         strain * self.at.recip()

@@ -1,9 +1,9 @@
-//! Terrain: the segments of a ground's profile, and the first of them that a node meets.
+//! Terrain: the segments of a ground's profile, and the search for the first segment that a node meets.
 //!
-//! A profile is a function of the position along the ground, so a node is over exactly one segment at any time. The
-//! corners divide its path into stays, one over each segment. The node meets the first segment below whose line it gets
-//! before it leaves that segment. A stay begins at exactly the number at which the stay before it ends, so that no node
-//! slips through a corner by rounding.
+//! The profile is a function of the position along the ground, so a node is over exactly one segment at any time. The
+//! corners of the profile divide the path of the node into stays, one over each segment. The node meets the first
+//! segment whose line it crosses during its stay over that segment. A stay begins at exactly the time at which the stay
+//! before it ends, so that no node slips through a corner because of rounding.
 
 use std::sync::Arc;
 
@@ -22,15 +22,15 @@ pub struct Terrain {
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     plane: Plane<f64>,
-    /// The position along the ground at which it ends, m. The next segment begins there.
+    /// The position along the ground at which this segment ends and the next one begins, m.
     end: f64,
 }
 
-/// Points at most this far from a line are on it, apart from rounding, m.
+/// A point counts as on a line if it is at most this far from it, m.
 const ON_LINE: f64 = 1e-12;
 
 impl Terrain {
-    /// The terrain of a profile; `None` if the ground is its line.
+    /// The terrain of a profile; `None` for a flat profile without points.
     pub fn new(profile: &Profile) -> Option<Self> {
         let points = profile.points();
         let (first, last) = (*points.first()?, *points.last()?);
@@ -39,7 +39,7 @@ impl Terrain {
         for ends in points.windows(2) {
             let (from, to) = (ends[0], ends[1]);
             match segments.last_mut() {
-                // Points on one line make no corner: a node slides across without an impact.
+                // Points on one line do not form a corner, so a node slides across them without an impact.
                 Some(last) if last.plane.height(to).abs() < ON_LINE => last.end = to.forward(),
                 _ => segments.push(Segment::new(
                     from,
@@ -56,8 +56,8 @@ impl Terrain {
         Some(Self { segments })
     }
 
-    /// The first segment that a node meets on its way, except the segment with the number `but`. The result carries no
-    /// derivative.
+    /// The first segment that a node meets on its way. The segment with the number `but` is ignored. The result carries
+    /// no derivative.
     #[inline(always)]
     pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
@@ -71,7 +71,8 @@ impl Terrain {
         for k in 0..self.segments.len() {
             let segment = &self.segments[k];
             let (number, plane) = (R::lit(k as f64), segment.plane.lit());
-            // The stay over the segment, within the way. A node that moves back leaves a segment at its beginning.
+            // The first and the last moment of the stay over this segment. A node that moves backwards leaves a segment
+            // at the segment's beginning.
             let leaves = (R::lit(segment.end) - x.forward()) * per_way;
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
@@ -93,12 +94,14 @@ impl Terrain {
     }
 }
 
-/// A node that slides into a corner meets the other side at the moment at which it gets there, so only rounding decides
-/// which of the two times is larger. The impact may be earlier by this fraction of the way. Its time is then the time
-/// at which the side is met, which has a derivative, and not the bound, which has none.
+/// The time of impact may be before the node's stay over the segment by this fraction of the way. A node that slides
+/// into a corner meets the other side just when its stay over that side begins, so rounding decides which of the two
+/// times is larger. With the slack, the time of impact is always the time at which the side is met, which has a
+/// derivative, and not the beginning of the stay, which has none.
 const SLACK: f64 = 1e-3;
 
-/// The smallest speed along the ground, m/s: slower nodes get this speed. It is a normal number in single precision too.
+/// Nodes that move more slowly along the ground are treated as if they had this speed, m/s. It is a normal number in
+/// single precision too.
 const LEAST_SPEED: f64 = 1e-30;
 
 impl Segment {
@@ -108,7 +111,7 @@ impl Segment {
     }
 }
 
-/// A node on its way.
+/// A node, and the time that it still has to move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
@@ -119,7 +122,7 @@ pub(super) struct Way<R, const D: usize = 2> {
 /// The segment that a node meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<R: Real> {
-    /// False if it meets no segment.
+    /// False if the node meets no segment.
     pub(super) touches: R::Mask,
     /// The number of the segment; -1 if there is none.
     pub(super) segment: R,
@@ -141,8 +144,8 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// Derivatives go through the impact, not through the search for it: which segment is met is constant except at
-    /// corners. So the adjoint does not contain the search.
+    /// Removes the derivatives of the search. Which segment is met does not change for small changes, except at
+    /// corners, so only the impact itself needs derivatives, and the adjoint does not contain the search.
     #[inline(always)]
     fn detached(self) -> Self {
         Self {
@@ -154,8 +157,8 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// The node where it meets the segment, with its velocity along and out of the segment; or at the end of its way if
-    /// it meets no segment. The time of impact passes no derivative at its bounds (D9).
+    /// The node where it meets the segment, with its velocity along and out of the segment, and the remaining time. If
+    /// it meets no segment, the node at the end of its way. The time of impact passes no derivative at its bounds (D9).
     #[inline(always)]
     pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
         let Particle { x, v } = way.node;
@@ -172,12 +175,12 @@ impl<R: Real> Meeting<R> {
         }
     }
 
-    /// A vector with components along and out of the segment, in the ground's frame.
+    /// Converts a vector with components along and out of the segment to the ground's frame.
     #[inline(always)]
     pub(super) fn in_ground<const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         self.plane.axes.out_of_rotated(vector)
     }
 }
 
-/// Stands for "no segment".
+/// The number that means "no segment".
 pub(super) const NONE: f64 = -1.0;

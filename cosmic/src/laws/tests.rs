@@ -1,4 +1,5 @@
-//! Tests of the built-in laws: their derivatives against differences and dual numbers, and contact over terrain.
+//! Tests of the built-in laws: their derivatives, compared with finite differences and dual numbers, and contact over
+//! terrain.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
 use autodiff::arrays::Fixed;
@@ -15,7 +16,7 @@ use crate::geometry::{Profile, Vector};
 
 const DT: f64 = 0.002;
 
-/// The cotangents of the kernel's inputs.
+/// The cotangents of the inputs of a kernel at `x`, from the cotangents `y_bar` of its outputs.
 fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -25,8 +26,8 @@ fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     x_bar
 }
 
-/// Compares the kernel's adjoint, multiplied by `1 + wrong_by`, with dual numbers and differences for a fixed
-/// cotangent.
+/// Compares the adjoint of a kernel with dual numbers and finite differences, for a fixed cotangent. The adjoint is
+/// multiplied by `1 + wrong_by`, so that a test can check that a wrong adjoint is noticed.
 fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     x: [f64; I],
@@ -45,15 +46,15 @@ fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
         y.iter().zip(y_bar).map(|(y, bar)| y.tangent[0] * bar).sum()
     };
     let gradient = adjoint(kernel, x, y_bar).map(|bar| bar * (1.0 + wrong_by));
-    // A wrong gradient must be noticed by the differences alone.
+    // A wrong gradient must be noticed by the finite differences alone.
     let forward: Option<Along> = (wrong_by == 0.0).then_some(&forward);
     let claim = Claim {
         x: &x,
         gradient: &gradient,
         forward,
     };
-    // Slopes differ by factors of thousands, because an impulse is divided by a mass of grams: many directions are
-    // needed. Steps must be small compared to a time of impact.
+    // Many directions are needed, because slopes differ by factors of thousands: an impulse is divided by a mass of
+    // grams. Steps must be small compared to a time of impact.
     let options = Options {
         directions: 16,
         largest_step: 1e-3,
@@ -69,7 +70,7 @@ fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64
     assert_eq!(verdict(kernel, x, 0.01), Verdict::Wrong);
 }
 
-/// The settings of a law.
+/// The values of a law's settings.
 fn values(law: &impl Law) -> Vec<f64> {
     law.inputs().into_iter().map(|(_, value)| value).collect()
 }
@@ -83,7 +84,7 @@ fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
 
 #[test]
 fn springs() {
-    // Stretched, compressed, at its target length, and very short.
+    // The spring is stretched, compressed, at its target length, and very short.
     for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
         let given = [dx, dy, 0.3, 4.0, 0.1, 0.35];
         is_right(&tension(Hooke {}), given);
@@ -100,7 +101,7 @@ fn dampers() {
         let kernel = MovingTension(kernel);
         is_right(&Fixed { kernel, uniforms }, given);
     }
-    // 40 N/m times 1 ms times 0.5 m/s.
+    // The expected tension is 40 N/m times 1 ms times 0.5 m/s = 0.02 N.
     let bar = |rate| Bar {
         length: 0.12,
         rate,
@@ -128,16 +129,16 @@ fn stops_at_both_ends_of_the_stroke() {
         strain,
     };
     for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
-        // Lengths of 0.1 m rounded at 1e-17, times 400 N/m.
+        // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 400 N/m.
         assert!((Stops::tension(&law, bar(length, 0.35)) - force).abs() < 1e-14);
         // Half an actuator has half the stop; a passive bar has no stop.
         assert!((Stops::tension(&law, bar(length, 0.175)) - 0.5 * force).abs() < 1e-14);
         assert_eq!(Stops::tension(&law, bar(length, 0.0)), 0.0);
         let (at, h) = (|l: f64| law.energy(bar(l, 0.35)).unwrap(), 1e-6);
-        // The energy is a parabola, so differences are exact but for rounding: 1e-20 J over h.
+        // The energy is a parabola, so differences are exact except for rounding errors of 1e-20 J divided by h.
         assert!(((at(length + h) - at(length - h)) / (2.0 * h) - force).abs() < 1e-8);
     }
-    // Beyond the longer stop, within the stroke, and beyond the shorter stop.
+    // The bar is beyond the longer stop, within the stroke, and beyond the shorter stop.
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = tension(law.clone());
@@ -150,7 +151,8 @@ fn stops_at_both_ends_of_the_stroke() {
     }
 }
 
-/// Three nodes: in line, turned a little, at a right angle, folded back, and with arms of different lengths.
+/// Positions of three nodes: in line, turned a little, at a right angle, folded back, and with arms of different
+/// lengths.
 const TURNS: [[f64; 6]; 5] = [
     [0.0, 0.0, 0.1, 0.0, 0.2, 0.0],
     [0.0, 0.0, 0.1, 0.01, 0.2, 0.0],
@@ -172,7 +174,7 @@ fn bending() {
     }
 }
 
-/// The energy of the angular spring, as a function of the three nodes.
+/// The energy of the angular spring, as a function of the coordinates of the three nodes.
 struct Energy;
 
 impl Function for Energy {
@@ -231,7 +233,7 @@ const NODES: [[f64; 7]; 3] = [
     [0.3, -2e-3, 0.4, 0.9, 1e-3, 2e-3, 40.0],
 ];
 
-/// Nodes that fly and drift under a contact law.
+/// Checks the adjoints of steps and drifts under a contact law, for all of [`NODES`].
 fn contact_is_right<C: Contact>(contact: C) {
     for node in NODES {
         is_right(&flying(contact.clone(), Flat), node);
@@ -244,13 +246,14 @@ fn contact_is_right<C: Contact>(contact: C) {
 fn contacts() {
     contact_is_right(NoGround {});
     contact_is_right(Sticking {});
-    // Slides on, stops, and slides without friction.
+    // The node slides on, stops, and slides without friction.
     for friction in [0.2, 2.5, 0.0] {
         contact_is_right(Coulomb { friction });
     }
 }
 
-/// Friction holds a node at rest, so the derivative is 0 (D9). Without friction the node keeps its velocity.
+/// For a node at rest, the derivative of the new velocity with respect to the old one is 0 with friction, which holds
+/// the node (D9), and 1 without friction.
 #[test]
 fn coulomb_friction_at_rest() {
     let resting = [0.3, 1e-3, 0.0, -0.9];
@@ -279,22 +282,23 @@ fn terrain(points: &[[f64; 2]]) -> Terrain {
     Terrain::new(&Profile::new(points.collect()).unwrap()).unwrap()
 }
 
-/// Down, steeply up, and down again: a ridge at 0.2 m, a valley of 80 degrees at 0.5 m and a spike at 0.6 m.
+/// Terrain that goes down, steeply up, and down again: a ridge at 0.2 m, a valley of 80 degrees at 0.5 m and a spike at
+/// 0.6 m.
 fn valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]])
 }
 
-/// The same slope down into an obtuse corner, after which the ground rises by 1 in 4.
+/// Terrain with the slope down of [`valley`], but into an obtuse corner, after which the ground rises by 1 in 4.
 fn wide_valley() -> Terrain {
     terrain(&[[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]])
 }
 
-/// Where a node is after a drift over the valley, and how fast.
+/// The node `[x, y, vx, vy]` after a drift over the valley.
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
     drifting(contact, valley()).eval(node)
 }
 
-/// The height above the slope down, m; valid near that slope.
+/// The height of a node above the line of the slope down, m.
 fn above_slope([x, y, ..]: [f64; 4]) -> f64 {
     (x + y - 0.5) / 2f64.sqrt()
 }
@@ -315,7 +319,7 @@ const WALKERS: [[f64; 4]; 7] = [
 /// A node that meets the slope down just before the valley and slides into it unless friction stops it.
 const SLIDER: [f64; 4] = [0.4996, 0.0005, 0.5, -0.9];
 
-/// Contact over terrain, in reverse mode, forward mode and differences.
+/// Checks the adjoints of steps and drifts over the valley, for all of [`WALKERS`].
 fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     for node in WALKERS {
         is_right(&drifting(contact.clone(), valley()), node);
@@ -354,10 +358,10 @@ fn contacts_over_terrain() {
 
 #[test]
 fn a_law_responds_along_the_segment_that_is_met() {
-    // Without friction the velocity along the slope remains: that of 0.4 forward and 0.9 down on 45 degrees.
+    // Without friction, the part of the velocity (0.4, -0.9) along the slope of 45 degrees remains.
     let [x, y, vx, vy] = over_valley(Coulomb::default(), WALKERS[1]);
     let along = (0.4 + 0.9) / 2f64.sqrt();
-    // A few roundings of numbers below 1.
+    // The tolerance covers a few roundings of numbers below 1.
     assert!((vx - along / 2f64.sqrt()).abs() < 1e-15 && (vx + vy).abs() < 1e-15);
     assert!(above_slope([x, y, vx, vy]).abs() < 1e-15);
     // The node starts 0.0005 m above the slope and approaches it at 0.5 m/s.
@@ -373,9 +377,9 @@ fn a_law_responds_along_the_segment_that_is_met() {
 fn a_second_impact_within_a_step() {
     let [x, y, vx, vy] = over_valley(Coulomb::default(), SLIDER);
     assert_eq!([vx, vy], [0.0, 0.0]);
-    // Roundings of numbers below 1, divided by the slopes' sine.
+    // The tolerance covers roundings of numbers below 1, divided by the sine of the angle between the slopes.
     assert!((x - 0.5).abs() < 1e-14 && y.abs() < 1e-14, "{x} {y}");
-    // Also if it comes down the steep side.
+    // A node that comes down the steep side stops in the corner too.
     for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
         let cornered = drifting(Coulomb::default(), valley());
         assert_eq!(cornered.eval(node)[2..], [0.0, 0.0]);
@@ -400,7 +404,7 @@ fn a_user_s_law_responds_at_every_impact() {
     // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it. Half of the second part is reflected:
     // (0.8, -0.6), which is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
     let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
-    // A few roundings of numbers below 10.
+    // The tolerance covers a few roundings of numbers below 10.
     assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
     assert!(x > 0.5 && y > 0.25 * (x - 0.5));
 }
@@ -422,7 +426,8 @@ fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
     let slope = terrain(&points.collect::<Vec<_>>());
     let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9]);
-    // (1, -0.9) along (2, -1) / sqrt 5. Points 1e-4 apart, rounded to 3e-17, have a direction to 1e-12.
+    // The part of (1, -0.9) along (2, -1) / sqrt 5 remains. The direction between points that are 1e-4 apart and
+    // rounded at 3e-17 is exact to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);
     assert!((x - (0.1005 + DT * vx)).abs() < 1e-4);
 }

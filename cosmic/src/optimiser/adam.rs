@@ -1,4 +1,4 @@
-//! Adam: steps of adapted length along a decaying mean of the gradient.
+//! Adam, a gradient method with an adaptive step length for every variable.
 //!
 //! D. P. Kingma and J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1.
 
@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::error::{OptimiserError, check, check_length};
 use crate::scene::AdamSettings;
 
-/// The method. It reads `betas` and `epsilon` from its settings; each update gets its learning rate.
+/// The method Adam. It uses only `betas` and `epsilon` of its settings; the learning rate is an argument of each
+/// update.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Adam(pub AdamSettings);
 
@@ -15,11 +16,11 @@ pub struct Adam(pub AdamSettings);
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdamState {
-    /// Updates made so far.
+    /// The number of updates so far.
     pub updates: u64,
-    /// Decaying mean of the gradient, without bias correction.
+    /// The decaying mean of the gradient, without bias correction.
     pub mean: Vec<f64>,
-    /// Decaying mean of the squared gradient, without bias correction.
+    /// The decaying mean of the squared gradient, without bias correction.
     pub mean_square: Vec<f64>,
 }
 
@@ -34,11 +35,11 @@ impl Adam {
         }
     }
 
-    /// Moves `variables` against the gradient. No variable moves by much more than `rate`.
+    /// Does one update: moves `variables` against the gradient. No variable moves by much more than `rate`.
     ///
     /// # Errors
-    /// Slices of the wrong length, and a gradient that is not finite or whose squares are not finite. State and variables
-    /// do not change then.
+    /// If a slice has the wrong length, or if the gradient or its squares are not finite. In these cases, state and
+    /// variables do not change.
     pub fn update(
         &self,
         state: &mut AdamState,
@@ -68,24 +69,24 @@ impl Adam {
     }
 }
 
-/// The sum of the weights of a decaying mean that started at 0.
+/// The sum of the weights in a decaying mean after some updates, if the mean started at 0.
 fn bias_correction(decay: f64, updates: u64) -> f64 {
     // An integer power is a product, which has the same bits on every machine.
     1.0 - decay.powi(i32::try_from(updates).unwrap_or(i32::MAX))
 }
 
-/// Scales a vector down to the Euclidean norm `bound` if it is longer. Returns the norm before.
+/// Scales a vector down to the Euclidean norm `bound` if its norm is larger. Returns the norm before scaling.
 ///
-/// A vector with an entry that is not finite does not change, and the returned norm is not finite. The returned norm is
-/// infinite if it exceeds the largest number.
+/// If an entry is not finite, the vector does not change and the returned norm is not finite. If the norm exceeds the
+/// largest f64, the returned norm is infinite.
 pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
-    // Scaled by the largest entry, because squares of exploding gradients would overflow.
+    // Entries are divided by the largest one, because the squares of exploding gradients would overflow.
     let largest = (vector.iter()).fold(0.0_f64, |most, value| most.max(value.abs()));
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let sum: f64 = vector.iter().map(|value| (value / scale).powi(2)).sum();
     let norm = scale * sum.sqrt();
     if norm > bound && scale.is_finite() {
-        // If the norm of finite entries overflows, the norm of the scaled entries is used.
+        // If the norm overflows, the norm of the divided entries is used instead.
         let [scale, norm] = if norm.is_finite() {
             [1.0, norm]
         } else {
@@ -125,7 +126,8 @@ mod tests {
             let mean = corrected_mean(adam.0.betas[0], &slopes);
             let square = corrected_mean(adam.0.betas[1], &squares);
             let expected = before - rate * mean / (square.sqrt() + adam.0.epsilon);
-            // Fifty terms, some with opposite signs, divided by 1 - beta2 = 1e-3: 1e-16 * 50 * 1e3.
+            // The rounding error is 1e-16 * 50 * 1e3: fifty terms, some with opposite signs, are divided by
+            // 1 - beta2 = 1e-3.
             assert!((x[0] - expected).abs() < 1e-11, "{} {expected}", x[0]);
         }
     }
@@ -149,7 +151,7 @@ mod tests {
         let mut short = [0.3, 0.4];
         bound_norm(&mut short, 1.0);
         assert_eq!(short, [0.3, 0.4]);
-        // The square would overflow. A power of two, so that nothing is rounded.
+        // The square of this number would overflow. It is a power of two, so that nothing is rounded.
         let big = 2.0_f64.powi(700);
         assert_eq!(bound_norm(&mut [3.0 * big, 4.0 * big], 5.0), 5.0 * big);
         // Here the norm itself overflows.

@@ -1,15 +1,17 @@
-//! Errors of optimisers, and the checks that they share.
+//! The errors of the optimisers, and the checks that the optimisers share.
 
-/// Why an update was refused. The state has not changed then.
+/// Why an optimiser or an update was refused. A refused update does not change the state.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimiserError {
-    /// Invalid input, described in a sentence: a slice of the wrong length, an entry that is infinite, NaN or out of
-    /// bounds, bounds that cross, or a setting outside the range of the method.
+    /// Invalid input, with a message that says which: a slice of the wrong length, an entry that is infinite, NaN or
+    /// out of bounds, a lower bound above the upper bound, or a setting outside its range.
     #[error("{0}")]
     Input(String),
-    /// The input is finite, but a computed number is not.
-    #[error("values or derivatives are so large that the update overflows")]
+    /// The input is finite, but a number that was computed from it is not.
+    #[error(
+        "values or derivatives are finite, but so large that the update overflows; scale them down"
+    )]
     Overflow,
 }
 

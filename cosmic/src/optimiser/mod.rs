@@ -1,7 +1,8 @@
-//! Optimisers. They take and return slices of `f64` and know no robot.
+//! Optimisers. They work on slices of `f64` and do not know anything about robots.
 //!
-//! Each optimiser has settings, an `init` that returns its state, and an `update` that advances the state. States are
-//! plain data: a state that is saved with enough digits and read back continues bit for bit.
+//! Each optimiser has settings, a method `init` that returns its initial state, and a method `update` that advances the
+//! state. States are plain data. If a state is saved with all digits and read back, the optimisation continues with the
+//! same bits.
 //!
 //! | optimiser | for |
 //! | --- | --- |

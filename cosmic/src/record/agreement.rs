@@ -1,7 +1,8 @@
-//! Whether a design, a summary and a trajectory belong to one run.
+//! Checks whether a design, a summary and a trajectory belong to the same run.
 //!
-//! The files do not name their run, but their numbers must agree. A summary has the volumes of its design and the
-//! displacement of its trajectory. The first steps of a trajectory follow from its design.
+//! The files do not name their run, but their numbers must agree: the volumes of the summary are those of the design,
+//! the displacement of the summary is that of the trajectory, and a simulation of the design gives the first steps of
+//! the trajectory.
 
 use super::design_file::{DESIGN, DesignFile};
 use super::summary::{SUMMARY, Summary};
@@ -12,12 +13,12 @@ use crate::scene::Scene;
 use crate::simulator::Span;
 use std::path::Path;
 
-/// The largest difference of two results that differ only by rounding.
+/// The largest difference that rounding may cause between two results.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest distance of two rollouts of one robot at the second state that is kept, as a share of the lattice's
-/// spacing. Another platform or version rounds differently, but in so few steps this does not grow to such a distance.
-/// Robots of two seeds are farther apart.
+/// The largest distance between two rollouts of the same robot at the second state of a trajectory file, as a share
+/// of the lattice's spacing. Other platforms and versions round differently, but in so few steps the difference stays
+/// below this distance. Robots of different seeds are farther apart.
 const APART: f64 = 1e-6;
 
 /// Checks that the files of a finished run belong together.
@@ -39,14 +40,14 @@ pub fn check_one_run(
 fn differs(folder: &Path, name: &str, what: &str) -> Error {
     let file = folder.join(name).display().to_string();
     Error::Usage(format!(
-        "{file}: {what}: the files in this folder are not all from one run"
+        "{file}: {what}, so the files in this folder are not all from one run; use files from the same run"
     ))
 }
 
-/// Checks volumes and displacement like [`check_one_run`], but without a simulation.
+/// Does those checks of [`check_one_run`] that need no simulation: the volumes and the displacement.
 ///
 /// # Errors
-/// As [`check_one_run`].
+/// Like [`check_one_run`].
 pub fn check_numbers(
     folder: &Path,
     scene: &Scene,
@@ -97,7 +98,8 @@ fn check_motion(
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| a.distance(*b));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
-        let what = format!("after {step} steps the robot of {DESIGN} is elsewhere");
+        let what =
+            format!("after {step} steps, the robot is not where a simulation of {DESIGN} puts it");
         return Err(differs(folder, TRAJECTORY, &what));
     }
     Ok(())
@@ -136,7 +138,7 @@ mod tests {
         // The displacement of the payload agrees, but the motion does not.
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
-        let text = check(&a.0, &a.1, &trajectory).expect("another motion");
+        let text = check(&a.0, &a.1, &trajectory).expect("the motions differ");
         for words in ["trajectory.json: after 16 steps", "not all from one run"] {
             assert!(text.contains(words), "{text}");
         }

@@ -1,4 +1,4 @@
-//! Beginning and continuing runs in folders.
+//! The functions that begin, continue and deliver runs in folders.
 
 use super::files::copy_files;
 use super::history::{DESIGNS, LINES, TABLE};
@@ -34,11 +34,11 @@ pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> R
     multistart::search(lock, plan, observer)
 }
 
-/// Carries out a plan of one start with the caller's optimisation: for the caller's [loss](CoDesign::with_loss), or from
-/// a given [robot](CoDesign::begin_with), which is saved as `start.json`.
+/// Carries out a plan of one start with the caller's `codesign` and `progress`. This allows the caller's own
+/// [loss](CoDesign::with_loss), and a [given robot](CoDesign::begin_with), which is saved as `start.json`.
 ///
 /// # Errors
-/// As [`optimise`]; [`Error::Usage`] if the optimisation has another scene or seed than the plan.
+/// Like [`optimise`]; [`Error::Usage`] if the optimisation has another scene or seed than the plan.
 pub fn optimise_with(
     folder: &Path,
     plan: &RunPlan,
@@ -48,39 +48,41 @@ pub fn optimise_with(
 ) -> Result<Summary> {
     if plan.starts.get() > 1 {
         return Err(Error::Usage(
-            "a given robot or loss needs a plan of one start, found several starts".into(),
+            "an optimisation with the caller's robot or loss must have one start, but the plan has several; plan \
+            one run per seed".into(),
         ));
     }
     let first = codesign.first(plan.seed)?;
     let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
     if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation and its progress must have the scene and seed of the plan, and the same loss".into(),
+            "the optimisation and its progress do not belong to the plan; they must have its scene and seed, and \
+            the same loss".into(),
         ));
     }
-    progress.fits(&first, "the progress to begin with")?;
+    progress.fits(&first, "the initial progress")?;
     if progress.iteration != progress.before_first() {
         return Err(Error::Usage(format!(
-            "the progress to begin with must have no iterations done, found {}",
+            "the initial progress must have no iterations done, found {}; to continue a run, use `resume_with`",
             progress.iteration - progress.before_first()
         )));
     }
     Run::begin(folder, plan, codesign, progress)?.finish(observer)
 }
 
-/// Continues the run in a folder. A finished run is only read.
+/// Continues the run in a folder and returns its summary. For a finished run, only reads the summary.
 ///
 /// # Errors
-/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise as
-/// [`optimise`].
+/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise
+/// like [`optimise`].
 pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
     resume_if(folder, registry, |_| Ok(()), None, observer)
 }
 
-/// As [`resume`], for a run with the caller's loss: `codesign` must have that loss.
+/// Like [`resume`], for a run that began with the caller's loss. `codesign` must have that loss.
 ///
 /// # Errors
-/// As [`resume`]; [`Error::Usage`] if the optimisation has another scene than the run, or if the folder holds several
+/// Like [`resume`]; [`Error::Usage`] if `codesign` has another scene than the run, or if the folder holds several
 /// starts.
 pub fn resume_with(
     folder: &Path,
@@ -91,16 +93,16 @@ pub fn resume_with(
     resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
 }
 
-/// As [`resume`], for a folder whose run must have this plan.
+/// Like [`resume`], but only if the run in the folder has this plan.
 ///
 /// # Errors
-/// As [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan. That run does not change.
+/// Like [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan, which is left unchanged.
 pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
     let accept = |found: &RunPlan| found.check_same(plan, folder);
     resume_if(folder, plan.scene.registry(), accept, None, observer)
 }
 
-/// Continues a run whose plan is accepted, with the caller's optimisation if there is one.
+/// Continues the run in a folder if `accept` accepts its plan. Uses `own`, the caller's optimisation, if given.
 fn resume_if(
     folder: &Path,
     registry: &Registry,
@@ -117,7 +119,8 @@ fn resume_if(
     }
     if own.is_some() {
         return Err(Error::Usage(format!(
-            "{}: the folder holds several starts, each with its own optimisation; name the folder of one start",
+            "{}: the folder holds several starts, but the caller's optimisation can continue only one; name the folder \
+            of one start",
             folder.display()
         )));
     }
@@ -125,12 +128,12 @@ fn resume_if(
 }
 
 /// Delivers the current robot of an unfinished run into a new or empty folder. The run itself does not change. An
-/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have that
-/// loss.
+/// earlier delivery of this run in the folder is overwritten. For a run with the caller's loss, `codesign` must have
+/// that loss.
 ///
 /// # Errors
-/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and for a folder that holds
-/// something else; otherwise as [`resume`].
+/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` holds anything
+/// but an earlier delivery of this run; otherwise like [`resume`].
 pub fn deliver_so_far(
     folder: &Path,
     into: &Path,
@@ -139,14 +142,14 @@ pub fn deliver_so_far(
 ) -> Result<Summary> {
     let refused = |says: &str| Err(Error::Usage(format!("{}: {says}", folder.display())));
     let Some((_lock, snapshot)) = take_up(folder, registry)? else {
-        return refused("the run is finished");
+        return refused("the run is finished; its result is already in the folder");
     };
     let Some(progress) = snapshot.progress.as_ref() else {
         return refused("the folder holds several starts; name the folder of one start");
     };
     let done = progress.iteration - progress.before_first();
     let Some(done) = NonZeroUsize::new(done) else {
-        return refused("the run has not done any iteration yet");
+        return refused("the run has not done any iteration yet; there is nothing to deliver");
     };
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
     // All checks come before the first write.
@@ -160,8 +163,8 @@ pub fn deliver_so_far(
     Run::open(lock, copy, Some(codesign))?.finish(&mut ())
 }
 
-/// Locks a new or empty folder, or a folder with an earlier delivery of the run. Removes its summary, so that the folder
-/// counts as an unfinished run until the new summary is written.
+/// Locks `into`, which must be new, empty, or an earlier delivery of the run. Removes the summary of the earlier
+/// delivery, so that the folder counts as an unfinished run until the new summary is written.
 fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     if !is_earlier_delivery(into, run) {
         return begin(into);
@@ -174,8 +177,8 @@ fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
     }
 }
 
-/// True if the history in `into` is the beginning of the run's history. Lines contain wall times, so no other run has
-/// equal lines.
+/// True if the history in `into` is the beginning of the run's history. Its lines contain wall times, so the history of
+/// another run is never equal.
 fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
     let own = |folder: &Path| folder.canonicalize().ok();
     if own(into) == own(run) {
@@ -206,8 +209,8 @@ pub fn allow_unstable(folder: &Path, registry: &Registry) -> Result<()> {
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);
         keep_scene(folder, &snapshot.plan.scene)?;
-        // In this order a crash cannot leave a scene that differs from the snapshot: while the snapshot changes there is
-        // no scene, and a missing scene is written again from the snapshot.
+        // In this order a crash cannot leave a scene file that differs from the snapshot: the file does not exist while
+        // the snapshot changes, and a missing file is written again from the snapshot.
         fs::remove_file(&scene).map_err(Error::writing(scene))?;
         snapshot.plan.scene.physics.unstable_step = UnstableStep::Warn;
         snapshot.write(folder)?;

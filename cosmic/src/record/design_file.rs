@@ -1,5 +1,5 @@
-//! `design.json`: a robot, and a start for other runs. It contains no time and no machine's name, so that equal
-//! robots have equal bytes.
+//! `design.json`: the file of a robot, from which other runs can begin. It contains no time and no name of a machine,
+//! so that equal robots give equal bytes.
 
 #[cfg(feature = "files")]
 use super::files::write_json;
@@ -25,7 +25,7 @@ pub const DESIGN: &str = "design.json";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignFile {
-    /// The nodes `[i, j]` of each edge, by which a design for another lattice is recognised.
+    /// The two nodes `[i, j]` of each edge. A design for another lattice is recognised by them.
     pub edges: Vec<[usize; 2]>,
     /// Design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
@@ -33,7 +33,7 @@ pub struct DesignFile {
     pub materials: Vec<Material>,
     /// The controller's weights.
     pub controller: Weights,
-    /// Already checked by [`parse_json`].
+    /// `format` and `version` are checked by [`parse_json`]; their values are not kept.
     #[serde(rename = "format", skip_serializing)]
     _format: IgnoredAny,
     #[serde(rename = "version", skip_serializing)]
@@ -41,7 +41,8 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
-    /// The file of a robot. An undecided design is drawn with `materials`.
+    /// The file of a robot. `materials` has the materials of the layout, or the dominant materials of an undecided
+    /// design.
     pub fn new(
         lattice: &Lattice,
         design: &Design<[f64; 3]>,
@@ -124,10 +125,10 @@ impl DesignFile {
         self.controller.controller(&blocks, file)
     }
 
-    /// The design as a case in its scene.
+    /// The robot of this file in its scene, as a case that can be simulated. Errors name `file`.
     ///
     /// # Errors
-    /// As [`robot`](Self::robot).
+    /// Like [`robot`](Self::robot).
     pub fn case(&self, scene: &Scene, file: &str) -> Result<Case> {
         let controller = self.robot(scene, file)?;
         Ok(Case::of_robot(scene, self.design(), controller))

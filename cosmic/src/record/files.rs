@@ -1,5 +1,4 @@
-//! Atomic writes: a file is written under another name in its folder and then renamed, so that readers never see a
-//! part of it.
+//! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of it.
 
 pub use super::format::{Format, parse_json};
 
@@ -14,11 +13,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
-/// Replaces a file by the output of `fill`. A reader, or a run resumed after a crash, finds either the old bytes or
-/// the new ones.
+/// Replaces a file by the output of `fill`. Readers, also after a crash, find either the whole old file or the whole
+/// new one.
 ///
 /// # Errors
-/// [`Error::Write`], also for an error of `fill`.
+/// [`Error::Write`], also if `fill` returns an error.
 pub fn write_atomic(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -27,7 +26,7 @@ pub fn write_atomic(
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // Links are followed. Pipes and devices are written into.
+    // Links are followed. Pipes and devices are written directly.
     let path = &match fs::metadata(path) {
         Ok(found) if found.is_file() || found.is_dir() => path.canonicalize()?,
         Ok(_) => {
@@ -51,10 +50,10 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     if let Ok(replaced) = fs::metadata(path) {
         file.as_file().set_permissions(replaced.permissions())?;
     }
-    // The data must reach the disk before the name, or a power cut could leave the new name without data.
+    // The data must reach the disk before the rename: otherwise a power cut could leave an empty file.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // On Unix a rename reaches the disk with its folder.
+    // On Unix, a rename is on the disk only after its folder is synchronised.
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
     }
@@ -72,7 +71,7 @@ fn is_temporary(name: &OsStr) -> bool {
     name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
 }
 
-/// True if a folder holds more than a lock and temporary files of a killed process.
+/// True if a folder holds any file other than a lock and the temporary files of killed processes.
 ///
 /// # Errors
 /// The error of the operating system if the folder cannot be listed.
@@ -86,7 +85,7 @@ pub fn is_used(folder: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Removes temporary files of killed processes from a folder. No other process may write there.
+/// Removes the temporary files of killed processes from a folder. No other process may be writing there.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -112,8 +111,8 @@ pub fn make_folder(folder: &Path) -> Result<()> {
     made.map_err(Error::writing(folder))
 }
 
-/// The error for a folder that is not the folder of a run, because it has no file `lacks`. The error names a run in
-/// the folder, if there is one.
+/// The error for a folder that is not the folder of a run, because the file `lacks` is missing. If a folder inside it
+/// is the folder of a run, the error names that folder.
 pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     let refused = |says: String| Error::reading(folder)(io::Error::other(says));
     match fs::metadata(folder) {
@@ -138,7 +137,7 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
     ))
 }
 
-/// A hidden file that is removed unless it is persisted.
+/// A new temporary file in a folder. It is removed when dropped, unless it is renamed before.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);
@@ -157,8 +156,8 @@ pub(super) fn copy_files(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     })
 }
 
-/// Replaces a JSON file by `format`, `version` and the keys of the body. Numbers read back to the same bits; numbers
-/// that are not finite become `null`.
+/// Writes a JSON file, or replaces it: `format`, `version`, then the keys of the body. Numbers read back to the same
+/// bits; NaN and infinities become `null`.
 ///
 /// # Errors
 /// [`Error::Write`].

@@ -1,4 +1,4 @@
-//! The format and version that every JSON file begins with.
+//! The keys `format` and `version`, which every JSON file begins with.
 
 use crate::error::Result;
 use crate::reading::{Position, from_json, malformed};
@@ -12,11 +12,11 @@ pub struct Format {
     /// The kind of file, such as `cosmic-design`.
     #[serde(rename = "format")]
     pub name: &'static str,
-    /// The version. Each change that older readers would misread raises it.
+    /// The version, which is raised by every change that older programs would misread.
     pub version: u32,
 }
 
-/// A body after its format.
+/// The keys of a JSON file: `format` and `version`, then those of the body.
 #[derive(Serialize)]
 pub(super) struct Stamped<'b, T> {
     #[serde(flatten)]
@@ -38,7 +38,7 @@ impl Format {
     }
 }
 
-/// The first two keys of a file that is read.
+/// The keys `format` and `version` of a file that is read.
 #[derive(Deserialize)]
 struct Stamp {
     format: String,
@@ -54,7 +54,7 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format
     parse_stamped(path, 0, bytes, format)
 }
 
-/// As [`parse_json`], for bytes that follow `lines` lines of the file.
+/// Like [`parse_json`], for a part of a file that begins after `lines` lines, so that errors name the right line.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,

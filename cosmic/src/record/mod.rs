@@ -1,9 +1,10 @@
-//! Runs in folders: the files of a run, and optimising in a folder.
+//! Runs in folders: optimising in a folder, and the files of a run.
 //!
-//! [`DesignFile`] is a robot as a file; it needs no file system. Everything else is behind the feature `files`.
-//! `optimise` begins a run and `resume` continues it; `optimise_with` and `resume_with` take the caller's loss or
-//! robot. The folder always holds what resuming needs. A run that is killed at any point and resumed ends with the
+//! `optimise` begins a run and `resume` continues it; `optimise_with` and `resume_with` do so with the caller's loss or
+//! robot. The folder always holds what is needed to resume. A run that is killed at any point and resumed ends with the
 //! same bytes, except for wall times.
+//!
+//! All of this needs the feature `files`, except [`DesignFile`], the contents of a design file.
 
 pub mod format;
 #[cfg(feature = "files")]

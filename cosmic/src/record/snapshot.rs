@@ -23,16 +23,16 @@ pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// The plan of a run, or of several starts. In files the scene is a [`SavedScene`].
+/// The plan of a run, or of several starts. In memory its scene is a [`Scene`], in files a [`SavedScene`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunPlan<S = Scene> {
     /// The name of the scene.
     pub name: String,
     /// The scene.
     pub scene: S,
-    /// The seed, or the first of several.
+    /// The seed; of several starts, the first seed.
     pub seed: u64,
-    /// The number of seeds.
+    /// The number of starts. Their seeds are consecutive.
     pub starts: NonZeroUsize,
     /// The most iterations of the run, or `None` for all iterations of the scene.
     pub iterations: Option<NonZeroUsize>,
@@ -84,7 +84,7 @@ impl RunPlan<SavedScene> {
 }
 
 impl RunPlan {
-    /// The plan as files have it.
+    /// The plan in the form in which it is saved.
     pub fn saved(&self) -> RunPlan<SavedScene> {
         self.with_scene(SavedScene::from(&self.scene))
     }
@@ -101,8 +101,9 @@ impl RunPlan {
         }
     }
 
-    /// Checks that this plan, of the run in a folder, is the expected one. `physics.unstable_step` may differ, because
-    /// [`allow_unstable`](super::allow_unstable) changes it for a run that has begun.
+    /// Checks that this plan, which is that of the run in `folder`, is equal to `expected`. Only
+    /// `physics.unstable_step` may differ, because [`allow_unstable`](super::allow_unstable) changes it for a run that
+    /// has begun.
     ///
     /// # Errors
     /// [`Error::Usage`] for a run of another scene, seed or number of iterations.
@@ -123,12 +124,12 @@ impl RunPlan {
         )))
     }
 
-    /// The last iteration of a run from the scene's start.
+    /// The last iteration of a run that begins with the scene's initial design.
     pub fn last_iteration(&self) -> usize {
         self.last_after(0)
     }
 
-    /// The last iteration of a run that enters after iteration `entered`.
+    /// The last iteration of a run whose first iteration is `entered + 1`.
     pub(super) fn last_after(&self, entered: usize) -> usize {
         let all = self.scene.schedule.iterations;
         let last = |limit: NonZeroUsize| entered.saturating_add(limit.get()).min(all);
@@ -162,7 +163,7 @@ impl From<&Scene> for SavedScene {
 }
 
 impl SavedScene {
-    /// Reads the scene. Errors name it by `place`, such as `plan.scene`.
+    /// Reads the scene. Errors begin with `place`, the key of the scene in its file, such as `plan.scene`.
     ///
     /// # Errors
     /// [`Error::Usage`] with the line and the column within the text.
@@ -171,7 +172,7 @@ impl SavedScene {
         let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, truss));
         let scene = Scene::parse_of_snapshot(&self.text, truss, registry);
         scene.map_err(|error| {
-            // An error in one line; the report of a malformed file is longer.
+            // The report of a malformed file has several lines; one line is enough here.
             let says = match error {
                 Error::Malformed {
                     line,
@@ -206,7 +207,7 @@ impl<'de> Deserialize<'de> for SavedScene {
     }
 }
 
-/// Reads a saved scene. With a visitor, errors have their position within the scene.
+/// Reads a saved scene. Unlike with an untagged enum of serde, errors keep their positions.
 struct SavedVisitor;
 
 impl<'de> Visitor<'de> for SavedVisitor {
@@ -240,7 +241,7 @@ pub(super) struct Snapshot {
     pub(super) progress: Option<Progress>,
 }
 
-/// The form of a snapshot in its file.
+/// The contents of a snapshot file.
 #[derive(Serialize, Deserialize)]
 struct SnapshotFile<'a> {
     plan: RunPlan<SavedScene>,
@@ -249,7 +250,7 @@ struct SnapshotFile<'a> {
 }
 
 impl SnapshotFile<'_> {
-    /// Reads the scene of the plan. The bytes are those of the file at `path`.
+    /// Parses the scene of the plan. `path` and `bytes` are those of the snapshot file, for errors.
     fn read(self, path: &Path, bytes: &[u8], registry: &Registry) -> Result<Snapshot> {
         Ok(Snapshot {
             plan: in_file(path, bytes, self.plan.read(registry))?,
@@ -259,7 +260,7 @@ impl SnapshotFile<'_> {
     }
 }
 
-/// Adds the place in a snapshot to an error about its scene.
+/// Adds the position in the snapshot file to an error about its scene.
 fn in_file<T>(path: &Path, bytes: &[u8], result: Result<T>) -> Result<T> {
     let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
     result.map_err(|error| placed(&file, &text, error))
@@ -286,7 +287,7 @@ impl Snapshot {
         Self::save(folder, &self.plan, self.seconds, self.progress.as_ref())
     }
 
-    /// The plan and the state, after a check that they fit the optimisation. Errors name `file`.
+    /// Checks that the snapshot fits the optimisation, and returns its plan and state. Errors name `file`.
     ///
     /// # Errors
     /// [`Error::Usage`] if the optimisation has another scene or another loss; the errors of [`CoDesign::first`] and
@@ -295,7 +296,7 @@ impl Snapshot {
         let plan = self.plan;
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
-                "{}: the optimisation and the run have different scenes",
+                "{}: the optimisation has another scene than the run; it must have the scene of the run",
                 file.display()
             )));
         }
@@ -310,7 +311,8 @@ impl Snapshot {
                 }
             } else {
                 Error::Usage(format!(
-                    "{file}: the run is for the objective of its scene; it cannot continue with another loss"
+                    "{file}: the run began with the objective of its scene, but the optimisation has another loss; \
+                    continue without a loss"
                 ))
             });
         }
@@ -328,10 +330,10 @@ impl Snapshot {
         Ok((plan, progress))
     }
 
-    /// Reads the scene from the snapshot of a folder; `None` if there is no snapshot.
+    /// Reads only the scene from the snapshot of a folder; `None` if there is no snapshot.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// Like [`read`](Self::read).
     pub(super) fn scene(folder: &Path, registry: &Registry) -> Result<Option<Scene>> {
         #[derive(Deserialize)]
         struct Planned {
@@ -346,7 +348,7 @@ impl Snapshot {
         in_file(&path, &bytes, read.plan.read(registry)).map(|plan| Some(plan.scene))
     }
 
-    /// Whether the run in a folder has a loss of the caller; false if there is no readable snapshot.
+    /// True if the run in a folder began with the caller's loss; false if there is no readable snapshot.
     pub(super) fn has_own_loss(folder: &Path) -> bool {
         #[derive(Deserialize)]
         struct Outline {
@@ -378,8 +380,8 @@ impl Snapshot {
     }
 }
 
-/// Parses the plan of a snapshot and does all checks of resuming. Errors name `path`. `accept` may refuse a plan before
-/// memory is allocated for it.
+/// Does all checks of a snapshot that resuming does, and returns its plan. Errors name `path`. `accept` may refuse a
+/// plan before memory is allocated for it.
 ///
 /// # Errors
 /// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.

@@ -1,4 +1,4 @@
-//! `summary.json`: the result of a run, which is written last.
+//! `summary.json`: the result of a run. It is the last file that a run writes.
 
 use super::RunPlan;
 use super::files::{no_run, read_json};
@@ -26,7 +26,7 @@ pub const DIVERGED: &str = "diverged.json";
 
 keys! {
     /// The result of a run. Displacements are those of the payload over a whole rollout. A displacement is
-    /// `None` if so many rollouts diverged that the number depends on one of them.
+    /// `None` if too many rollouts diverged to determine it.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     struct Summary {
         /// Name of the scene.
@@ -35,29 +35,29 @@ keys! {
         seed: u64, "whole number";
         /// Median of the displacements along the ground from perturbed starts: the figure to quote.
         displacement_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_p50"];
-        /// 10 % quantile of these displacements.
+        /// 10 % quantile of the displacements of `displacement_p50`.
         displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
-        /// 90 % quantile of these displacements.
+        /// 90 % quantile of the displacements of `displacement_p50`.
         displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
-        /// Median displacement of the last iterate from the same starts.
+        /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
-        /// Median displacement from the same starts without feedback: the controller observes the clock, and the
-        /// robot as it is at the start. `null` in files of earlier versions.
+        /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
+        /// clock, but of the robot only its initial state. `null` in files of earlier versions.
         #[serde(default)]
         displacement_clock_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_clock_p50"];
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
-        /// Displacement in that rollout, x and y of the world.
+        /// Displacement in the rollout of `displacement_along`, along the x and y axes of the world.
         displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
-        /// Only with `controller.two_goals`: median displacement from the same starts with the goal behind the
-        /// robot. Negative displacements are towards the goal.
+        /// Only with `controller.two_goals`: median displacement from the starts of `displacement_p50` with the goal
+        /// behind the robot. Negative displacements are towards the goal.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         displacement_behind_p50: Option<f64>, "number or `null`", unit "m";
-        /// Median over the other set of starts, by which the controller was chosen. For tasks other than `far`
-        /// it is minus the median loss. With two goals it is the median for the worse goal.
+        /// Median displacement from the other perturbed starts, those that the controller was chosen by. For tasks
+        /// other than `far` it is minus the median loss. With two goals it is the median for the worse goal.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
-        /// The score by which the best of several starts is chosen: `displacement_selection_p50`, or the 10 %
-        /// quantile over the same starts if the robot is unreliable there. `null` in files of earlier versions.
+        /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
+        /// over the same perturbed starts if the robot is unreliable there. `null` in files of earlier versions.
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// Whether `displacement_p50` describes the robot well; for tasks other than `far`, whether `loss_p50`
@@ -65,8 +65,8 @@ keys! {
         /// earlier versions.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
-        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`. Absent if it
-        /// diverged.
+        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`. Absent if too
+        /// many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         loss_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
@@ -98,13 +98,13 @@ keys! {
         delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
         /// `finished`, or `iteration_limit` if `--iterations` ended the run before its scene did.
         stop_reason: StopReason, "text";
-        /// Named options in effect that differ from the paper. If the list is empty, physics and algorithm are
-        /// those of the paper, except for plain numbers. `option` is the key as `section.key`, or `start` with
-        /// `--from`, or `loss` for the loss of a program; `says` is what it does.
+        /// The named options in use that differ from the paper. If the list is empty, physics and algorithm are
+        /// those of the paper, except for the values of numbers. `option` is the key as `section.key`, or `start`
+        /// with `--from`, or `loss` if a program supplied its own loss. `says` describes what the option does.
         departures: Vec<Departure>, "list of objects";
         /// Version of the program.
         cosmic_version: String, "text";
-        /// Wall time without interruptions; of several starts, the sum of their times.
+        /// Wall time without interruptions; with several starts, the sum over all starts.
         seconds: f64, "number", unit "s", columns ["seconds"];
         /// Only with several starts: the starts, in the order of their seeds. The summary is that of the best
         /// one.
@@ -119,7 +119,7 @@ keys! {
 pub enum StopReason {
     /// All iterations of the scene are done.
     Finished,
-    /// The limit of the plan is reached; the scene has more iterations.
+    /// The run reached the limit of its plan before the last iteration of the scene.
     IterationLimit,
 }
 
@@ -129,14 +129,14 @@ keys! {
     struct Start {
         /// The seed, and the name of the folder.
         seed: u64, "whole number";
-        /// As in the summary of the start; `null` if it diverged.
+        /// The number with this name in the summary of the start; `null` if the start diverged.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start. The best start has the highest score.
+        /// The number with this name in the summary of the start. The best start has the highest score.
         #[serde(default)]
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start.
+        /// The number with this name in the summary of the start.
         displacement_p50: Option<f64>, "number or `null`", unit "m";
-        /// As in the summary of the start.
+        /// The verdict in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         reliability: Option<Reliability>, "object";
         /// Only with `--search halving`: the iteration after which the search dropped the start.
@@ -159,8 +159,8 @@ impl Start {
     }
 }
 
-/// The ratio of two displacements. `None` if the divisor is below 1 cm (the robot stays in place) or the dividend is
-/// negative (the robot walks backwards), because the ratio would be misleading.
+/// The ratio `a / b` of two displacements (m). `None` if it would be misleading: if `b` is below 1 cm (the robot stays
+/// in place) or `a` is negative (the robot walks backwards).
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
@@ -173,8 +173,8 @@ impl Summary {
         self.cells().into_iter().map(Cell::number).collect()
     }
 
-    /// The [`ratio`] of the robot's displacement without feedback to its displacement. Also `None` for an unreliable
-    /// robot.
+    /// The [`ratio`] of the robot's displacement without feedback to its displacement with feedback. Also `None` for an
+    /// unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {
         let whole = self.displacement_p50.filter(|_| !self.is_unreliable());
         ratio(self.displacement_clock_p50, whole)
@@ -288,8 +288,8 @@ fn unfinished(folder: &Path) -> String {
     format!("the run is not finished; {how}")
 }
 
-/// The options in effect that differ from the paper: those of the scene that the run used, and those that are not
-/// part of a scene.
+/// The options in use that differ from the paper: those of the scene that have an effect in this run, and a given robot
+/// or loss, which are not part of the scene.
 fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
     let decided_before = progress.entered == Some(plan.scene.schedule.snap_at);
     let idle = |option: &str| {
@@ -320,7 +320,8 @@ fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
         departures.push(named("start", says));
     }
     if progress.own_loss {
-        let says = "robots are designed for a loss of the program that began the run";
+        let says =
+            "robots are designed for a loss that was supplied by the program that began the run";
         departures.push(named("loss", says));
     }
     departures

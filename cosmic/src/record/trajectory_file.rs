@@ -16,9 +16,9 @@ pub const TRAJECTORY: &str = "trajectory.json";
 pub struct TrajectoryFile {
     /// Time step, s.
     pub dt: f64,
-    /// Numbers of steps, ascending; 0 is the start.
+    /// The number of steps before each state, ascending; 0 is the start.
     pub steps: Vec<usize>,
-    /// The states after these numbers of steps, in the world's frame.
+    /// The states, one for each of `steps`, in the world's frame.
     pub states: Vec<State<f64>>,
     /// The loads of each edge over all steps; `None` for a void edge. Empty for an undecided design and in files of
     /// earlier versions.

@@ -1,5 +1,5 @@
-//! The cause of a divergence: the part of a step that gave a node most of its velocity, or the bound that the
-//! node exceeds.
+//! The cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that the
+//! node exceeded.
 
 use super::rollout::Simulator;
 use crate::geometry::Vector;
@@ -7,7 +7,7 @@ use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
 use crate::policy::Controller;
 
-/// The term of a step that most affected one node. Its text is part of a sentence.
+/// The cause of a divergence at one node. Its text completes a sentence about the node.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// The controller's activation of an edge of the node is NaN.
@@ -16,28 +16,28 @@ pub enum Cause {
         /// The edge.
         edge: usize,
     },
-    /// The part of a force that pushes or pulls the node most.
+    /// A part of a force, such as one spring, adds most to the velocity. The text names the part.
     #[error("mostly by {0}")]
     Force(String),
     /// Gravity adds most to the velocity.
     #[error("mostly by gravity")]
     Gravity,
-    /// The node was already as fast before, and moved too far.
+    /// The node kept most of its velocity from before the step; it moved too far with it.
     #[error("mostly by the node's own velocity")]
     Motion,
-    /// The node is faster than the scene allows, m/s.
+    /// The node is faster than the scene allows.
     #[error("which is {speed:.1} m/s; `physics.speed_bound` allows {bound} m/s")]
     TooFast {
-        /// The speed of the node.
+        /// The speed of the node, m/s.
         speed: f64,
-        /// The largest speed allowed.
+        /// The largest speed that the scene allows, m/s.
         bound: f64,
     },
 }
 
 impl Simulator {
-    /// The term that gave a node most of its velocity in the first substep from a state, or a term that is NaN. The
-    /// ground is not among them because it only reduces velocities.
+    /// Finds the term that gave a node most of its velocity in the first substep after the state `before`, or a term
+    /// that is NaN. The ground is not considered, because it only reduces velocities.
     pub(super) fn blame(
         &self,
         body: &Body<f64>,
@@ -76,7 +76,7 @@ impl Simulator {
         ));
         let kept = before.v[node] * flight.decay;
         terms.push((Cause::Motion, size(kept)));
-        // NaN ranks above every number. Of several NaN terms the last wins: the motion.
+        // NaN ranks above every number. Among several NaN terms the last one wins, which is the motion.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
     }

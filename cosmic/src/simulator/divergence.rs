@@ -1,8 +1,8 @@
 //! The guard: finds the step in which a rollout diverged.
 //!
-//! A rollout diverges if a state is absurd or a node is faster than the scene allows, because the
-//! robot has flown apart. A guarded rollout is [watched](Span::watched), which detects cheaply whether a state
-//! may be absurd or too fast. Only if it detects one, the rollout is repeated and every state is checked.
+//! A rollout diverges if the robot flies apart: a state becomes absurd (NaN or huge numbers), or a node becomes faster
+//! than the scene allows. A guarded rollout is first [watched](Span::watched), a cheap check whether some state may be
+//! absurd or too fast. Only if that check raises an alarm, the rollout is repeated and every state is checked exactly.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -15,25 +15,25 @@ use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
-/// The number of states that the search holds at a time.
+/// The number of states that the repeated rollout holds in memory at a time.
 const BLOCK: usize = 64;
-/// The number of states before the absurd one that are returned.
+/// The number of states before the absurd or too fast one that are returned.
 const KEPT: usize = 8;
 
 /// The first state of a rollout that is absurd or too fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
-    /// The step that produced it, from 0.
+    /// The step that produced the state, counted from 0.
     pub step: usize,
     /// The first node that is absurd or too fast in that state.
     pub node: usize,
-    /// Its position in the world's frame, m.
+    /// The position of that node in the world's frame, m.
     pub position: Vector<f64>,
-    /// Its velocity, m/s.
+    /// The velocity of that node, m/s.
     pub velocity: Vector<f64>,
-    /// The term of that step that caused it, or the bound.
+    /// The term of the step that caused the divergence, or the speed bound that was exceeded.
     pub term: Cause,
-    /// The last states up to the absurd one.
+    /// The last states, up to and including the absurd or too fast one.
     pub last: Trajectory<f64>,
 }
 
@@ -59,11 +59,11 @@ impl From<&Divergence> for Error {
 }
 
 impl Simulator {
-    /// A rollout that detects every absurd or too fast state. Without one, it costs one check of each number of each
-    /// state more than the plain rollout. With one, it costs up to two more rollouts.
+    /// A rollout that detects every absurd or too fast state. If there is none, the extra cost is one comparison per
+    /// number of each state. If there is one, the extra cost is up to two more rollouts.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](Simulator::rollout).
     pub fn guarded(
         &self,
         body: &Body<f64>,
@@ -89,9 +89,9 @@ impl Simulator {
         }
     }
 
-    /// The limit at which a watched rollout detects a number of a state. Positions and velocities have the same limit,
-    /// so a bound on the speed also detects positions that many metres from the origin. These are false alarms, which
-    /// the check of every state clears.
+    /// The limit on the magnitude of each number of a state in a watched rollout. Positions and velocities share this
+    /// limit, so with a bound on speeds the limit is also exceeded by a position that is that many metres from the
+    /// origin. Such false alarms are cleared by the exact check of every state.
     pub(super) fn watched(&self) -> f64 {
         // If both components are below this, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
@@ -99,20 +99,20 @@ impl Simulator {
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
-    /// True if a watched rollout that ends in this state has had no absurd or too fast state. If false, it may have had
-    /// one, and [`guarded`](Simulator::guarded) finds out.
+    /// True if a watched rollout that ends in this state certainly had no absurd or too fast state. If false, it may
+    /// have had one; [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // The largest distance from the world's origin if both components in the ground's frame are below the
-        // limit: the origin of the ground's frame may itself be far above the world's.
+        // The largest possible distance from the world's origin if both components in the ground's frame are
+        // below the limit. The origin of the ground's frame may be far above that of the world's frame.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
         farthest < ABSURD && !last.is_absurd()
     }
 
-    /// The first absurd or too fast state of a rollout over these planned steps, or `None`. The
-    /// start is not checked.
+    /// Simulates the steps of the range `steps`, from the state `start` before the first of them, and returns the first
+    /// absurd or too fast state, or `None`. The start is not checked.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](Simulator::rollout).
     pub fn divergence(
         &self,
         body: &Body<f64>,
@@ -143,8 +143,8 @@ impl Simulator {
         Some(self.diagnose(body, controller, node, bound, last))
     }
 
-    /// Passes every state of a rollout over these planned steps, except the start, to a callback with the number of steps
-    /// before it, until the callback stops. Holds only a block of states at a time.
+    /// Simulates the steps of the range `steps`, and calls `show` for every state after the start, with the number of
+    /// steps before it, until `show` returns `Break`. Holds only a block of states at a time.
     pub(super) fn each_state(
         &self,
         body: &Body<f64>,
@@ -156,7 +156,7 @@ impl Simulator {
         let size = 4 * self.robot.graph.nodes();
         let planned = self.planned(&self.surroundings(), body, controller, start);
         let still = Still::of(body, start);
-        // Flat arrays in the ground's frame, so that the next block continues from identical bits.
+        // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(start);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
@@ -174,7 +174,7 @@ impl Simulator {
         }
     }
 
-    /// Describes the divergence at the last of these states.
+    /// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node is too fast.
     fn diagnose(
         &self,
         body: &Body<f64>,

@@ -1,4 +1,4 @@
-//! Robots that are driven from outside: activations are given in place of a controller.
+//! Robots that are driven from outside: the caller gives the activations, in place of a controller.
 
 use super::rollout::{Driving, Simulator, Span};
 use super::trajectory::Trajectory;
@@ -12,7 +12,7 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 pub struct Driven(Simulator);
 
 impl Driven {
-    /// Plans rollouts of at most `physics.steps` steps.
+    /// Prepares rollouts of at most `physics.steps` steps.
     pub fn new(
         lattice: &Lattice,
         physics: &PhysicsSettings,
@@ -21,10 +21,11 @@ impl Driven {
         Self(Simulator::new(lattice, physics, controller).driven())
     }
 
-    /// Steps robots with one body, each from its own start, with constant activations of the edges, from -1 to 1.
+    /// Simulates robots that share one body, each from its own start and with its own constant activations.
+    /// `activations` has one list per start, with a number from -1 to 1 for each edge.
     ///
     /// # Panics
-    /// As [`Simulator::rollout_many`], and unless there is one list of activations per start with one entry per edge.
+    /// Like [`Simulator::rollout_many`], and if the number of lists or their lengths are wrong.
     pub fn held(
         &self,
         body: &Body<f64>,
@@ -59,10 +60,10 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::{Span, Trajectory};
 
-    /// The activations of the edges: full, zero and in between, of either sign.
+    /// Activations of edges: full, zero and in between, with both signs.
     const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
 
-    /// Settings that each add one force: each law of this crate, and each force that a key enables.
+    /// Settings that each add one force: no force, each force that a key enables, and each law of this crate.
     fn forces() -> Vec<String> {
         let mut forces = vec![String::new()];
         for key in ["stiffening = 200.0", "bending_radius = 0.002"] {
@@ -79,7 +80,8 @@ mod tests {
         pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
     }
 
-    /// A case whose controller outputs the held activations: its biases alone determine the outputs.
+    /// A case whose controller outputs the activations of `held`, because only its biases are not zero; and these
+    /// activations for all edges.
     fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
         /// A bias whose hyperbolic tangent is 1 in double precision.
         const SATURATED: f64 = 40.0;
@@ -96,7 +98,7 @@ mod tests {
         (case, held)
     }
 
-    /// Tests every force, and activations of zero and below.
+    /// With every force, a robot with given activations moves like a robot whose controller outputs them.
     #[test]
     fn held_activations_drive_as_a_controller_that_gives_them() {
         let span = Span::from_start(vec![200]);

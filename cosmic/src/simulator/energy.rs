@@ -1,4 +1,4 @@
-//! The energy of springs and masses, to check that it is conserved.
+//! The energy of a robot, for tests that energy is conserved.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// The forces and masses of a body on a lattice.
+    /// Prepares the energy of a body on a lattice, with the forces of `physics`.
     pub fn new(lattice: &'a Lattice, physics: &PhysicsSettings, body: &'a Body<f64>) -> Self {
         Self {
             lattice,
@@ -26,7 +26,7 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// The kinetic energy plus the potential energy of all forces, J; `None` if a force has no energy.
+    /// The kinetic energy plus the potential energy of all forces, J; `None` if a force has no potential energy.
     pub fn energy(&self, state: &State<f64>) -> Option<f64> {
         let speeds = state.v.iter().zip(&self.body.mass);
         let kinetic: f64 = speeds.map(|(v, m)| 0.5 * m * v.dot(*v)).sum();

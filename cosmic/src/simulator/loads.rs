@@ -16,28 +16,28 @@ use crate::policy::Controller;
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
 
-/// The size of a quantity over some states.
+/// The absolute value of a quantity over several states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Magnitude {
-    /// The largest.
+    /// The largest absolute value.
     pub peak: f64,
-    /// The 99 % quantile.
+    /// The 99 % quantile of the absolute values.
     pub p99: f64,
 }
 
-/// The largest 1 % of the magnitudes of a series, which determine the 99 % quantile.
+/// The largest 1 % of the absolute values of a series: enough to determine its 99 % quantile.
 #[derive(Clone, Debug)]
 struct Largest {
-    /// How many values determine the quantile.
+    /// The number of values that determine the quantile.
     needed: usize,
     /// The needed values and fewer than `needed` others, unsorted.
     values: Vec<f64>,
-    /// Smaller values are not needed.
+    /// Values up to this one can be dropped.
     floor: f64,
 }
 
 impl Largest {
-    /// For a series of `count` numbers.
+    /// Prepares for a series of `count` numbers.
     fn of(count: usize) -> Self {
         let below = 0.99 * count.saturating_sub(1) as f64;
         Self {
@@ -75,7 +75,7 @@ impl Largest {
 }
 
 impl Magnitude {
-    /// The larger peak, and the larger quantile.
+    /// The larger of both peaks, and the larger of both quantiles.
     fn max(self, other: Self) -> Self {
         Self {
             peak: self.peak.max(other.peak),
@@ -84,18 +84,18 @@ impl Magnitude {
     }
 }
 
-/// The loads and the motion of a bar over some states.
+/// The loads and the motion of a bar over several states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
-    /// The smallest and largest strain: the change of length over the rest length.
+    /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
     pub strains: Range,
     /// The magnitude of the strain.
     pub strain: Magnitude,
     /// The force along the bar, N.
     pub force: Magnitude,
-    /// The rate of the length, m/s.
+    /// The rate at which the length changes, m/s.
     pub speed: Magnitude,
-    /// Force times rate: the power that the bar gives to its nodes or takes from them, W.
+    /// Force times the rate of the length: the power that the bar gives to its nodes or takes from them, W.
     pub power: Magnitude,
     /// The largest force that pulls, N.
     pub tension: f64,
@@ -107,24 +107,24 @@ keys! {
     /// The loads of a robot over a rollout: the loads of its actuators and the largest compression of a bar.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Loads {
-        /// Least and greatest strain of an actuator.
+        /// Least and greatest strain of any actuator.
         strains: Range, "two numbers";
-        /// Strain (change of length over rest length): the largest `peak` and the largest 99 % quantile `p99` of
-        /// any actuator.
+        /// Strain (change of length divided by the rest length): the largest `peak` of any actuator, and the largest
+        /// 99 % quantile `p99` of any actuator.
         strain: Magnitude, "object",
             columns ["strain_peak", "strain_p99"] of |loads: &Loads| [loads.strain.peak, loads.strain.p99];
-        /// Force along an actuator: `peak` and `p99` as of the strain.
+        /// Force along an actuator: `peak` and `p99` like those of `strain`.
         force: Magnitude, "object", unit "N", columns ["force_peak"] of |loads: &Loads| loads.force.peak;
-        /// Rate of an actuator's length: `peak` and `p99` as of the strain.
+        /// Rate at which an actuator's length changes: `peak` and `p99` like those of `strain`.
         speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
-        /// Product of force and rate: `peak` and `p99` as of the strain.
+        /// Power of an actuator, which is its force times its rate: `peak` and `p99` like those of `strain`.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
         /// The largest force that pushes on a bar.
         compression: f64, "number", unit "N", columns ["compression"];
-        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest. The
-        /// simulation lets a robot pass through itself.
+        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest: the simulation lets
+        /// a robot pass through itself.
         tangled: f64, "number", columns ["tangled"];
-        /// Mean number of such pairs of bars in a state.
+        /// Mean number of pairs of bars in a state that cross but do not cross at rest.
         tangles: f64, "number";
     }
 }
@@ -132,15 +132,15 @@ keys! {
 /// The loads and the motion of a robot's edges in a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeMoments {
-    /// The controller's output for each, from -1 to 1.
+    /// The controller's output for each edge, from -1 to 1.
     pub activation: Vec<f64>,
-    /// The change of length over the rest length.
+    /// The strain of each edge: the change of length divided by the rest length.
     pub strain: Vec<f64>,
-    /// The force with which its bar pulls its ends together, N.
+    /// The force with which the bar of each edge pulls its ends together, N.
     pub tension: Vec<f64>,
-    /// The rate of its length, m/s.
+    /// The rate at which the length of each edge changes, m/s.
     pub rate: Vec<f64>,
-    /// The energy of all forces that have an energy, J.
+    /// The potential energy of all forces that have one, J.
     pub elastic: f64,
 }
 
@@ -203,8 +203,8 @@ impl Simulator {
         }
     }
 
-    /// The loads of the bars of a layout over all states of a rollout: one entry per edge, `None` for a void edge. It
-    /// keeps about 1 % of the values of all states in memory.
+    /// Simulates `steps` steps and returns the loads of the bars of a layout over all states: one entry per edge,
+    /// `None` for a void edge. Keeps about 1 % of the values in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -239,7 +239,7 @@ impl Simulator {
         bars.into_iter().map(load).collect()
     }
 
-    /// The loads of a robot, from the loads of its bars. Crossing bars are counted in the states of a trajectory.
+    /// The loads of a robot, from the loads of its bars. Bars that cross are counted in the states of `trajectory`.
     pub fn loads_of(
         &self,
         layout: &[Material],
@@ -304,7 +304,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// For this number of states.
+    /// Prepares for this number of states.
     fn over(states: usize) -> Self {
         Self {
             strains: Range::default(),
@@ -353,7 +353,7 @@ mod tests {
         let of = |sample: &[f64]| {
             let mut largest = Largest::of(sample.len());
             sample.iter().for_each(|x| largest.see(*x));
-            // Twice a hundredth of the series, rounded up, plus one.
+            // Less than twice the needed values, which are a hundredth of the series, rounded up, plus one.
             assert!(largest.values.len() <= sample.len() / 50 + 4);
             largest.magnitude()
         };
@@ -368,7 +368,7 @@ mod tests {
                 p99: 2.0
             }
         );
-        // Compares an unsorted series with the fully sorted series.
+        // The result for an unsorted series must be that of the fully sorted series.
         for count in [2, 51, 149, 150, 151, 1000, 8193] {
             let sample: Vec<f64> = (0..count).map(|k| (1.7 * k as f64).sin()).collect();
             let mut sorted: Vec<f64> = sample.iter().map(|x| x.abs()).collect();
@@ -379,8 +379,8 @@ mod tests {
         }
     }
 
-    /// Earlier versions wrote a radius against buckling. It was wrong, because the stiffness of a bar is not that of its
-    /// material. Their summaries can still be read.
+    /// Files of earlier versions, which have keys for buckling, can still be read. The keys were removed because their
+    /// numbers were wrong: the stiffness of a bar is not that of its material.
     #[test]
     fn loads_have_no_radius_and_loads_of_earlier_versions_are_read() {
         let mut file = serde_json::to_value(Loads::default()).unwrap();
@@ -393,7 +393,8 @@ mod tests {
         assert_eq!((read.compression, read.strain), (7.5, Magnitude::default()));
     }
 
-    /// A lattice that is stretched by 10 % along x and grows by 1 m/s per metre.
+    /// The loads of a stretched lattice agree with Hooke's law. The lattice is 10 % longer along x than at rest, and
+    /// its length grows by 1 m/s per metre.
     #[test]
     fn loads_are_those_of_hooke_s_bars() {
         let scene = Scene::paper();
@@ -418,7 +419,8 @@ mod tests {
         for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
             let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
             if dy == 0.0 {
-                // 400 N/m times 10 mm, at 0.11 m/s. The softening changes a length by 5e-11 of it.
+                // The tension is 400 N/m times 10 mm, the speed 0.11 m/s. The softening changes lengths by a fraction
+                // of 5e-11.
                 assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
                 assert!((load.tension - 4.0).abs() < 1e-7 && load.compression < 1e-7);
                 assert!((load.speed.peak - 0.11).abs() < 1e-9);

@@ -13,26 +13,26 @@ use crate::laws::{
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
-/// The laws of a mechanical step of length `h = dt / substeps`.
+/// The forces, the contact law and the integrator of a substep of length `h = dt / substeps`.
 ///
-/// Symplectic Euler pushes for `h` with the forces at the start, and drifts for `h`. Leapfrog
-/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact.
-/// Half of the damping comes before the push and half after it, so the step is symmetric in time and
-/// of second order.
+/// A push changes velocities, a drift changes positions. Symplectic Euler pushes for `h` with the forces at the start,
+/// then drifts for `h`. Leapfrog drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, with contact in both
+/// drifts. With leapfrog, half of the damping comes before the push and half after it, so the step is symmetric in time
+/// and of second order.
 #[derive(Clone, Debug)]
 pub(super) struct Mechanics {
     substeps: usize,
-    /// The drift before the forces are computed, if the integrator has one.
+    /// The drift before the push, if the integrator has one.
     first: Option<Drift>,
     /// The duration of the push, s.
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
-    /// The profile on the ground line; `None` on a bare line.
+    /// The profile of the ground; `None` if the ground is a straight line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
-    /// Gravity, m/s^2, then the settings of the contact law, then those of each force.
+    /// Gravity (m/s^2), then the settings of the contact law, then the settings of each force.
     pub(super) inputs: Arc<[StepInput]>,
 }
 
@@ -62,7 +62,7 @@ impl Mechanics {
         mechanics.with_inputs(physics.gravity)
     }
 
-    /// The velocity that a gravity (m/s^2) adds in a push, m/s.
+    /// The velocity that `gravity` (m/s^2) adds in a push, m/s.
     pub(super) fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
         let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
         self.ground.vector_to_ground(pushed)
@@ -95,7 +95,7 @@ impl Mechanics {
         self.forces.iter().any(|force| force.needs_time())
     }
 
-    /// Declares what contact and forces are given, in the order of [`inputs`](Mechanics::inputs).
+    /// Declares the parameters of the contact law and of the forces, in the order of [`inputs`](Mechanics::inputs).
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> (Vec<P::Array>, Vec<Given<P::Array>>) {
         let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
         let axes = [0, 1].map(|axis| p.of_surroundings(|s| velocity(s)[axis]));
@@ -113,8 +113,8 @@ impl Mechanics {
         (contact, self.forces.iter().map(force).collect())
     }
 
-    /// Records the nodes after the step, from the nodes before it, the activation of every slot and the time for every
-    /// node (`None` if no force needs it).
+    /// Records the mechanical part of a step and returns the nodes after it. `activation` has a number for each slot of
+    /// the graph, `time` one for each node (`None` if no force needs the time).
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -149,7 +149,7 @@ impl Mechanics {
             }
             let pushed = Pushed {
                 nodes,
-                impulses: impulses.expect("springs are always there"),
+                impulses: impulses.expect("every robot has springs"),
                 inverse_mass: given.inverse_mass,
                 uniforms: &given.contact,
             };

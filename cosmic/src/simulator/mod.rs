@@ -1,8 +1,8 @@
-//! The simulator: from a body, a controller and a state to a trajectory.
+//! The simulator: computes a trajectory from a body, a controller and an initial state.
 //!
-//! The physics is in [`laws`](crate::laws), and the order of a step in `robot` and `mechanics`, once for every number
-//! type. A rollout computes in the ground's frame, where contact is the sign of one coordinate. Callers pass and get
-//! states in the world's frame.
+//! The physics is in [`laws`](crate::laws); `robot` and `mechanics` put a step together, once for all number types. A
+//! rollout computes in the ground's frame, where a node is below the ground if one coordinate is negative. Callers pass
+//! and get states in the world's frame.
 
 mod surroundings;
 mod parameters;

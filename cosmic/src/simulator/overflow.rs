@@ -1,9 +1,9 @@
-//! The step in which the reverse sweep of a rollout overflows.
+//! Finds the step in which the reverse sweep of a rollout overflows.
 //!
-//! If a motion amplifies small changes, cotangents grow from step to step of the reverse sweep. After
-//! thousands of steps they may exceed the range of an f64 although every state is finite. The
-//! sweep itself does not check. If a gradient is infinite or NaN, this module sweeps again:
-//! first in blocks of steps, then step by step through the block in which the cotangent overflows.
+//! If a motion amplifies small changes, cotangents grow from step to step of the reverse sweep. After thousands of
+//! steps they may exceed the range of an f64 although every state is finite. The sweep itself does not check that. If a
+//! gradient is infinite or NaN, this module repeats the sweep: first in blocks of steps, then step by step through the
+//! block in which the cotangent overflows.
 
 use std::ops::Range;
 
@@ -13,21 +13,22 @@ use super::rollout::{Planned, Simulator, Span};
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
-/// Steps of a block.
+/// The number of steps of a block.
 const BLOCK: usize = 64;
 
-/// The step of a reverse sweep that makes the cotangent of the state infinite or NaN. Its text is part of a sentence.
+/// The step of a reverse sweep that makes the cotangent of the state infinite or NaN. Its text is part of a message.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent of at most \
      {largest:.1e}"
 )]
 pub struct Overflow {
-    /// The step, from 0. The cotangent of the state after it is finite; that of the state before it is not.
+    /// The step, counted from 0. The cotangent of the state after the step is finite; the cotangent of the state before
+    /// it is not.
     pub step: usize,
-    /// The first node whose position or velocity has such a cotangent.
+    /// The first node whose position or velocity has an infinite or NaN cotangent.
     pub node: usize,
-    /// The largest magnitude in the cotangent of the state after the step.
+    /// The largest absolute value in the cotangent of the state after the step.
     pub largest: f64,
 }
 
@@ -36,7 +37,7 @@ impl Simulator {
     /// overflows; `None` if it stays finite. Costs about as much as the gradient.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](Simulator::rollout).
     pub fn overflow(
         &self,
         body: &Body<f64>,
@@ -56,16 +57,16 @@ impl Simulator {
     }
 }
 
-/// A robot whose steps are swept again. States and cotangents are flat arrays in the ground's
-/// frame, so that each part of the rollout continues from identical bits.
+/// Repeats the reverse sweep of a rollout in parts. States and cotangents are flat arrays in the ground's frame, so
+/// that each part continues from identical bits.
 struct Sweep<'a> {
     simulator: &'a Simulator,
     planned: Planned<f64>,
 }
 
 impl Sweep<'_> {
-    /// Pulls the cotangent of the state after some steps back to `state` before them: in parts of `part` steps, and step
-    /// by step through a part that overflows.
+    /// Replaces `bar`, the cotangent of the state after the steps, by the cotangent of `state`, the state before them.
+    /// Sweeps in parts of `part` steps, and step by step through a part that overflows. Returns the first overflow.
     fn back(
         &self,
         state: &[f64],
@@ -95,7 +96,8 @@ impl Sweep<'_> {
         None
     }
 
-    /// The states after each number of steps in `done`, one after the other, from the state before step `first`.
+    /// Simulates from `state`, which is the state before step `first`, and returns the states after the numbers of
+    /// steps in `done`, one after the other.
     fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
         let span = Span {
             first,
@@ -137,7 +139,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 
-    /// The lattice of the scene `stability` without damping: small changes grow without limit.
+    /// A robot of the scene `stability` without damping, so that small changes grow without limit.
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
         let scene = Scene::parse("wild", "base = \"stability\"\n[physics]\ndamping = 0.0").unwrap();
         let lattice = Lattice::new(&scene.lattice, &scene.physics);

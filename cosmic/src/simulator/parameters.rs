@@ -1,4 +1,4 @@
-//! The parameters of a robot's steps: numbers that no step changes.
+//! The parameters of a robot's steps: the numbers that stay constant during a rollout.
 
 use autodiff::{Array, Program, Real};
 
@@ -16,41 +16,41 @@ pub(super) struct Parameters<A> {
     pub(super) strain: A,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// How much every node belongs to the robot; `None` if all nodes belong to it.
+    /// For every node, how much it belongs to the robot, from 0 to 1; `None` if all nodes belong to it.
     pub(super) presence: Option<A>,
     /// Activations that stay constant, one per slot of the graph, in place of a policy.
     pub(super) held: Option<A>,
-    /// The nodes that the policy sees in place of the current ones.
+    /// The positions and velocities that the policy sees in place of the current ones, for a robot without feedback.
     pub(super) seen: Option<Particle<A>>,
-    /// The velocity that gravity adds, m/s, then the settings of the contact law: an array of one number each.
+    /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
-    /// What each force declares.
+    /// The parameters that each force declares.
     pub(super) forces: Vec<Given<A>>,
 }
 
-/// The robot describes its parameters once, to a `Road`: a [`Program`] declares arrays for them, and [`Filled`] collects
-/// their numbers.
+/// A robot describes its parameters once, by calls to a `Road`. There are two roads: a [`Program`] declares an array
+/// for each parameter, and [`Filled`] collects the numbers of each parameter in the same order.
 pub(super) trait Road {
     type Number: Real;
     type Array;
 
-    /// An array of `len` numbers that depend on the body.
+    /// A parameter of `len` numbers that depend on the body.
     fn of_body(
         &mut self,
         len: usize,
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// An array of one number, which depends on the surroundings.
+    /// A parameter of one number that depends on the surroundings.
     fn of_surroundings(
         &mut self,
         number: impl Fn(&Surroundings<Self::Number>) -> Self::Number,
     ) -> Self::Array;
 
-    /// An array of `len` numbers that each start is given.
+    /// A parameter of `len` numbers that the caller gives for each start.
     fn of_start(&mut self, len: usize) -> Self::Array;
 
-    /// An array of numbers that all robots share.
+    /// A parameter whose numbers all robots share.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 
@@ -73,12 +73,12 @@ impl<R: Real> Road for Program<R> {
     }
 }
 
-/// The numbers of the parameters, in the order of declaration. For each parameter, one list per robot, or one list that
-/// all robots share.
+/// Collects the numbers of the parameters, in the order of declaration. Each parameter has one list of numbers per
+/// robot, or one list that all robots share.
 pub(super) struct Filled<'a, R> {
     pub(super) bodies: &'a [Body<R>],
     pub(super) surroundings: &'a [Surroundings<R>],
-    /// The numbers that each start is given.
+    /// The numbers that the caller gives for each start.
     pub(super) of_starts: Vec<Vec<R>>,
     pub(super) numbers: Vec<Vec<Vec<R>>>,
 }

@@ -1,4 +1,4 @@
-//! One step of the robot, as a page of stages over arrays.
+//! One step of the robot, recorded as operations on arrays.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::policy::{
 };
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The robot as a [`Model`], prepared before a rollout.
+/// The robot as a [`Model`] of `autodiff`. Its layout:
 ///
 /// - Parameters: those of [`Parameters`], then those of the policy.
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
@@ -23,16 +23,17 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
-    /// Slots that hold an edge with an output of the policy, ascending.
+    /// The slots whose edge has an output of the policy, ascending.
     actuated: Vec<usize>,
-    /// Rest lengths in slots.
+    /// The rest length of the edge in every slot, m.
     rest_length: Vec<f64>,
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// True if bodies say how much each node belongs to the robot.
+    /// True if the bodies have a presence: a number for each node that says how much it belongs to the robot.
     weighs: bool,
-    /// The state that the policy sees in place of the current one: x, y, x velocity, y velocity of all nodes.
+    /// The state that the policy sees in place of the current one, for a robot without feedback: x, y, x velocity,
+    /// y velocity of all nodes.
     seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
 }
@@ -51,7 +52,7 @@ pub(super) enum Drive {
 pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
-    /// The parameters that it declares.
+    /// The parameters that the policy declares.
     given: Arc<[Given]>,
 }
 
@@ -81,7 +82,7 @@ impl Robot {
         robot
     }
 
-    /// The policy of a scene, recorded once to find out which parameters it declares.
+    /// The policy that the settings choose. It is recorded once here, to find out which parameters it declares.
     fn driver(&self) -> Driver {
         let settings = &self.settings;
         let policy = policy::of_settings(settings);
@@ -107,8 +108,8 @@ impl Robot {
         driver
     }
 
-    /// The same robot without the parts that no body needs: edges without stiffness, which never pull, and
-    /// outputs of the policy for edges that do not exist or whose strain is zero.
+    /// The same robot without the parts that none of these bodies needs: edges without stiffness, which never pull, and
+    /// outputs of the policy for edges that are missing or whose strain is zero.
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
@@ -124,7 +125,7 @@ impl Robot {
         robot
     }
 
-    /// The same robot with all of its edges, for bodies with or without presence of nodes.
+    /// The same robot with all of its edges, adapted to whether these bodies have a presence.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
@@ -160,7 +161,8 @@ impl Robot {
         }
     }
 
-    /// Describes the parameters in the order of declaration, without those of the policy, which follow.
+    /// Describes the parameters of the robot to `p`, in the order of declaration. The parameters of the policy, which
+    /// come after them, are not included.
     pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
@@ -180,7 +182,7 @@ impl Robot {
         }
     }
 
-    /// The numbers for the parameters of the policy; all bodies share them.
+    /// The numbers of the policy's parameters. All bodies share them.
     pub(super) fn policy_numbers<R: Real>(
         &self,
         controller: &Controller<R>,
@@ -206,8 +208,8 @@ impl Robot {
             .collect()
     }
 
-    /// Records the activation of every slot from the state and the clock. Without actuators the policy is not recorded,
-    /// and the activation is any array of the right length.
+    /// Records the activation of every slot, from the state and the clock. Without actuators the activation has no
+    /// effect, so the policy is not recorded and any array of the right length is returned.
     pub(super) fn activation<R: Real>(
         &self,
         p: &mut Program<R>,
@@ -216,7 +218,11 @@ impl Robot {
         clock: Array,
     ) -> Array {
         let driver = match &self.drive {
-            Drive::Held => return given.held.expect("held activations are a parameter"),
+            Drive::Held => {
+                return given
+                    .held
+                    .expect("a held robot has activations as a parameter");
+            }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,
         };
@@ -231,7 +237,7 @@ impl Robot {
 }
 
 impl Driver {
-    /// Records the policy: the activation of every slot, and the parameters that it declares.
+    /// Records the policy. Returns the activation of every slot, and the parameters that the policy declares.
     fn record(
         &self,
         p: &mut dyn Recording,
@@ -256,7 +262,7 @@ impl Model for Robot {
         // 1. The policy observes the state.
         let activation = self.activation(p, &given, state, clock);
 
-        // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
+        // 2. Every edge pulls on its nodes, and every node moves; the contact law acts where a node meets the ground.
         let at_nodes = vec![Some(0); self.graph.nodes()];
         let time = time.map(|time| p.gather(time, &at_nodes));
         let mechanics = &self.mechanics;
@@ -266,7 +272,7 @@ impl Model for Robot {
         }
     }
 
-    // Compiled once, in this crate, for all crates that run robots.
+    // These two are not generic, so that they are compiled once, in this crate, for all crates that run robots.
     fn record_f64(&self, p: &mut Program<f64>) {
         self.record(p);
     }
@@ -275,8 +281,8 @@ impl Model for Robot {
     }
 }
 
-/// The policy alone: a step that leaves nodes and clock as they are. The last part of its state becomes the activation
-/// of every slot.
+/// A model that only evaluates the policy. Its state is that of the nodes, the clock, and a number for every slot. A
+/// step replaces the numbers of the slots by their activations and changes nothing else.
 #[derive(Clone, Debug)]
 pub(super) struct Activations(pub(super) Robot);
 

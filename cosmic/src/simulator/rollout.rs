@@ -1,4 +1,4 @@
-//! Rollouts of bodies and controllers on a lattice in its surroundings.
+//! [`Simulator`], which computes rollouts of robots.
 
 use std::borrow::Borrow;
 use std::sync::Arc;
@@ -14,24 +14,24 @@ use crate::lattice::{Body, Lattice, State};
 use crate::policy::{Controller, clock};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The steps of a rollout, and what is observed.
+/// The steps of a rollout, and the states that are observed.
 #[derive(Clone, Debug)]
 pub struct Span {
     /// The number of steps before the start state: after `n` steps the time of the clock is `(first + n) dt`.
     pub first: usize,
-    /// The numbers of steps after which the state is observed, ascending; the rollout ends with the last.
+    /// The numbers of steps after which the state is observed, ascending. The rollout ends at the last one.
     pub observed: Vec<usize>,
-    /// How many nodes are observed, at least one; the observed states contain only these first nodes.
+    /// The number of observed nodes, at least one. Observed states contain only the first `nodes` nodes.
     pub nodes: usize,
-    /// True to make all observations NaN if any state after the start, observed or not, is absurd or too fast, or close
-    /// to it. [`Simulator::guarded`] relies on this.
+    /// If true, every state after the start is checked cheaply, and all observations become NaN if a state is absurd or
+    /// too fast, or nearly so. [`Simulator::guarded`] relies on this.
     pub watched: bool,
     /// Limits the cotangent in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Span {
-    /// All nodes, from time 0 on, not watched, with exact gradients.
+    /// A span from time 0 that observes all nodes, is not watched, and has exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
         Self {
             first: 0,
@@ -48,7 +48,7 @@ impl Span {
     }
 }
 
-/// A lattice in its surroundings, ready to run bodies and controllers.
+/// Simulates robots on one lattice, with the physics of a scene.
 #[derive(Clone, Debug)]
 pub struct Simulator {
     pub(super) lattice: Lattice,
@@ -56,24 +56,23 @@ pub struct Simulator {
     /// Length of a step, s.
     pub(super) dt: f64,
     pub(super) ground: Ground,
-    /// The speed of a node, m/s, above which a guarded rollout counts as diverged; `None` without a
-    /// bound.
+    /// A guarded rollout counts as diverged if a node is faster than this, m/s; `None` if there is no bound.
     pub(super) speed_bound: Option<f64>,
-    /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
+    /// For each step, the sine and cosine of the clock's phase, then the time if a force reads it.
     clock: Arc<[f64]>,
-    /// Memory for what the reverse sweep of a rollout reads.
+    /// The memory budget for what a rollout stores for its reverse sweep.
     pub(crate) memory: Memory,
 }
 
 impl Simulator {
-    /// Plans rollouts of at most `physics.steps` steps.
+    /// Prepares rollouts of at most `physics.steps` steps.
     pub fn new(
         lattice: &Lattice,
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
         let robot = Robot::new(lattice, physics, controller);
-        // A product, not a sum: the phase reaches 164 rad.
+        // The time is a product and not a running sum, whose rounding errors would grow: the phase reaches 164 rad.
         let time = |step: usize| step as f64 * physics.dt;
         let timed = robot.mechanics.needs_time();
         let inputs = |step: usize| {
@@ -92,13 +91,13 @@ impl Simulator {
         }
     }
 
-    /// This world with a memory budget for gradients of rollouts. The gradient does not depend on it.
+    /// This simulator with a memory budget for gradients of rollouts. The gradient does not depend on the budget.
     #[must_use]
     pub fn with_memory(self, memory: Memory) -> Self {
         Self { memory, ..self }
     }
 
-    /// This world with another coefficient of friction. It has no effect if the contact law has no friction.
+    /// This simulator with another coefficient of friction. It has no effect if the contact law has no friction.
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
@@ -106,10 +105,11 @@ impl Simulator {
         other
     }
 
-    /// This world for policies that see this state in every step; only their clock advances.
+    /// This simulator for robots without feedback: in every step, the policy sees the state `seen` instead of the
+    /// current one. Only its clock advances.
     ///
     /// # Panics
-    /// If the state is of another lattice.
+    /// If the state does not fit the lattice.
     #[must_use]
     pub fn without_feedback(&self, seen: &State<f64>) -> Self {
         self.check(&[], &[seen]);
@@ -119,7 +119,7 @@ impl Simulator {
         }
     }
 
-    /// This world for robots with given activations in place of a controller.
+    /// This simulator for robots whose activations are given, in place of a controller.
     pub(super) fn driven(&self) -> Self {
         Self {
             robot: self.robot.held(),
@@ -127,7 +127,7 @@ impl Simulator {
         }
     }
 
-    /// This world with the goal in the opposite direction.
+    /// This simulator with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         let mut other = self.clone();
@@ -135,16 +135,16 @@ impl Simulator {
         other
     }
 
-    /// Gravity, friction and the settings of the laws in force, as constants.
+    /// The surroundings of the scene, as constants: gravity, friction and the settings of its laws.
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {
         Surroundings::of_scene(&self.robot.mechanics.inputs)
     }
 
-    /// Steps a robot from a state in the world's frame.
+    /// Simulates a robot from the state `start` and returns the observed states. States are in the world's frame.
     ///
     /// # Panics
-    /// If body, controller or state are of another lattice, or the span goes past the planned
-    /// steps or looks at no node.
+    /// If body, controller or state do not fit the lattice, if the span goes beyond `physics.steps` of
+    /// [`new`](Self::new), or if it observes no node.
     pub fn rollout<R: Real>(
         &self,
         body: &Body<R>,
@@ -155,11 +155,11 @@ impl Simulator {
         self.rollout_in(&self.surroundings(), body, controller, start, span)
     }
 
-    /// As [`rollout`](Simulator::rollout), in other [surroundings](Surroundings), by which the trajectory can be
-    /// differentiated.
+    /// Like [`rollout`](Simulator::rollout), in other [surroundings](Surroundings). The trajectory can be
+    /// differentiated with respect to them.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout), and if the surroundings are from a simulator with other laws.
+    /// Like [`rollout`](Simulator::rollout), and if the surroundings are from a simulator with other laws.
     pub fn rollout_in<R: Real>(
         &self,
         surroundings: &Surroundings<R>,
@@ -175,11 +175,12 @@ impl Simulator {
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
-    /// Steps robots with one controller from several starts, with one body for all or one for each. Bit-identical to
-    /// single [rollouts](Simulator::rollout), but faster: the robots run in SIMD lanes and share each read of a weight.
+    /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
+    /// start. The result is bit-identical to single [rollouts](Simulator::rollout), but faster: the robots run in SIMD
+    /// lanes and share each read of a weight.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout), and if there are several bodies but not one for each start.
+    /// Like [`rollout`](Simulator::rollout), and if there are several bodies but not one for each start.
     pub fn rollout_many<R: Real>(
         &self,
         bodies: &[Body<R>],
@@ -190,11 +191,12 @@ impl Simulator {
         self.rollout_many_in(&[self.surroundings()], bodies, controller, starts, span)
     }
 
-    /// As [`rollout_many`](Simulator::rollout_many), all in the same surroundings or each in its own.
+    /// Like [`rollout_many`](Simulator::rollout_many), in other surroundings: one for all starts, or one for each
+    /// start.
     ///
     /// # Panics
-    /// As [`rollout_many`](Simulator::rollout_many), if there are several surroundings but not one for each start, or if
-    /// they are from a simulator with other laws.
+    /// Like [`rollout_many`](Simulator::rollout_many); if there are several surroundings but not one for each start;
+    /// and if they are from a simulator with other laws.
     pub fn rollout_many_in<R: Real>(
         &self,
         surroundings: &[Surroundings<R>],
@@ -214,7 +216,8 @@ impl Simulator {
         self.in_lanes(model, bodies, &numbers, &starts, span)
     }
 
-    /// Steps robots with one body for all or one for each, given the numbers of their parameters.
+    /// Simulates robots in SIMD lanes, given the numbers of their parameters. `bodies` has one body for all starts, or
+    /// one for each start.
     pub(super) fn in_lanes<R: Real>(
         &self,
         model: Robot,
@@ -237,7 +240,7 @@ impl Simulator {
             .collect()
     }
 
-    /// The activation of every edge in some states, each at its time, s.
+    /// The activation of every edge in several states. `moments` has each state with its time (s).
     pub(crate) fn activations(
         &self,
         body: &Body<f64>,
@@ -266,11 +269,12 @@ impl Simulator {
         seen.into_iter().map(of_edges).collect()
     }
 
-    /// The states of [`rollout`](Simulator::rollout), computed without checkpoints and lanes: on a tape, every operation
-    /// of every step is an entry. Cotangents are not limited. It is the reference for gradients and their cost.
+    /// Like [`rollout`](Simulator::rollout), but without checkpoints and SIMD lanes: with variables, every operation of
+    /// every step becomes an entry of the tape, and cotangents are not limited. Tests and benchmarks compare gradients
+    /// and their cost with it.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](Simulator::rollout).
     pub fn rollout_in_full<R: Real>(
         &self,
         body: &Body<R>,
@@ -285,7 +289,8 @@ impl Simulator {
         self.trajectory(&seen, span, &Still::of(body, start))
     }
 
-    /// Panics unless bodies and starts fit this lattice. Longer arrays of a larger lattice would be misread silently.
+    /// Panics unless bodies and starts fit this lattice. Without the check, the longer arrays of a larger lattice would
+    /// be misread silently.
     pub(super) fn check<R: Real>(&self, bodies: &[Body<R>], starts: &[&State<R>]) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
         let fits = |what: &str, found: usize, expected: usize| self.fits(what, found, expected);
@@ -317,21 +322,21 @@ impl Simulator {
         }
     }
 
-    /// Panics unless a count is the one that this lattice needs.
+    /// Panics unless `found`, the number of `what`, is the number that this lattice needs.
     #[track_caller]
     pub(super) fn fits(&self, what: &str, found: usize, expected: usize) {
         let nodes = self.lattice.nodes();
         assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
     }
 
-    /// The rollout of a robot.
+    /// The rollout of a robot over a span, for `autodiff`.
     pub(super) fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
         assert!(
             span.nodes > 0,
             "`nodes` of a span is 0; it must be 1 or more"
         );
         let steps = span.steps();
-        // The whole clock is shared; a later part is copied.
+        // A span from the start shares the whole clock; a later span copies its part.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => {
@@ -353,7 +358,7 @@ impl Simulator {
         }
     }
 
-    /// The robot without the parts that this body does not need, and its parameters.
+    /// The robot without the parts that this body does not need, and the numbers of its parameters.
     pub(super) fn planned<R: Real>(
         &self,
         surroundings: &Surroundings<R>,
@@ -373,7 +378,7 @@ impl Simulator {
         }
     }
 
-    /// The numbers of a robot's parameters: for each, one list per robot or one list that all robots share.
+    /// The numbers of all parameters: for each parameter one list per robot, or one list that all robots share.
     pub(super) fn numbers<R: Real>(
         &self,
         robot: &Robot,
@@ -402,7 +407,7 @@ impl Simulator {
         filled.numbers.into_iter().chain(of_policy).collect()
     }
 
-    /// The observed states, from flat arrays of them.
+    /// The trajectory of the observed states, which are flat arrays in `seen`, one after the other.
     fn trajectory<R: Real>(&self, seen: &[R], span: &Span, still: &Still<R>) -> Trajectory<R> {
         let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
@@ -411,19 +416,19 @@ impl Simulator {
         }
     }
 
-    /// A state in the world's frame as flat arrays in the ground's frame.
+    /// Converts a state in the world's frame to flat arrays in the ground's frame.
     pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
         state.to_ground(&self.ground).to_columns()
     }
 
-    /// The state in the world's frame, from flat arrays of all nodes or of the first nodes.
+    /// Converts flat arrays in the ground's frame, of all nodes or of the first nodes, to a state in the world's frame.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         State::from_columns(state).to_world(&self.ground)
     }
 }
 
-/// The nodes that do not belong to a robot, and the positions where they stay. No bar pulls on them, and the
-/// controller does not see them.
+/// The nodes that do not belong to a robot, with the positions where they stay. No bar pulls on them, and the
+/// controller does not see them. They would fall otherwise.
 pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
 
 impl<R: Real> Still<R> {
@@ -433,7 +438,7 @@ impl<R: Real> Still<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// A state, of all nodes or of the first nodes, with these nodes at rest.
+    /// Puts these nodes back at rest in a state of all nodes or of the first nodes.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {
             if node < state.x.len() {
@@ -444,15 +449,16 @@ impl<R: Real> Still<R> {
     }
 }
 
-/// What drives robots.
+/// The source of the activations in a rollout.
 pub(super) enum Driving<'a, R> {
-    /// A policy with these parameters.
+    /// The policy, with the parameters of this controller.
     By(&'a Controller<R>),
-    /// Constant activations for each start, in slots.
+    /// Constant activations: for each start, one per slot of the graph.
     Held(Vec<Vec<R>>),
 }
 
-/// The results of a rollout from several starts. Each parameter has one list per start, or one list that all share.
+/// Runs a rollout from several starts. Each parameter in `numbers` has one list per start, or one list that all starts
+/// share.
 fn run_together<M: Model, R: Real>(
     rollout: &Rollout<M>,
     starts: &[&[R]],
@@ -473,7 +479,7 @@ pub(super) struct Planned<R> {
 }
 
 impl<R: Real> Planned<R> {
-    /// The observed states, one after the other, from a flat start state.
+    /// Simulates from a flat start state and returns the observed states, one after the other.
     pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
         let rollout = simulator.plan(self.model.clone(), span);
         rollout.run(start, &slices(&self.parameters))

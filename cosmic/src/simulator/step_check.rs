@@ -1,5 +1,5 @@
-//! Checks whether a scene's time step is stable for a body: first against a cheap bound on the frequencies, and only
-//! beyond it against the largest frequency.
+//! Checks whether the time step of a scene is stable for a body: first with a cheap bound on its frequencies and, only
+//! if that fails, with the largest frequency itself.
 
 use std::fmt;
 use std::path::Path;
@@ -15,14 +15,14 @@ use crate::scene::{PhysicsSettings, UnstableStep};
 const SUBSTEPS: f64 = 64.0;
 
 keys! {
-    /// The time step at which a vibration begins to grow.
+    /// A vibration, and the time step at which it begins to grow.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     struct StepLimit {
         /// The angular frequency of the vibration.
         frequency: f64, "number", unit "1/s";
-        /// The smallest time step with which the vibration grows; `null` if nothing vibrates.
+        /// The smallest time step with which the vibration grows; `null` if it never grows.
         dt: Option<f64>, "number or `null`", unit "s";
-        /// The node at which it is largest.
+        /// The node at which the vibration is largest.
         node: usize, "whole number";
     }
 }
@@ -37,7 +37,7 @@ impl StepLimit {
         }
     }
 
-    /// A time step divided by this limit; 1 or more is unstable.
+    /// The time step `dt` divided by this limit; a ratio of 1 or more is unstable.
     pub fn share(&self, dt: f64) -> f64 {
         self.dt.map_or(0.0, |limit| dt / limit)
     }
@@ -47,9 +47,9 @@ impl StepLimit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// Below the bound: no vibration about the checked positions grows.
+    /// The time step is below the limit of the bound: no vibration about the checked positions grows.
     Safe,
-    /// Beyond the bound, but below the limit of the largest frequency.
+    /// The time step is beyond the limit of the bound, but below the limit of the largest frequency.
     Close,
     /// The fastest vibration grows.
     Unstable,
@@ -61,30 +61,30 @@ keys! {
     struct StepCheck {
         /// The time step.
         dt: f64, "number", unit "s";
-        /// Mechanical steps in a time step.
+        /// The number of substeps in a time step.
         substeps: usize, "whole number";
-        /// The limit by the bound on all frequencies, including those of the robots that `[robust]` draws.
+        /// The limit that follows from a bound on all frequencies, including those of the robots that `[robust]` draws.
         bound: StepLimit, "object", parts StepLimit;
-        /// The limit by the largest frequency itself; `null` if `dt` is below the limit of the bound.
+        /// The limit that follows from the largest frequency itself; `null` if `dt` is below the limit of `bound`.
         exact: Option<StepLimit>, "object or `null`", parts StepLimit;
-        /// The time step below which no vibration grows of any design of the lattice, nor of a robot that
-        /// `[robust]` draws around one; `null` if nothing vibrates, and in files of earlier versions.
+        /// Below this time step, no vibration grows for any design of the lattice, nor for a robot that `[robust]`
+        /// draws around a design. `null` if nothing vibrates, and in files of earlier versions.
         #[serde(default)]
         any_design: Option<f64>, "number or `null`", unit "s";
     }
 }
 
 impl StepCheck {
-    /// Checks the time step of a scene or case. `bound_of_any` is a bound on the angular frequencies of
-    /// every design of the lattice, 1/s. Both bounds are multiplied by `faster`, so that they hold for robots of domain
-    /// randomization too.
+    /// Checks the time step of `physics`. `bound_of_any` is a bound on the angular frequencies of every design of the
+    /// lattice, 1/s. It and the bound for this design are multiplied by `faster`, so that they also hold for the robots
+    /// of domain randomization.
     pub fn new(
         vibration: &Vibration,
         bound_of_any: f64,
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        // A frequency that is larger by a factor belongs to a node that is lighter by its square.
+        // A frequency that is larger by a factor belongs to a node that is lighter by the square of that factor.
         let damping = faster * faster * vibration.damping();
         let any_design = stable_step(physics, faster * bound_of_any, damping);
         let frequency = faster * vibration.edge_bound();
@@ -107,8 +107,8 @@ impl StepCheck {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {
             format!(
-                "the time step of {} s is stable for this design but may not be for later ones; below {} s it is stable \
-                 for every design",
+                "the time step of {} s is stable for this design but may not be for later ones; to be safe for every \
+                 design, set physics.dt below {} s",
                 self.dt,
                 rounded_down(any, 2)
             )
@@ -124,7 +124,7 @@ impl StepCheck {
         }
     }
 
-    /// Refuses an unstable step unless the scene lets it pass.
+    /// Refuses an unstable time step unless the scene allows it.
     ///
     /// # Errors
     /// [`Error::UnstableStep`].
@@ -138,8 +138,8 @@ impl StepCheck {
         }
     }
 
-    /// As [`accept`](Self::accept), for the run in a folder after so many iterations; `own_loss` if
-    /// its caller supplied the loss.
+    /// Like [`accept`](Self::accept), for the run in the folder `run` after `iteration` iterations. `own_loss` is true
+    /// if the caller supplied the loss.
     ///
     /// # Errors
     /// [`Error::UnstableRun`].
@@ -158,7 +158,7 @@ impl StepCheck {
         })
     }
 
-    /// The error for an unstable step.
+    /// The error for an unstable time step.
     fn error(&self, remedy: String) -> Error {
         let limit = self.exact.unwrap_or(self.bound);
         Error::UnstableStep {
@@ -170,7 +170,7 @@ impl StepCheck {
         }
     }
 
-    /// A change of settings that makes the step safe for this and every other design.
+    /// The advice in messages: changes of settings that make the time step safe for this and every other design.
     fn remedy(&self) -> String {
         let limits = [self.bound.dt, self.any_design];
         let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -190,7 +190,7 @@ impl StepCheck {
     }
 }
 
-/// The warning; empty for a safe step.
+/// The warning about the time step; empty if it is safe.
 impl fmt::Display for StepCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(exact) = self.exact else {
@@ -201,18 +201,18 @@ impl fmt::Display for StepCheck {
             (Grade::Close, Some(limit), Some(bound)) => write!(
                 out,
                 "the time step of {dt} s is beyond the safe bound of {bound:.3e} s (node {}), \
-                 though vibrations grow from {limit:.3e} s on; {remedy}",
+                 but below {limit:.3e} s, where vibrations begin to grow; {remedy}",
                 self.bound.node
             ),
-            // Without the advice to set `unstable_step`: it is set already.
+            // The advice to set `unstable_step` is left out, because it is set already.
             _ => write!(out, "{}", self.error(self.remedy())),
         }
     }
 }
 
-/// The largest number with this many digits that is not above `x`, which must be positive. Infinity stays infinite.
+/// Rounds a positive number `x` down to `digits` significant digits. Infinity stays infinite.
 pub fn rounded_down(x: f64, digits: usize) -> f64 {
-    // Cuts the shortest decimal form. A computed power of ten would depend on the system.
+    // Truncates the shortest decimal form. A computed power of ten could have other bits on other systems.
     let scientific = format!("{x:e}");
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let kept = &significand[..significand.len().min(digits + 1)];

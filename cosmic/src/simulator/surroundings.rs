@@ -1,4 +1,4 @@
-//! The numbers of a robot's surroundings: gravity, friction, the settings of laws.
+//! [`Surroundings`]: gravity, friction and the settings of laws, as numbers that can be varied.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use autodiff::Real;
 
 use crate::laws::StepInput;
 
-/// Gravity, friction and the settings of the laws in force, by the names that they have in a scene:
-/// `physics.gravity`, `physics.friction` (Coulomb contact), `physics.stiffening`, `mud.rate`.
+/// Gravity, friction and the settings of a scene's laws, under their names in the scene, such as `physics.gravity`,
+/// `physics.friction` (Coulomb contact), `physics.stiffening` or `mud.rate`.
 ///
-/// [`Simulator::surroundings`](super::Simulator::surroundings) returns those of the scene, and
-/// [`Simulator::rollout_in`](super::Simulator::rollout_in) takes others. If a number is a variable, the rollout can be
-/// differentiated by it:
+/// [`Simulator::surroundings`](super::Simulator::surroundings) returns the values of the scene, and
+/// [`Simulator::rollout_in`](super::Simulator::rollout_in) accepts other values. If a number is a variable, the rollout
+/// can be differentiated with respect to it:
 ///
 /// ```
 /// use autodiff::{Var, gradient};
@@ -23,7 +23,7 @@ use crate::laws::StepInput;
 /// let case = Case::of_scene(&scene, 1)?;
 /// let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
 /// let span = Span::from_start(vec![100]);
-/// // How far the payload gets within 100 steps, by friction and gravity.
+/// // The distance of the payload after 100 steps, as a function of friction and gravity.
 /// let distance = |numbers: &[Var<f64>]| {
 ///     let surroundings = simulator.surroundings();
 ///     let surroundings = surroundings.with("physics.friction", numbers[0]);
@@ -40,14 +40,14 @@ use crate::laws::StepInput;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings<R> {
-    /// The numbers of the scene.
+    /// The names, and the values in the scene.
     inputs: Arc<[StepInput]>,
-    /// In the order of `inputs`.
+    /// The current values, in the order of `inputs`.
     pub(super) numbers: Vec<R>,
 }
 
 impl<R: Real> Surroundings<R> {
-    /// The numbers of a scene, as constants.
+    /// The values of a scene, as constants.
     pub(super) fn of_scene(inputs: &Arc<[StepInput]>) -> Self {
         Self {
             inputs: Arc::clone(inputs),
@@ -61,10 +61,10 @@ impl<R: Real> Surroundings<R> {
         names.zip(self.numbers.iter().copied())
     }
 
-    /// These surroundings with another value of a number, in the unit of its key.
+    /// These surroundings with another value for the number `name`, in the unit of that key.
     ///
     /// # Panics
-    /// If no law in force has a number of this name.
+    /// If there is no number of this name, because no law of the scene has it.
     #[must_use]
     pub fn with(mut self, name: &str, value: R) -> Self {
         let Some(place) = self.iter().position(|(other, _)| other == name) else {
@@ -78,7 +78,7 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// True if both have the same names.
+    /// True if both surroundings have the same names.
     pub(super) fn fits<S>(&self, other: &Surroundings<S>) -> bool {
         let names =
             |inputs: &[StepInput]| inputs.iter().map(|i| i.name.clone()).collect::<Vec<_>>();

@@ -1,15 +1,15 @@
-//! The states of a rollout.
+//! [`Trajectory`], the observed states of a rollout, and the test whether a state is absurd.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
 
 /// A state is absurd if a component of a position (m) or velocity (m/s) has this magnitude or more.
 pub(super) const ABSURD: f64 = 1e6;
-/// The limit for watched states. It is smaller because they are checked in the ground's frame, which may be rotated
-/// relative to the world's frame.
+/// The limit for the states of a watched rollout. It is smaller than [`ABSURD`] because these states are checked in the
+/// ground's frame, which may be rotated relative to the world's frame.
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 
-/// States of a rollout, in the world's frame.
+/// The observed states of a rollout, in the world's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory<R> {
     /// The number of steps before each state, ascending; 0 is the start.
@@ -24,7 +24,10 @@ impl<R> Trajectory<R> {
     /// # Panics
     /// If the trajectory is empty.
     pub fn last_step(&self) -> usize {
-        *self.steps.last().expect("a trajectory holds a state")
+        *self
+            .steps
+            .last()
+            .expect("a trajectory must have at least one state")
     }
 
     /// The state after this number of steps.
@@ -43,10 +46,10 @@ impl<R> Trajectory<R> {
 }
 
 impl State<f64> {
-    /// The first node that is not finite, farther than 1e6 m from the origin or faster than
-    /// 1e6 m/s.
+    /// The first absurd node: with a coordinate (m) or a component of its velocity (m/s) that is NaN or at least 1e6 in
+    /// absolute value.
     pub fn absurd_node(&self) -> Option<usize> {
-        // Comparisons with NaN are false, so NaN is not sane.
+        // Comparisons with NaN are false, so a NaN is absurd too.
         let sane = |vector: &Vector<f64>| vector.iter().all(|c| c.abs() < ABSURD);
         let mut nodes = self.x.iter().zip(&self.v);
         nodes.position(|(x, v)| !(sane(x) && sane(v)))
@@ -57,13 +60,13 @@ impl State<f64> {
         self.v.iter().map(|v| v.norm())
     }
 
-    /// The first node that is faster than a bound, m/s, and its speed.
+    /// The first node that is faster than `bound` (m/s), and its speed.
     pub(super) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
         let mut speeds = self.speeds().enumerate();
         speeds.find(|(_, speed)| *speed > bound)
     }
 
-    /// Whether there is an [absurd node](State::absurd_node).
+    /// True if there is an [absurd node](State::absurd_node).
     pub fn is_absurd(&self) -> bool {
         self.absurd_node().is_some()
     }

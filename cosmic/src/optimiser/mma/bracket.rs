@@ -1,10 +1,11 @@
-//! The zero of a decreasing function by the Illinois variant of regula falsi.
+//! A search for the zero of a decreasing function, by the Illinois variant of regula falsi.
 
-/// A length below the zero and, once known, a length above it, with the values of the function there.
+/// The state of the search: a point below the zero and, once known, a point above it, each with the value of the
+/// function.
 pub(super) struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
-    /// The end that moved last, and how many times in a row.
+    /// The end of the bracket that moved last, and how many times in a row.
     moved: (End, usize),
 }
 
@@ -24,12 +25,12 @@ impl Bracket {
         }
     }
 
-    /// Adds the value of the function at a point of the bracket.
+    /// Narrows the bracket by the value of the function at a point inside.
     pub(super) fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;
         self.moved = (moves, if moves == last { times + 1 } else { 1 });
-        // The value at an end that stays twice is halved, or that end might stay forever.
+        // If an end stays twice in a row, its value is halved, because it might stay forever otherwise.
         let weight = if self.moved.1 > 1 { 0.5 } else { 1.0 };
         match (moves, self.above) {
             (End::Below, above) => {
@@ -44,9 +45,9 @@ impl Bracket {
         }
     }
 
-    /// The next length to try: four times the last one until an upper end is known; then each known kink inside the
-    /// bracket, once; then the zero of the chord. If the chord keeps hitting one end, there is an unknown kink near it, and
-    /// the bracket is halved.
+    /// The next point to try: four times the last one, until a point above the zero is known; then each known kink
+    /// inside the bracket, once; then the zero of the chord. If the zero of the chord is repeatedly close to one end,
+    /// there is an unknown kink near that end, and the bracket is halved instead.
     pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
@@ -65,7 +66,8 @@ mod tests {
     use super::Bracket;
     use crate::optimiser::mma::dual::MAX_TRIALS;
 
-    /// Constant at 1e-6 up to a kink at 7, then steep. The elastic cost gives slopes this shape.
+    /// A function that is constant at 1e-6 up to a kink at 7 and then falls steeply. The elastic cost makes slopes look
+    /// like this.
     fn kinked(at: f64) -> f64 {
         1e-6 - 1e3 * (at - 7.0).max(0.0)
     }
@@ -87,7 +89,7 @@ mod tests {
     #[test]
     fn a_known_kink_shortens_the_search() {
         let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
-        // 1, 4, 16, the kink at 7, and the chord beyond it, which is exact to rounding.
+        // The trials are 1, 4, 16, the kink at 7, and the chord beyond it, which is exact up to rounding.
         assert!(
             told <= 6 && blind > 2 * told,
             "{told} trials, {blind} without kinks"

@@ -1,10 +1,12 @@
-//! Small symmetric systems.
+//! A solver for small symmetric linear systems.
 //!
-//! nalgebra's Cholesky decomposition is not used, because it refuses singular matrices, which flat directions of the dual
-//! produce. It also sums in another order, which changes the bits of runs with three or more constraints.
+//! nalgebra's Cholesky decomposition is not used, because it refuses singular matrices, and flat directions of the dual
+//! make the matrix singular. It also sums in another order, which would change the bits of runs with three or more
+//! constraints.
 
-/// Solves `matrix x = right` in place by Cholesky decomposition. The matrix is row-major, symmetric, and positive
-/// semidefinite up to rounding. A pivot below the rounding error is raised to it.
+/// Solves `matrix x = right` by Cholesky decomposition, and writes `x` to `right`. The matrix is row-major, symmetric,
+/// and positive semidefinite except for rounding. A pivot that is smaller than its rounding error is raised to that
+/// error.
 pub(super) fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
     let size = right.len();
     for column in 0..size {
@@ -47,7 +49,7 @@ mod tests {
             &mut [4.0, 2.0, 0.0, 2.0, 5.0, 1.0, 0.0, 1.0, 1.0],
             &mut right,
         );
-        // x = (1, 2, 3) by substitution. The factors are exact to a few ulps.
+        // The solution is (1, 2, 3). The factors of the decomposition are exact to a few ulps.
         for (found, expected) in right.iter().zip([1.0, 2.0, 3.0]) {
             assert!((found - expected).abs() < 1e-14, "{right:?}");
         }
@@ -57,7 +59,7 @@ mod tests {
     fn a_singular_system_has_a_finite_solution() {
         let mut right = [1.0, 1.0];
         solve_positive(&mut [1.0, 1.0, 1.0, 1.0], &mut right);
-        // The first equation holds to the rounding of numbers of size 1 / epsilon^(1/2).
+        // The first equation holds up to the rounding of numbers of the size 1 / epsilon^(1/2).
         assert!((right[0] + right[1] - 1.0).abs() < 1e-6, "{right:?}");
     }
 }

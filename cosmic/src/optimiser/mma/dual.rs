@@ -1,33 +1,35 @@
 //! The solution of the subproblem through its dual.
 //!
-//! The dual function of the multipliers is concave. Its gradient is continuous (the models of the constraints at the
-//! minimising step, minus the elastic extension). The derivative of the gradient jumps where a variable reaches its box or
-//! a multiplier passes the elastic cost. For a few constraints, an active-set Newton method with a line search along each
-//! direction reaches rounding error.
+//! The dual is a concave function of the multipliers. Its gradient has an entry for each constraint: the model of the
+//! constraint at the step that minimises the Lagrangian, minus the elastic extension. The gradient is continuous, but
+//! its derivative jumps where a variable reaches the bounds of its step (its box) or a multiplier passes the elastic
+//! cost `c`. For a few constraints, an active-set Newton method with a line search along each direction reaches
+//! rounding error.
 //!
-//! Degenerate cases are common. If all variables are at their boxes, the dual is flat in all directions up to the elastic
-//! cost. Two opposite bounds on one volume leave no interior and make it nearly flat in one direction. Two things make the
-//! method safe there: each multiplier has a known upper bound (`c + d y` for the largest `y` that the box can require), and
-//! the Newton matrix is damped by gradient over bound. So a flat direction leads at most to the bound. The damping vanishes
-//! with the gradient and does not disturb Newton's last steps.
+//! Degenerate cases are common. If all variables are at their boxes, the dual is flat in all directions up to the
+//! elastic cost. If a volume has nearly equal lower and upper bounds, the dual is nearly flat in one direction. Two
+//! things make the method safe in these cases. First, each multiplier has a known upper bound: `c + d y` for the
+//! largest `y` that the box can require. Second, the Newton matrix is damped by the gradient divided by that bound, so
+//! a step in a flat direction leads at most to the bound. The damping vanishes with the gradient and does not disturb
+//! the last Newton steps.
 
 use super::bracket::Bracket;
 use super::cholesky::solve_positive;
 use super::subproblem::{Elastic, Subproblem};
 
-/// Newton steps after which the search stops and reports its residual. Most random problems need fewer than 15; the
-/// hardest of 400 000 took 80.
+/// The search stops after this number of Newton steps and reports its residual. Most random problems need fewer than
+/// 15; the hardest of 400 000 took 80.
 const MAX_STEPS: usize = 100;
-/// Newton steps after which each multiplier is moved alone once. Where the dual is piecewise linear, Newton's direction can
-/// zigzag in one multiplier while another one has far to go. If this improves neither the dual nor the residual, rounding
-/// is the limit.
+/// After every so many Newton steps, each multiplier is moved once on its own. This helps where the dual is piecewise
+/// linear: there, Newton's direction can zigzag in one multiplier while another one is far from its solution. If
+/// neither the dual nor the residual improves, rounding prevents further progress, and the search stops.
 const PATIENCE: usize = 10;
-/// The most evaluations in one line search.
+/// The largest number of evaluations in one line search.
 pub(super) const MAX_TRIALS: usize = 100;
-/// The share of the directional derivative that a line search may leave. A smaller share costs evaluations, a larger one
-/// Newton steps.
+/// A line search ends if it has reduced the directional derivative to this share. A smaller share would cost more
+/// evaluations, a larger share more Newton steps.
 const SLACK: f64 = 0.3;
-/// The number of ulps of a constraint's terms that count as zero.
+/// The assumed rounding error of a constraint, in ulps of the sum of its terms.
 const ULPS: f64 = 8.0;
 
 /// The solution of a subproblem.
@@ -38,8 +40,8 @@ pub(super) struct Solution {
     pub(super) residual: f64,
 }
 
-/// Maximises the dual, starting from the guess if its length fits, otherwise from 0. Afterwards the steps of the subproblem
-/// belong to the returned multipliers. Returns `None` if numbers overflow.
+/// Maximises the dual, starting from the multipliers `guess` if their number is right, otherwise from 0. Afterwards,
+/// `model.steps` are the steps for the returned multipliers. Returns `None` if numbers overflow.
 pub(super) fn maximise(
     model: &mut Subproblem,
     elastic: Elastic,
@@ -84,7 +86,7 @@ fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-/// The largest step along a direction, and the multiplier that reaches a bound there.
+/// The largest step along a direction, and the multiplier that reaches its bound there, if there is one.
 struct Limit {
     length: f64,
     hit: Option<usize>,
@@ -93,7 +95,7 @@ struct Limit {
 struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
-    /// Upper bounds that no solution reaches; 0 if the constraint cannot be active.
+    /// Upper bounds on the multipliers, which no solution reaches; 0 for a constraint that cannot be active.
     ceilings: Vec<f64>,
     /// Rounding error of each component of the gradient.
     noise: Vec<f64>,
@@ -110,7 +112,7 @@ impl<'a> Ascent<'a> {
     fn new(model: &'a mut Subproblem, elastic: Elastic) -> Self {
         let count = model.values.len();
         let ceiling = |peak: f64| {
-            // A tenth is added, so that the gradient is negative at the bound.
+            // A tenth is added to `peak`, so that the gradient is negative at the bound.
             let bound = elastic.linear + elastic.quadratic * 1.1 * peak;
             if peak > 0.0 { bound } else { 0.0 }
         };
@@ -129,7 +131,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Computes value and gradient at the multipliers, and their rounding errors.
+    /// Computes the value and the gradient of the dual at the multipliers, and their rounding errors.
     fn evaluate(&mut self) {
         self.value = self.model.minimise(&self.multipliers, &mut self.gradient);
         self.value_noise = ULPS * f64::EPSILON * self.value.abs();
@@ -137,7 +139,7 @@ impl<'a> Ascent<'a> {
             let extension = self.elastic.extension(multiplier);
             self.gradient[i] -= extension;
             self.value -= 0.5 * self.elastic.quadratic * extension * extension;
-            // Above the elastic cost, an ulp of the multiplier moves the extension by an ulp over d.
+            // Above the elastic cost, an ulp of the multiplier changes the extension by that ulp divided by d.
             let elastic_size = if extension > 0.0 {
                 multiplier / self.elastic.quadratic
             } else {
@@ -148,7 +150,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// The violation of the optimality condition of constraint `i`.
+    /// By how much the optimality condition of constraint `i` is violated.
     fn violation(&self, i: usize) -> f64 {
         if self.multipliers[i] > 0.0 {
             self.gradient[i].abs()
@@ -169,7 +171,7 @@ impl<'a> Ascent<'a> {
         !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
     }
 
-    /// Computes Newton's direction over the multipliers that are free to move along it.
+    /// Computes Newton's direction, over only those multipliers that can move along it.
     fn find_direction(&mut self) {
         let free = (0..self.gradient.len()).filter(|&i| {
             self.multipliers[i] > 0.0 || self.gradient[i] > 0.0 && self.ceilings[i] > 0.0
@@ -181,8 +183,8 @@ impl<'a> Ascent<'a> {
             let (multipliers, ceilings) = (&self.multipliers, &self.ceilings);
             let direction = &self.direction;
             let count = self.free.len();
-            // A multiplier at a bound that would have to cross it stays, and the system is solved again for the others.
-            // The others still ascend: direction . gradient is above 0, and the excluded ones contribute less than 0.
+            // A multiplier that would cross its bound is excluded, and the system is solved again for the others. The
+            // direction of the others is still uphill.
             self.free.retain(|&i| {
                 let (at, by) = (multipliers[i], direction[i]);
                 !(at == 0.0 && by < 0.0 || at == ceilings[i] && by > 0.0)
@@ -193,7 +195,7 @@ impl<'a> Ascent<'a> {
         }
     }
 
-    /// Maximises along each multiplier in turn.
+    /// Maximises the dual along each multiplier in turn.
     fn ascend_each(&mut self) {
         for i in 0..self.gradient.len() {
             if self.violation(i) > self.noise[i] {
@@ -246,14 +248,14 @@ impl<'a> Ascent<'a> {
         limit
     }
 
-    /// The directional derivative at `length` along the direction from `start`.
+    /// Moves to the point at `length` along the direction from `start`, and returns the directional derivative there.
     fn slope_at(&mut self, start: &[f64], length: f64, limit: &Limit) -> f64 {
         for (i, &from) in start.iter().enumerate() {
             let to = from + length * self.direction[i];
             self.multipliers[i] = to.clamp(0.0, self.ceilings[i]);
         }
         if let (Some(hit), true) = (limit.hit, length == limit.length) {
-            // Exactly at the bound, without a rounding error.
+            // Puts the multiplier exactly on its bound, without a rounding error.
             let falls = self.direction[hit] < 0.0;
             self.multipliers[hit] = if falls { 0.0 } else { self.ceilings[hit] };
         }
@@ -261,15 +263,15 @@ impl<'a> Ascent<'a> {
         self.slope()
     }
 
-    /// The derivative along the direction.
+    /// The directional derivative of the dual at the current multipliers.
     fn slope(&self) -> f64 {
         (self.gradient.iter().zip(&self.direction))
             .map(|(g, p)| g * p)
             .sum()
     }
 
-    /// The lengths at which a multiplier passes the elastic cost, where the derivative of the slope jumps by orders of
-    /// magnitude.
+    /// The lengths along the direction at which a multiplier passes the elastic cost. There, the derivative of the
+    /// slope jumps by orders of magnitude.
     fn kinks(&self) -> Vec<f64> {
         (self.free.iter())
             .map(|&i| (self.elastic.linear - self.multipliers[i]) / self.direction[i])
@@ -277,7 +279,7 @@ impl<'a> Ascent<'a> {
             .collect()
     }
 
-    /// Moves along the direction to where the slope, which decreases, is nearly zero.
+    /// The line search: moves along the direction to where the directional derivative, which decreases, is nearly zero.
     fn advance(&mut self) {
         let start = self.multipliers.clone();
         let limit = self.limit();

@@ -1,4 +1,4 @@
-//! The method: its state and its updates.
+//! The method of moving asymptotes: its state and its updates.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,34 +8,35 @@ use super::subproblem::{Elastic, Room, Subproblem};
 use crate::optimiser::error::{OptimiserError, check, check_finite, check_length, require};
 use crate::scene::MmaSettings;
 
-/// The state of the method between updates.
+/// The state of MMA between updates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MmaState {
-    /// Updates made so far.
+    /// The number of updates so far.
     pub updates: u64,
     /// The point that the last update started from.
     pub previous: Vec<f64>,
-    /// The point that the update before it started from.
+    /// The point that the update before the last one started from.
     pub before_previous: Vec<f64>,
     /// The lower asymptotes of the last update.
     pub low: Vec<f64>,
     /// The upper asymptotes of the last update.
     pub upp: Vec<f64>,
-    /// The multipliers of the last update, where the search for the next ones starts. Empty before the first update.
+    /// The multipliers of the last update. The search for the next multipliers starts there. Empty before the first
+    /// update.
     pub multipliers: Vec<f64>,
 }
 
-/// Values and first derivatives of the problem at a point.
+/// An optimisation problem at one point: its values and first derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct Linearisation<'a> {
     /// The variables.
     pub point: &'a [f64],
-    /// The objective's derivative by each variable.
+    /// The derivative of the objective with respect to each variable.
     pub objective_gradient: &'a [f64],
-    /// The constraints `f_i`, which should be at most 0.
+    /// The values of the constraints `f_i`, which should be at most 0.
     pub constraints: &'a [f64],
-    /// For each constraint, the derivative by each variable.
+    /// For each constraint, its derivative with respect to each variable.
     pub jacobian: &'a [Vec<f64>],
 }
 
@@ -44,39 +45,41 @@ pub struct Linearisation<'a> {
 pub struct Update {
     /// The new point, within the bounds.
     pub point: Vec<f64>,
-    /// The multipliers of the constraints. They are not unique if constraints are degenerate, but `point` is.
+    /// The multipliers of the constraints. If constraints are degenerate, the multipliers are not unique; `point` is
+    /// always unique.
     pub multipliers: Vec<f64>,
-    /// The solution of the subproblem.
+    /// How the subproblem was solved.
     pub diagnostics: MmaDiagnostics,
 }
 
-/// The solution of a subproblem.
+/// How a subproblem was solved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MmaDiagnostics {
-    /// Newton steps of the maximisation of the dual.
+    /// The number of Newton steps that maximised the dual.
     pub newton_steps: usize,
-    /// Largest violation of the optimality conditions of the subproblem, in the units of the constraints.
+    /// The largest violation of the optimality conditions of the subproblem, in the units of the constraints.
     pub residual: f64,
-    /// The elastic variable of each constraint: by how much the subproblem could not meet it.
+    /// The elastic variable of each constraint: by how much the subproblem had to violate the constraint.
     pub elastic: Vec<f64>,
 }
 
-/// The method for one set of bounds, with its working memory.
+/// The method of moving asymptotes (MMA) for variables with given bounds.
 #[derive(Debug, Clone)]
 pub struct Mma {
     settings: MmaSettings,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    /// The variables whose bounds differ. The others never move.
+    /// The variables whose lower and upper bounds differ. The others never move.
     moving: Vec<usize>,
     subproblem: Subproblem,
 }
 
 impl Mma {
-    /// The method for variables with these bounds. Variables with equal bounds stay fixed.
+    /// Prepares the method for variables with these bounds. A variable with equal lower and upper bounds stays fixed.
     ///
     /// # Errors
-    /// Bounds that differ in number, are not finite or cross; a setting outside its range.
+    /// If the numbers of bounds differ, a bound is not finite, a lower bound is above its upper bound, or a setting is
+    /// outside its range.
     pub fn new(
         settings: MmaSettings,
         lower: &[f64],
@@ -112,11 +115,11 @@ impl Mma {
         }
     }
 
-    /// Does one update from values and derivatives at a point.
+    /// Does one update, from the values and derivatives at a point.
     ///
     /// # Errors
-    /// Slices of the wrong length, entries that are not finite, a point outside the bounds, and derivatives so large that
-    /// the subproblem overflows. The state does not change then.
+    /// If a slice has the wrong length, an entry is not finite, the point is outside the bounds, or derivatives are so
+    /// large that the subproblem overflows. In these cases, the state does not change.
     pub fn update(
         &mut self,
         state: &mut MmaState,
@@ -165,8 +168,9 @@ impl Mma {
         Ok(())
     }
 
-    /// The asymptotes for a point: at a fixed distance in the first two updates, then by the signs of the last two moves
-    /// (1987, section 4).
+    /// The lower and upper asymptotes for an update from `point` (Svanberg 1987, section 4). In the first two updates
+    /// their distance from the point is fixed. Later it grows for variables that keep their direction, and shrinks for
+    /// variables that oscillate.
     fn asymptotes(&self, state: &MmaState, point: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let p = &self.settings;
         let (mut low, mut upp) = (point.to_vec(), point.to_vec());

@@ -6,10 +6,11 @@
 //! `f_0(x) + sum_i (c y_i + d y_i^2 / 2)` subject to `f_i(x) - y_i <= 0`, `xmin <= x <= xmax`,
 //! `y >= 0`. All `a_i` of the general form are 0 here, which makes its `z` 0 and `a0` irrelevant.
 //!
-//! Each update replaces every function by a convex separable model that is exact to first order and has poles at two
-//! asymptotes per variable. The asymptotes move closer if a variable oscillates, and away if it keeps its direction. The
-//! elastic variables `y` make each subproblem solvable from an infeasible start. The subproblem is solved through its dual
-//! to rounding error, without an interior-point parameter. That is cheap for up to about ten constraints.
+//! Each update replaces every function by a convex separable model, which is exact to first order and has poles at two
+//! asymptotes per variable. The asymptotes of a variable move closer if the variable oscillates, and away if it keeps
+//! its direction. Because of the elastic variables `y`, each subproblem has a solution even if no point meets all
+//! constraints. The subproblem is solved through its dual, up to rounding error. That is cheap for up to about ten
+//! constraints.
 
 mod bracket;
 mod cholesky;

@@ -1,9 +1,9 @@
-//! The ranges of the method's settings.
+//! The check of the settings of MMA.
 
 use crate::optimiser::error::{OptimiserError, require};
 use crate::scene::MmaSettings;
 
-/// Refuses values outside the range of the method.
+/// Refuses settings with which the method would not work.
 pub(super) fn check_settings(mma: &MmaSettings) -> Result<(), OptimiserError> {
     let check = |name: &str, value: f64, holds: bool, allowed: &str| {
         require(holds && value.is_finite(), || {

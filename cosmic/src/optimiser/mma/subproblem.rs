@@ -1,18 +1,18 @@
 //! The convex, separable subproblem of one update, and its minimiser at given multipliers.
 //!
-//! Let `a` and `b` be the distances of a variable from its upper and lower asymptote, and `s` its step. Then every function
-//! has the model (Svanberg 1987, equations 4-9)
+//! Let `a_j` and `b_j` be the distances of variable `j` from its upper and lower asymptote, and `s_j` its step. The
+//! model of every function is (Svanberg 1987, equations 4-9)
 //!
-//! `f(s) = f(0) + sum_j rise_j a s / (a - s) - fall_j b s / (b + s)`,
+//! `f(s) = f(0) + sum_j rise_j a_j s_j / (a_j - s_j) - fall_j b_j s_j / (b_j + s_j)`,
 //!
-//! which is the usual `p / (upp - x) + q / (x - low)` with `p = rise a^2` and `q = fall b^2`, as a function of the step. In
-//! this form no large terms cancel, even for distant asymptotes.
+//! which is the usual `p / (upp - x) + q / (x - low)` with `p = rise a^2` and `q = fall b^2`, written as a function of
+//! the step. In this form no large terms cancel, even if the asymptotes are far away.
 //!
-//! At fixed multipliers the Lagrangian is a sum of one such function per variable. Its minimum over the variable's box has
-//! a closed form.
+//! For fixed multipliers, the Lagrangian has the same form: a sum with one term per variable. The minimum of each term
+//! over the allowed steps of its variable, which are called its box, has a closed form.
 
-/// The share of `|df|` that is added to `rise` and to `fall`, so that every model is strictly convex (Svanberg 2007, "MMA and
-/// GCMMA", section 3).
+/// This share of the absolute derivative is added to `rise` and to `fall`, so that every model is strictly convex
+/// (Svanberg 2007, "MMA and GCMMA", section 3).
 const CONVEXITY: f64 = 0.001;
 
 /// The cost `c y + d y^2 / 2` of the elastic variable `y >= 0` of each constraint `f - y <= 0`.
@@ -25,7 +25,7 @@ pub(super) struct Elastic {
 }
 
 impl Elastic {
-    /// The `y` that minimises cost minus `multiplier` times `y`.
+    /// The value of `y` that minimises its cost minus `multiplier * y`.
     pub(super) fn extension(self, multiplier: f64) -> f64 {
         ((multiplier - self.linear) / self.quadratic).max(0.0)
     }
@@ -34,19 +34,19 @@ impl Elastic {
 /// How far one variable may move in this update.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Room {
-    /// Distance to the upper asymptote.
+    /// Distance of the variable from its upper asymptote.
     pub(super) to_upp: f64,
-    /// Distance to the lower asymptote.
+    /// Distance of the variable from its lower asymptote.
     pub(super) to_low: f64,
-    /// Least step, at most 0.
+    /// The least step, which is at most 0.
     pub(super) least: f64,
-    /// Largest step, at least 0.
+    /// The largest step, which is at least 0.
     pub(super) most: f64,
-    /// Curvature that is added to every model: `raa0 / (xmax - xmin)`.
+    /// A positive number that is added to `rise` and `fall` of every model: `raa0 / (xmax - xmin)`.
     pub(super) floor: f64,
 }
 
-/// The two terms of a step, towards each asymptote, that [`ModelWeights`] multiply.
+/// The two terms `a s / (a - s)` and `-b s / (b + s)` of a step, which [`ModelWeights`] multiply.
 fn shares(reach: &Room, step: f64) -> (f64, f64) {
     let Room { to_upp, to_low, .. } = *reach;
     (
@@ -55,25 +55,25 @@ fn shares(reach: &Room, step: f64) -> (f64, f64) {
     )
 }
 
-/// The weights of the model of one function, with an entry per variable.
+/// The weights `rise` and `fall` of the model of one function, with an entry per variable.
 #[derive(Debug, Clone, Default)]
 struct ModelWeights {
     rise: Vec<f64>,
     fall: Vec<f64>,
 }
 
-/// The models of all functions, and the minimiser for the last multipliers.
+/// The models of all functions, and the steps that minimise the Lagrangian for the last multipliers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Subproblem {
     reach: Vec<Room>,
     objective: ModelWeights,
     constraints: Vec<ModelWeights>,
-    /// Constraint values at the point.
+    /// The values of the constraints at the point.
     pub(super) values: Vec<f64>,
-    /// The largest magnitude of each constraint's terms within the box. The rounding error of the constraint is a few ulps
-    /// of it.
+    /// For each constraint, the largest sum of the absolute values of its terms within the box. The rounding error of
+    /// the constraint is a few ulps of this sum.
     pub(super) sizes: Vec<f64>,
-    /// The largest value of each constraint's model within the box.
+    /// For each constraint, the largest value of its model within the box.
     pub(super) peaks: Vec<f64>,
     /// The weights of the Lagrangian.
     lagrangian: ModelWeights,
@@ -81,12 +81,13 @@ pub(super) struct Subproblem {
     pub(super) steps: Vec<f64>,
     up: Vec<f64>,
     down: Vec<f64>,
-    /// Each constraint's slope over the root of the Lagrangian's curvature; 0 at the box.
+    /// For each constraint and variable, the slope of the model divided by the square root of the Lagrangian's
+    /// curvature; 0 for a variable at the edge of its box.
     scaled: Vec<Vec<f64>>,
 }
 
 impl Subproblem {
-    /// Starts again with these variables and without functions.
+    /// Removes all functions and sets the variables, with a [`Room`] for each.
     pub(super) fn reset(&mut self, reach: impl Iterator<Item = Room>) {
         self.reach.clear();
         self.reach.extend(reach);
@@ -124,8 +125,8 @@ impl Subproblem {
         self.peaks.push(peak);
     }
 
-    /// Minimises the Lagrangian over the box, writes each constraint's model there, and returns the
-    /// Lagrangian's change from the point, constraint values included.
+    /// Minimises the Lagrangian over the box, and writes the value of each constraint's model at the minimum to
+    /// `models`. Returns the Lagrangian at the minimum, relative to the objective at the point.
     pub(super) fn minimise(&mut self, multipliers: &[f64], models: &mut [f64]) -> f64 {
         self.lagrangian.rise.clone_from(&self.objective.rise);
         self.lagrangian.fall.clone_from(&self.objective.fall);
@@ -147,12 +148,12 @@ impl Subproblem {
         self.lagrangian.change(&self.up, &self.down) + dot(multipliers, &self.values)
     }
 
-    /// The negative curvature of the dual at the last multipliers, without the part of the elastic variables:
-    /// `sum_j s_ij s_kj / curvature_j` over the variables inside their boxes, where `s` are the slopes of the models. Only
-    /// the rows and columns `among`; row-major.
+    /// Writes the negative curvature of the dual at the last multipliers, without the part of the elastic variables, to
+    /// `matrix`. Its entries are `sum_j s_ij s_kj / curvature_j` over the variables inside their boxes, where `s` are
+    /// the slopes of the models. The matrix has only the rows and columns of the constraints `among`, and is row-major.
     pub(super) fn dual_curvature(&mut self, among: &[usize], matrix: &mut Vec<f64>) {
         for (j, reach) in self.reach.iter().enumerate() {
-            // The buffers of the terms are reused for the weights of the slopes over the root of the curvature.
+            // The buffers `up` and `down` are reused for the slope weights.
             let weights = (self.lagrangian.rise[j], self.lagrangian.fall[j]);
             (self.up[j], self.down[j]) = slope_weights(reach, self.steps[j], weights);
         }
@@ -182,7 +183,7 @@ impl ModelWeights {
         }
     }
 
-    /// The change of the model from the point, for these terms of the steps.
+    /// The change of the model from its value at the point, given the two terms of every step.
     fn change(&self, up: &[f64], down: &[f64]) -> f64 {
         dot(&self.rise, up) + dot(&self.fall, down)
     }
@@ -194,14 +195,14 @@ impl ModelWeights {
 
 /// The step within the box that minimises `rise a s / (a - s) - fall b s / (b + s)`.
 ///
-/// The derivative vanishes where `sqrt(rise) a (b + s) = sqrt(fall) b (a - s)`. The solution for `s` writes the difference
-/// of the roots as a quotient, so that a variable with `rise = fall` does not move at all.
+/// The derivative vanishes where `sqrt(rise) a (b + s) = sqrt(fall) b (a - s)`. The solution contains the difference of
+/// the two square roots. It is computed from `fall - rise`, so that a variable with `rise = fall` does not move at all.
 fn minimiser(reach: &Room, rise: f64, fall: f64) -> f64 {
     let Room { to_upp, to_low, .. } = *reach;
     let (root_rise, root_fall) = (rise.sqrt(), fall.sqrt());
     let scale = (root_rise + root_fall) * (to_upp * root_rise + to_low * root_fall);
     let step = to_upp * to_low * (fall - rise) / scale;
-    // Unlike `max` and `min`, this passes NaN on to the check of the steps.
+    // Unlike `max` and `min`, these comparisons keep a NaN, which the check of the steps then finds.
     if step < reach.least {
         reach.least
     } else if step > reach.most {
@@ -211,8 +212,8 @@ fn minimiser(reach: &Room, rise: f64, fall: f64) -> f64 {
     }
 }
 
-/// The factors of `rise` and `-fall` in the slope of a model, over the root of the Lagrangian's curvature. They are 0 for a
-/// variable at its box, which does not respond.
+/// The factors of `rise` and `-fall` in the slope of a model, divided by the square root of the Lagrangian's curvature.
+/// They are 0 for a variable at the edge of its box, because it does not respond to the multipliers.
 fn slope_weights(reach: &Room, step: f64, (rise, fall): (f64, f64)) -> (f64, f64) {
     if step <= reach.least || reach.most <= step {
         return (0.0, 0.0);
@@ -230,7 +231,7 @@ fn add_scaled(sum: &mut [f64], factor: f64, terms: &[f64]) {
     }
 }
 
-/// The scalar product in four interleaved sums, which is fast and has the same bits on every machine.
+/// The scalar product. It is computed in four interleaved sums, which is fast and gives the same bits on every machine.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));

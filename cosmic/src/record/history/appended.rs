@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-/// A text file that grows by lines.
+/// A text file that is open for more lines.
 #[derive(Debug)]
 pub(super) struct Appended {
     path: PathBuf,
@@ -13,7 +13,7 @@ pub(super) struct Appended {
 }
 
 impl Appended {
-    /// Opens a file. Creates it only at the beginning of a history; later a missing file is an error.
+    /// Opens a file. If it is missing, creates it if `create` is true, and returns an error otherwise.
     pub(super) fn open(path: PathBuf, create: bool) -> Result<Self> {
         let mut options = OpenOptions::new();
         let options = options.read(true).write(true).create(create);
@@ -26,7 +26,7 @@ impl Appended {
         }
     }
 
-    /// The length of the first `lines` lines, in bytes.
+    /// The length of the first `lines` lines, in bytes. Fewer complete lines are an error.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.rewind())
@@ -40,7 +40,7 @@ impl Appended {
         Ok(lengths.iter().sum::<usize>() as u64)
     }
 
-    /// Truncates the file and moves to its end.
+    /// Truncates the file to `length` bytes, so that the next line is appended there.
     pub(super) fn cut(&mut self, length: u64) -> Result<()> {
         (self.file.set_len(length))
             .and_then(|()| self.file.seek(SeekFrom::Start(length)))

@@ -1,5 +1,5 @@
-//! `history.jsonl` and `history.csv` get a line at the end of each iteration; `designs.jsonl` gets the designs of some
-//! iterations and how they walk.
+//! The history of a run: `history.jsonl` and `history.csv` have a line for each iteration; `designs.jsonl` has the
+//! designs of some iterations and how they walk.
 
 mod walk;
 mod rows;

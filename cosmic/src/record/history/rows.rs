@@ -13,17 +13,17 @@ use std::path::Path;
 /// The format of every line of `history.jsonl`.
 pub const FORMAT: Format = Format::new("cosmic-history", 1);
 
-/// The history as JSON lines.
+/// The name of the file with the history as JSON lines.
 pub const LINES: &str = "history.jsonl";
-/// The history as a table.
+/// The name of the file with the history as a table.
 pub const TABLE: &str = "history.csv";
 
 /// The format of every line of `designs.jsonl`.
 pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
-/// The design vectors of some iterations, as JSON lines.
+/// The name of the file with the designs of some iterations, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 
-/// Iterations from one line of `designs.jsonl` to the next. The first iteration has a line too.
+/// `designs.jsonl` has a line for every iteration that is a multiple of this number, and for the first iteration.
 const DESIGNS_EVERY: usize = 10;
 
 /// A line of `designs.jsonl`.
@@ -40,7 +40,7 @@ pub struct DesignRow {
 }
 
 impl DesignRow {
-    /// The row of an iteration.
+    /// The row of an iteration, with `z` rounded.
     pub(in crate::record) fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let z = z.iter().map(|z| z.map(rounded)).collect();
@@ -48,7 +48,7 @@ impl DesignRow {
     }
 }
 
-/// The number of lines of `designs.jsonl` up to an iteration, in a run that entered after iteration `entered`.
+/// The number of lines of `designs.jsonl` up to an iteration, in a run whose first iteration is `entered + 1`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;
@@ -94,8 +94,8 @@ pub(super) fn line(row: &HistoryRow) -> String {
     cells.join(",") + "\n"
 }
 
-/// The first iterations of a run's `history.jsonl`, at most `most`. Later lines are not read: a stopped run may
-/// end with an unfinished line, which resuming removes.
+/// Reads at most `most` iterations from the beginning of a run's `history.jsonl`. Later lines are not read, because a
+/// killed run may leave an unfinished line at the end, which is removed when the run is resumed.
 ///
 /// # Errors
 /// The errors of [`read_lines`].
@@ -104,7 +104,8 @@ pub fn read(folder: &Path, most: usize) -> Result<Vec<Record>> {
     Ok(rows.into_iter().map(|row| row.record).collect())
 }
 
-/// The first lines of a file of JSON lines, at most `most`. Each line has the format and version.
+/// Reads at most `most` lines from the beginning of a file of JSON lines. Each line must begin with `format` and
+/// `version`.
 ///
 /// # Errors
 /// [`Error::Read`](crate::Error::Read) for a missing file,

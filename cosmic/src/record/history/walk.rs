@@ -5,11 +5,11 @@ use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// Frames a second.
+/// The number of moments per second.
 const FRAMES: f64 = 12.0;
-/// The longest time that is kept, s.
+/// Only the first seconds of a rollout are kept.
 const SECONDS: f64 = 8.0;
-/// Positions are rounded to the spacing of the lattice over this number.
+/// Positions are rounded to multiples of the lattice's spacing divided by this number.
 const PARTS: f64 = 200.0;
 
 /// The rounded positions of all nodes at some moments of a rollout.
@@ -19,14 +19,14 @@ pub struct Walk {
     pub every: f64,
     /// The unit of `counts`, m.
     pub unit: f64,
-    /// For every moment, x and y of every node in multiples of `unit`: positions at the first moment, then differences
-    /// to the moment before.
+    /// For every moment, the numbers x and y of every node, in multiples of `unit`: at the first moment its position,
+    /// later the difference from the moment before.
     pub counts: Vec<Vec<i64>>,
 }
 
 impl Walk {
-    /// The numbers of steps of `dt` seconds after which there is a moment: twelve a second, or every step if a second
-    /// has fewer steps.
+    /// The moments of a rollout of `steps` steps of `dt` seconds, each as a number of steps: twelve moments per second,
+    /// or one after every step if a second has fewer steps.
     pub(in crate::record) fn moments(steps: usize, dt: f64) -> Vec<usize> {
         let every = ((1.0 / (FRAMES * dt)).round() as usize).max(1);
         let last = steps.min((SECONDS / dt).round() as usize);
@@ -59,8 +59,8 @@ impl Walk {
         })
     }
 
-    /// The walk through states at the [moments](Self::moments) of a rollout with time step `dt` (s), on a lattice of
-    /// this spacing (m).
+    /// The walk of a trajectory that was observed at its [moments](Self::moments). `dt` is the time step (s), `spacing`
+    /// that of the lattice (m).
     pub(in crate::record) fn of_moments(
         seen: &Trajectory<f64>,
         dt: f64,

@@ -1,4 +1,4 @@
-//! Writing a history.
+//! [`History`], which writes the history of a run.
 
 use super::appended::Appended;
 use super::rows::{
@@ -14,17 +14,17 @@ pub(in crate::record) struct History {
     lines: Appended,
     table: Appended,
     designs: Appended,
-    /// The iteration after which the run entered.
+    /// The iteration before the first iteration of the run.
     entered: usize,
 }
 
 impl History {
-    /// Opens the history of a run that entered after iteration `entered`, and removes the lines after `iteration`. If
-    /// no lines are left, the history begins again.
+    /// Opens the history of a run whose first iteration is `entered + 1`, and removes the lines after `iteration`. If
+    /// no line remains, begins a new history.
     ///
     /// # Errors
     /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
-    /// lines; no file has changed then. [`Error::Write`](crate::Error::Write).
+    /// lines, in both cases before any file has changed; [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -35,7 +35,7 @@ impl History {
             designs: open(DESIGNS)?,
             entered,
         };
-        // The header of the table is one more line.
+        // The table has one line more, its header.
         let ends = [
             history.lines.end(rows)?,
             history.designs.end(design_rows(entered, entered + rows))?,
@@ -50,7 +50,7 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration.
+    /// Appends the record of an iteration. `seconds` is the wall time of the run so far.
     pub(in crate::record) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
@@ -69,7 +69,7 @@ impl History {
         self.designs.append(&DESIGNS_FORMAT.line(row))
     }
 
-    /// Flushes the lines to the disk, so that a snapshot that is written later never counts lines that were lost.
+    /// Flushes the lines to the disk. Called before a snapshot is written, so that it never counts lost lines.
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)
@@ -122,7 +122,7 @@ mod tests {
             .collect();
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
-        // A run is resumed after nine iterations. The other files need lines to cut.
+        // A run is resumed after nine iterations, so every file is cut there. The other two files must have lines.
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }

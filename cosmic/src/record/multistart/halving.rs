@@ -1,8 +1,8 @@
 //! Successive halving: weak starts are dropped early.
 //!
-//! All starts run up to an iteration, a rung; the best share of them continues to the next rung. A dropped start keeps its
-//! folder and its snapshot, and can be resumed by hand. The numbers that rank a start are in its own history, so an
-//! interrupted search finds the same ranks in the folders of its starts.
+//! All starts run up to a given iteration, which is called a rung. The best ones continue to the next rung. A dropped
+//! start keeps its folder and its snapshot, and can be resumed by hand. Starts are ranked by numbers from their own
+//! histories, so a search that is interrupted and resumed finds the same ranks.
 
 use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::{Record, is_ranked_by_distance};
@@ -19,10 +19,10 @@ use std::path::Path;
 /// The format of the record of a search.
 pub const FORMAT: Format = Format::new("cosmic-search", 1);
 
-/// The name of the record in the folder of several starts.
+/// The name of the record of a search, in the folder of several starts.
 pub const SEARCH: &str = "search.json";
 
-/// The record of a search, for readers of the folder. Resuming does not read it.
+/// The record of a search, written for people and other programs. A resumed search does not read it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
     /// The rungs reached so far, in order.
@@ -34,7 +34,7 @@ pub struct Halving {
 pub struct Rung {
     /// The iteration.
     pub iteration: usize,
-    /// The starts at this rung, best first.
+    /// The starts that reached this rung, best first.
     pub standings: Vec<Standing>,
     /// The number of starts that continue.
     pub kept: usize,
@@ -45,16 +45,16 @@ pub struct Rung {
 pub struct Standing {
     /// The seed.
     pub seed: u64,
-    /// The median displacement after the horizon over the iterations before the rung, m; `None` if most of them
-    /// diverged.
+    /// The median of `displacement_horizon` over the last iterations before the rung, m; `None` if half of these
+    /// rollouts or more diverged.
     pub displacement: Option<f64>,
-    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of minus
-    /// the loss; with two goals, the median merit for the worse goal.
+    /// The number that starts are ranked by: the median displacement; for tasks other than distance, the median of
+    /// minus the loss; with two goals, the median merit for the worse goal.
     pub merit: Option<f64>,
 }
 
 impl Halving {
-    /// The iteration after which a start was dropped, or `None`.
+    /// The iteration after which the start with this seed was dropped; `None` if it was not dropped.
     pub(super) fn dropped_at(&self, seed: u64) -> Option<usize> {
         let drops = |rung: &&Rung| rung.standings[rung.kept..].iter().any(|s| s.seed == seed);
         self.rungs.iter().find(drops).map(|rung| rung.iteration)
@@ -107,7 +107,7 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
 }
 
 impl Rung {
-    /// Ranks the starts. Among equals the lower seed comes first.
+    /// Ranks the starts by their merits and keeps the share `keep` of them. Among equals, the lower seed comes first.
     fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
         let rank = |s: &Standing| s.merit.unwrap_or(f64::NEG_INFINITY);
         standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
@@ -121,7 +121,7 @@ impl Rung {
     }
 }
 
-/// A start's iterations before a rung.
+/// The records of a start up to a rung.
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     let rows = history::read(folder, iteration)?;
     let file = folder.join(history::LINES).display().to_string();
@@ -129,8 +129,8 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median over the last iterations before a rung. The snap does not count, because it has no horizon. A median
-/// predicts the result of a start better than one full rollout does.
+/// The median of a number over the last `window` iterations, without the snap, which has no such number. A median
+/// predicts the result of a start better than one full rollout does. `None` if it is not finite.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);
@@ -155,7 +155,7 @@ mod tests {
     use crate::scene::Scene;
     use std::num::NonZeroUsize;
 
-    /// A rung for starts of these merits, whose seeds are counted from 3.
+    /// A rung for starts with these merits and the seeds 3, 4, and so on.
     fn rung(merits: &[Option<f64>], keep: f64) -> Rung {
         let standing = |(seed, &merit)| Standing {
             seed,
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(median(&rows[3..], 8, reached), None);
     }
 
-    /// The ranks differ from those by displacement.
+    /// Starts are ranked by their merit, and the displacements of these starts have another order.
     #[test]
     fn starts_are_ranked_by_a_user_s_loss_and_by_the_worse_of_two_goals() {
         let mut scene = tiny();

@@ -13,7 +13,7 @@ use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
 use std::path::Path;
 
-/// The most starts of a search, and the most runs of a sweep: each is a folder.
+/// The largest number of starts of a search and of runs of a sweep. Each of them has its own folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins a search in a new or empty folder.
@@ -24,7 +24,8 @@ pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     if plan.seed.checked_add(more).is_none() {
         let (first, last) = (plan.seed, u64::MAX);
         return Err(Error::Usage(format!(
-            "{more} more seeds from {first} on would exceed {last}; begin with a lower seed"
+            "the seed is {first}, but the seeds of {more} more starts would exceed the largest seed, {last}; begin \
+            with a lower seed"
         )));
     }
     let lock = begin(folder)?;
@@ -36,7 +37,7 @@ fn refuse_many(plan: &RunPlan) -> Result<()> {
     let starts = plan.starts;
     if starts.get() > MOST_RUNS {
         return Err(Error::Usage(format!(
-            "expected at most {MOST_RUNS} starts, found {starts}"
+            "the number of starts is {starts}; expected at most {MOST_RUNS}"
         )));
     }
     Ok(())
@@ -64,7 +65,11 @@ pub(in crate::record) fn search(
     for seed in seeds(plan) {
         let dropped_at = dropped.dropped_at(seed);
         let is_left = dropped_at.is_none();
-        let result = is_left.then(|| ended.next().expect("every start that is left has ended"));
+        let result = is_left.then(|| {
+            ended
+                .next()
+                .expect("every start that was not dropped has a result")
+        });
         let summary = result.transpose().unwrap_or_else(|error| {
             diverged.get_or_insert((seed, error));
             None
@@ -84,8 +89,8 @@ pub(in crate::record) fn search(
         }
         return Err(error);
     }
-    // The first one wins if several are equal. The figure to quote comes from other perturbed starts, because the best
-    // of many looks better than it is in the starts by which it was chosen.
+    // If several are equal, the first one wins. The figure to quote is not the score, which is too optimistic for the
+    // best of many: it comes from other perturbed starts.
     let best = delivered.swap_remove(first_best(delivered.iter().map(rank)));
     let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
@@ -99,13 +104,13 @@ pub(in crate::record) fn search(
     Ok(summary)
 }
 
-/// The numbers by which starts are ranked: the score, then the median.
+/// The numbers that a start is ranked by: the score, then the median to break ties.
 fn rank(summary: &Summary) -> [f64; 2] {
     let numbers = [summary.score(), summary.displacement_selection_p50];
     numbers.map(|x| x.unwrap_or(f64::NEG_INFINITY))
 }
 
-/// Finishes the starts that were not dropped. Returns the results in the order of the seeds.
+/// Finishes the starts that were not dropped, and returns their results in the order of the seeds.
 fn finish_left(
     folder: &Path,
     plan: &RunPlan,

@@ -1,4 +1,4 @@
-//! The runs of the starts, in `starts/SEED`. As many run at a time as there are threads.
+//! The runs of the starts, each in its folder `starts/SEED`. They run in parallel, one per thread.
 
 use crate::codesign::Record;
 use crate::error::{Error, Result};
@@ -16,9 +16,9 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does `work` for every seed, as many at a time as there are threads, and returns the results in the order of the seeds.
-/// If one start fails or is interrupted, the others are interrupted. Errors that ask to resume name the folder of the
-/// search instead of the folder of the start.
+/// Does `work` for every seed in parallel, one per thread, and returns the results in the order of the seeds. If one
+/// start fails or is interrupted, the others are interrupted. Errors that tell the user to resume name `folder`, the
+/// folder of the search, instead of the folder of a start.
 pub(super) fn side_by_side<T: Send>(
     folder: &Path,
     seeds: &[u64],
@@ -78,7 +78,7 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Continues or begins the run of one seed. `None` if it is finished or has done the iteration `until`.
+/// Opens the run of one seed, or begins it. `None` if the run is finished or has already done iteration `until`.
 pub(super) fn run_of(
     folder: &Path,
     seed: u64,

@@ -1,4 +1,4 @@
-//! A run in its folder. It records iterations, saves snapshots, and writes the result at the end.
+//! [`Run`], which does the iterations of a run, records them in the folder, saves snapshots, and writes the result.
 
 use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
@@ -14,40 +14,41 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The name of the file with the given robot that a run began with.
+/// The name of the file with the robot, if a run began with a given robot.
 const START: &str = "start.json";
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
 /// The longest time from one snapshot to the next, unless an iteration takes longer.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
-/// The number of iterations in a row without any gradient after which the run warns.
+/// The run warns after this number of iterations in a row without a usable gradient.
 const FLAT: usize = 10;
 
-/// Watches a run and may interrupt it. Several starts are separate runs that may run at the same time. Then the calls
-/// come from several threads, but one at a time.
+/// Watches a run and may interrupt it. Several starts are separate runs in parallel. They call one observer from
+/// several threads, but never at the same time.
 pub trait Observer: Send {
-    /// A run begins or is resumed.
+    /// Called when a run begins or is resumed.
     fn begin(&mut self, _run: &Run) {}
 
-    /// An iteration is done. `Break` interrupts the run and all other starts. They are saved and can be resumed.
+    /// Called after every iteration. To interrupt the run and all other starts, return `Break`; they are saved and can
+    /// be resumed.
     fn iteration(&mut self, _run: &Run, _record: &Record) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// A run has done its iterations, or waits for other runs at a rung of the search.
+    /// Called when a run has done its iterations, or has reached a rung where it waits for the other starts.
     fn end(&mut self, _run: &Run) {}
 
-    /// A warning, which is given once. The run continues.
+    /// Called with a warning. Each warning is given once, and the run continues.
     fn warning(&mut self, _run: &Run, _text: &str) {}
 
-    /// Returns true to stop the run during its delivery. Called between the parts of the delivery. The run is saved and
-    /// can be resumed.
+    /// Called several times during the delivery. To stop the run there, return true; the run is saved and can be
+    /// resumed.
     fn is_stopped(&self) -> bool {
         false
     }
 
-    /// Returns false once another process has taken the run over. Then the run ends with [`Error::Taken`] and writes
-    /// nothing more.
+    /// Called before the run writes. If another process has taken the run over, return false: the run then ends with
+    /// [`Error::Taken`] and writes nothing more.
     fn holds(&self) -> bool {
         true
     }
@@ -63,13 +64,13 @@ pub struct Run {
     progress: Progress,
     history: History,
     lock: Lock,
-    /// The worst grade of the time step so far, for which a warning was given.
+    /// The worst grade of the time step that a warning was given for.
     warned: Grade,
     /// The number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
-    /// True after the warning about a loss that is not finite.
+    /// True if the warning about a loss that is not finite was given.
     lost: bool,
-    /// Wall time spent by earlier processes, s.
+    /// Wall time of the run in earlier processes, s.
     before: f64,
     since: Instant,
 }
@@ -90,12 +91,12 @@ impl Run {
         progress: Progress,
     ) -> Result<Self> {
         let lock = begin(folder)?;
-        // The snapshot comes first, because it is enough to resume a killed run.
+        // The snapshot is written first, because a killed run can be resumed from it alone.
         Snapshot::save(folder, plan, 0.0, Some(&progress))?;
         Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
-    /// Continues from a snapshot, with the caller's optimisation if there is one.
+    /// Continues from a snapshot. Uses `own`, the caller's optimisation, if given.
     pub(in crate::record) fn open(
         lock: Lock,
         snapshot: Snapshot,
@@ -234,7 +235,7 @@ impl Run {
         Walk::of_moments(&seen, physics.dt, spacing)
     }
 
-    /// Warns about a time step that is worse than all before, and refuses an unstable one unless the scene allows it.
+    /// Warns if the time step has a worse grade than ever before. Refuses an unstable one unless the scene allows it.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
         let (iteration, own_loss) = (self.progress.iteration, self.progress.own_loss);
@@ -264,14 +265,14 @@ impl Run {
         };
         self.lost = true;
         let text = format!(
-            "after iteration {}: the loss is {loss}; all gradients without a finite loss are skipped",
+            "after iteration {}: the loss is {loss}; gradients are skipped while the loss is not finite",
             record.iteration
         );
         observer.warning(self, &text);
     }
 
-    /// The error of a run without a finite loss. If its robot diverges, that is the error, and the last states are
-    /// written.
+    /// The error of a run whose loss was never finite. If the robot diverges, returns that error instead, and writes
+    /// the design and its last states.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
         let delivery = self.codesign.evaluator().deliver(&self.progress);
         if delivery.divergence.is_none() {
@@ -281,7 +282,8 @@ impl Run {
         self.write_design(&delivery).err().unwrap_or(error)
     }
 
-    /// Warns about a task that neither design nor controller influences.
+    /// Warns if neither the design nor the controller seems to influence the loss, because all gradients are zero or
+    /// not finite.
     fn judge_slopes(&mut self, record: &Record, observer: &mut dyn Observer) {
         let [performance, stability] = record.design_gradient;
         let mut slopes = [performance, stability, record.controller_gradient]
@@ -296,8 +298,8 @@ impl Run {
         self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
             let text = format!(
-                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not finite; within \
-                 the horizon neither design nor controller influences the task, or the loss is not a number",
+                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not finite; probably \
+                 the loss does not depend on design and controller within the horizon, or it is not finite",
                 record.iteration
             );
             observer.warning(self, &text);
@@ -334,7 +336,7 @@ impl Run {
         Ok(summary)
     }
 
-    /// Writes the delivered design. If it diverges, writes its last states and returns an error.
+    /// Writes the delivered design. If its rollout diverged, also writes the last states and returns an error.
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let folder = self.lock.folder();
         let design = DesignFile::new(

@@ -1,4 +1,4 @@
-//! The folder of a run: its lock, its beginning and its scene.
+//! The folder of a run: locking it, beginning a run in it, and reading its scene.
 
 use crate::error::{Error, Result, in_shell};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
@@ -16,14 +16,14 @@ use std::time::Duration;
 /// The name of the scene in the folder of a run.
 pub const SCENE: &str = "scene.toml";
 
-/// The number of attempts to lock a folder. A child process that another thread starts holds a copy of every lock for a
-/// moment.
+/// The number of attempts to lock a folder. A single attempt may fail by chance: a child process that another thread
+/// starts holds a copy of every lock for a moment.
 const TRIES: usize = 5;
 /// The pause after a failed attempt.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// The exclusive right to work in a folder, until it is dropped. The operating system releases the lock when the process
-/// ends for any reason. A file that stays behind is no lock.
+/// A lock on a folder, held until it is dropped. It is a lock of the operating system on a file, which is released when
+/// the process ends for any reason. A file that is left behind does not lock anything.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
     folder: PathBuf,
@@ -40,7 +40,7 @@ impl Lock {
         for _ in 0..TRIES {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
-                // Some file systems have no locks. There, two processes in one folder go unnoticed.
+                // Some file systems have no locks. On them, two processes in one folder are not detected.
                 Ok(()) | Err(TryLockError::Error(_)) => {
                     return Ok(Self {
                         folder: folder.to_owned(),
@@ -57,10 +57,10 @@ impl Lock {
         &self.folder
     }
 
-    /// Releases the folder of a finished run and removes the file. The file of an unfinished run has to stay: one process
-    /// could hold the old file open while another creates and locks a new one.
+    /// Releases the folder of a finished run and removes the lock file. The lock file of an unfinished run must not be
+    /// removed, because one process could hold the old file open while another creates and locks a new one.
     pub(in crate::record) fn finish(self) {
-        // If the file cannot be removed, it does no harm.
+        // A lock file that cannot be removed does no harm.
         let _ = fs::remove_file(self.folder.join(LOCK));
     }
 }
@@ -96,7 +96,7 @@ pub(in crate::record) fn take_up(
     Ok(Some((lock, snapshot(folder, registry)?)))
 }
 
-/// Reads the snapshot of a folder. Errors about the content say how to continue without it.
+/// Reads the snapshot of a folder. The error for a damaged snapshot says how to begin again.
 fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     Snapshot::read(folder, registry).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
@@ -110,8 +110,9 @@ fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
     })
 }
 
-/// Writes the scene for readers of the folder, and the truss of its lattice if there is one, unless they exist. Resuming
-/// uses the scene of the snapshot. A file with another scene would be misleading and is refused.
+/// Writes the scene to the folder, and the truss of its lattice if there is one, unless these files exist. They are for
+/// people and other commands; a resumed run uses the scene of the snapshot. An existing file with another scene would
+/// be misleading and is refused.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
@@ -128,9 +129,9 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     read_kept(&path, Some(scene), scene.registry()).map(drop)
 }
 
-/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and must
-/// agree with the snapshot of the run, if there is one. If the file is missing, the scene is read from the snapshot. All
-/// commands read the scene of a run with this function.
+/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and
+/// must agree with the snapshot of the run, if there is one. If the file is missing, the scene is read from the
+/// snapshot.
 ///
 /// # Errors
 /// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
@@ -151,11 +152,11 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     }
 }
 
-/// As [`read_scene`], for callers that do not simulate: the scene may name laws or a loss that this program does not
-/// know. Such a scene is not compared with the snapshot.
+/// Like [`read_scene`], for callers that do not simulate. The scene may name laws or a loss that this program does not
+/// know; in that case it is not compared with the snapshot.
 ///
 /// # Errors
-/// As [`read_scene`].
+/// Like [`read_scene`].
 pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownScene> {
     let path = folder.join(SCENE);
     if path.exists() {
@@ -172,14 +173,14 @@ pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownSce
     })
 }
 
-/// Reads a scene file, which must contain the scene that the run began with.
+/// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
     let file = path.display().to_string();
     let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
             "{}: not the scene that the run began with, which is in its snapshot; remove the file to use the \
-             scene of the snapshot, and try a design in another scene with --set or in another folder",
+             scene of the snapshot (to try a design in another scene, use --set or another folder)",
             path.display()
         )));
     }
@@ -191,12 +192,12 @@ fn refuse_used(folder: &Path) -> Result<()> {
     match is_used(folder) {
         Ok(false) => Ok(()),
         Ok(true) => Err(Error::Usage(format!(
-            "{}: the folder is not empty{}, or name another",
+            "{}: the folder is not empty{}, or name another folder",
             folder.display(),
             if folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
                 "; continue its run with `cosmic resume`"
             } else {
-                ", and no run is in it; empty it"
+                ", but it does not contain a run; empty it"
             }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

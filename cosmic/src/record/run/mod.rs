@@ -1,4 +1,4 @@
-//! A run in its folder, which one process uses at a time.
+//! A run in its folder. Only one process at a time uses the folder.
 
 mod folder;
 mod at_work;

@@ -7,15 +7,16 @@ use crate::lattice::{Body, Lattice};
 use crate::laws::{Force, Pose, Stiffness};
 use crate::scene::{MaterialSettings, PhysicsSettings};
 
-/// The number of intervals into which the shares of actuator are divided.
+/// The number of intervals into which the share of actuator in a mixture, from 0 to 1, is divided.
 const PARTS: usize = 16;
 
 /// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, layouts and
 /// mixtures alike.
 ///
-/// A node carries half of the mass of its edges. So `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is
-/// at most the largest `2 k / (density l)` of its edges, and at most the sum of their stiffness over `physics.node_mass`.
-/// Other forces add [their own bound](Force::any_design).
+/// A node carries half of the mass of each of its edges. So `mu_i` of
+/// [`Vibration::edge_bound`](super::Vibration::edge_bound) is at most the largest `2 k / (density l)` of the edges at
+/// node `i`, and at most the sum of their stiffnesses divided by `physics.node_mass`. Other forces add
+/// [their own bound](Force::any_design).
 pub fn bound_of_any_design(
     lattice: &Lattice,
     materials: &MaterialSettings,
@@ -42,7 +43,8 @@ pub fn bound_of_any_design(
     (of_edges + others.sum::<f64>() + of_nodes(lattice, physics, &forces)).sqrt()
 }
 
-/// What forces on single nodes add at rest, 1/s^2. It does not depend on the bars.
+/// A bound on what forces on single nodes add to the square of a frequency at rest, 1/s^2. It does not depend on the
+/// bars.
 fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> f64 {
     let edges = lattice.edges.len();
     let body = Body {
@@ -60,16 +62,16 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
     stiffness.of_nodes(physics.node_mass)
 }
 
-/// The largest values of an edge over all mixtures.
+/// The largest values that an edge can have, over all mixtures.
 #[derive(Default)]
 struct Most {
     /// Stiffness, N/m.
     stiffness: f64,
-    /// Stiffness over density.
+    /// Stiffness divided by density.
     ratio: f64,
 }
 
-/// The largest values of an edge of this length over all mixtures.
+/// The largest values that an edge of this length can have, over all mixtures.
 fn most_of_any_mixture(
     materials: &MaterialSettings,
     forces: &[Arc<dyn Force>],

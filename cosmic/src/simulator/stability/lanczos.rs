@@ -1,4 +1,4 @@
-//! The largest eigenvalue of a large symmetric matrix, given its products with vectors.
+//! The largest eigenvalue of a large symmetric matrix, computed from products of the matrix with vectors.
 //!
 //! C. Lanczos, "An iteration method for the solution of the eigenvalue problem of linear
 //! differential and integral operators", Journal of Research of the National Bureau of Standards
@@ -7,25 +7,26 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// An eigenvalue is accepted if its residual is at most this fraction of it. Eigenvalues that are farther
-/// apart are distinguished.
+/// An eigenvalue is accepted if its residual is at most this fraction of it. Eigenvalues that differ by more than this
+/// fraction are told apart.
 const ACCURACY: f64 = 1e-12;
 
-/// The largest eigenvalue and its eigenvector; `None` if a product is not finite. The start must have a component along
-/// every eigenvector. The value is never too small: it includes the residual, which bounds its error.
+/// The largest eigenvalue and its eigenvector; `None` if a product is not finite. `product` multiplies the matrix by a
+/// vector. `start` must have a component along every eigenvector. The returned eigenvalue is never too small, because
+/// the residual, which bounds its error, is added to it.
 pub(super) fn largest_eigenpair(
     start: &DVector<f64>,
     product: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
     let mut basis = vec![start.normalize()];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    // The tridiagonal matrix is solved at this many vectors, then at growing intervals.
+    // The eigenvalues of the tridiagonal matrix are computed when the basis has this size, then at growing intervals.
     let mut next_solve = 8;
     loop {
         let size = basis.len();
         let mut rest = product(&basis[size - 1]);
         diagonal.push(basis[size - 1].dot(&rest));
-        // Twice: the rounding errors of a single pass would grow into copies of earlier vectors.
+        // Two passes are needed: the rounding errors of a single pass would grow into copies of earlier vectors.
         for _ in 0..2 {
             for known in &basis {
                 rest.axpy(-known.dot(&rest), known, 1.0);
@@ -59,7 +60,7 @@ pub(super) fn largest_eigenpair(
     }
 }
 
-/// The symmetric matrix with this diagonal and these entries next to it.
+/// The symmetric tridiagonal matrix with the diagonal `diagonal` and the entries `beside` next to it.
 fn tridiagonal(diagonal: &[f64], beside: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(diagonal.len(), diagonal.len(), |row, column| {
         match row.abs_diff(column) {

@@ -1,18 +1,18 @@
 //! The time step at which an oscillation begins to grow, for each integrator.
 //!
-//! With symplectic Euler, a free oscillation of angular frequency `omega` does not grow exactly if
-//! `dt omega < sqrt(2 (1 + exp(-damping dt)))`; with leapfrog, if `dt omega < 2 sqrt(cosh(damping dt / 2))`. If forces at
-//! the start of a step also dampen it at a rate `eta`, `(dt omega)^2 + 2 dt eta` takes the place of `(dt omega)^2`. With
-//! substeps, `dt` is the length of a substep.
+//! A free oscillation of angular frequency `omega` stays bounded with symplectic Euler if and only if
+//! `dt omega < sqrt(2 (1 + exp(-damping dt)))`, and with leapfrog if and only if
+//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. If forces at the start of a step also dampen the oscillation at a rate
+//! `eta`, replace `(dt omega)^2` by `(dt omega)^2 + 2 dt eta`. With substeps, `dt` is the length of a substep.
 
 use crate::scene::{Integrator, PhysicsSettings};
 
-/// The most iterations for leapfrog's limit; fewer are almost always enough.
+/// The most iterations for the limit of leapfrog; far fewer are almost always enough.
 const ITERATIONS: usize = 20_000;
 
-/// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows, for a scene's integrator
-/// and substeps. Forces dampen the oscillation at a rate of `eta` (1/s). Infinite if it never grows. The scene's own
-/// `dt` is ignored.
+/// The smallest time step, s, with which an oscillation of angular frequency `frequency` (1/s) grows, for the
+/// integrator and the substeps of `physics`. Infinite if it never grows. Forces dampen the oscillation at a rate of
+/// `eta` (1/s). `physics.dt` is ignored.
 pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match physics.integrator {
         Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
@@ -27,14 +27,14 @@ fn step_of(phase: f64, frequency: f64, eta: f64) -> f64 {
     square / (eta + eta.hypot(phase * frequency))
 }
 
-/// [`step_limit`] of leapfrog: the smallest root of `(dt omega)^2 + 2 dt eta = 4 cosh(damping dt / 2)`. Its
-/// step has the determinant `d = exp(-damping dt) - dt eta exp(-damping dt / 2)` and the trace
+/// Like [`step_limit`], for leapfrog: the smallest root of `(dt omega)^2 + 2 dt eta = 4 cosh(damping dt / 2)`. The
+/// matrix of a leapfrog step has the determinant `d = exp(-damping dt) - dt eta exp(-damping dt / 2)` and the trace
 /// `1 + d - exp(-damping dt / 2) (dt omega)^2`.
 fn leapfrog_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     if frequency == 0.0 && eta == 0.0 {
         return f64::INFINITY;
     }
-    // From below, through numbers that are all stable. Without a root they grow without limit.
+    // The iteration approaches the root from below, through stable time steps. Without a root it grows without limit.
     let next = |dt: f64| step_of(2.0 * (0.5 * damping * dt).cosh().sqrt(), frequency, eta);
     let mut dt = 0.0;
     for _ in 0..ITERATIONS {
@@ -47,8 +47,8 @@ fn leapfrog_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     dt
 }
 
-/// The `dt omega` at which an oscillation begins to grow with symplectic Euler: 2 without damping, and down to `sqrt(2)`
-/// with strong damping.
+/// The `dt omega` at which an oscillation begins to grow with symplectic Euler: 2 without damping, and down to
+/// `sqrt(2)` with strong damping.
 pub fn phase_limit(damping: f64, dt: f64) -> f64 {
     (2.0 * (1.0 + (-damping * dt).exp())).sqrt()
 }
@@ -61,7 +61,7 @@ pub fn step_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     }
     // The phase grows with dt and the limit falls from 2 to sqrt(2), so they meet once.
     let [mut below, mut above] = [1.0, 2.0].map(|phase| step_of(phase, frequency, eta));
-    // Each halving is a binary digit.
+    // Each halving determines one binary digit.
     for _ in 0..f64::MANTISSA_DIGITS {
         let middle = 0.5 * (below + above);
         if middle < step_of(phase_limit(damping, middle), frequency, eta) {

@@ -1,9 +1,9 @@
-//! The frequencies of a body about a state, and bounds on them.
+//! The frequencies at which a body vibrates about a state, and bounds on them.
 //!
-//! The frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge
-//! of direction `n`, length `l` and target length `l0` adds
-//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
-//! edge, is negative for a compressed edge. Each [force](crate::laws::Force) adds its own part.
+//! The angular frequencies of a lattice are the square roots of the eigenvalues of `M^-1 K`, with the masses `M` and
+//! the stiffness matrix `K`. An edge of stiffness `k`, direction `n`, length `l` and target length `l0` adds `k (n n^T
+//! + (1 - l0 / l) (I - n n^T))` to `K`. The second part is the pull across a stretched edge; it is negative for a
+//! compressed edge. Each [force](crate::laws::Force) adds its own part.
 
 use nalgebra::DVector;
 
@@ -18,17 +18,17 @@ use crate::scene::PhysicsSettings;
 pub struct Vibration<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
-    /// Per edge, the stiffness along it (`k n n^T`).
+    /// For each edge, the stiffness along it (`k n n^T`).
     along: Vec<Matrix>,
-    /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
+    /// For each edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), which may be negative.
     across: Vec<Matrix>,
     /// The sum of the parts of all forces.
     stiffness: Stiffness,
 }
 
 impl<'a> Vibration<'a> {
-    /// A body with idle actuators whose nodes are at these positions in the world's frame (m). Only the forces of
-    /// `physics` matter.
+    /// Linearises a body with idle actuators whose nodes are at `positions`, in the world's frame (m). Of `physics`,
+    /// only the forces are used.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
@@ -63,15 +63,15 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A bound on the largest angular frequency, 1/s, from the nodes that an edge joins:
-    /// `omega^2 <= max over edges (mu_i + mu_j)`, where `mu_i` is the largest frequency squared
-    /// of node `i` alone among fixed neighbours, without the push of compressed edges. Bars that resist bending
-    /// add at most the largest `nu_i`, to which each angle at node `i` contributes `c |g_i| (|g_i| + |g_j| + |g_k|)`.
+    /// A bound on the largest angular frequency, 1/s: `omega^2 <= max over edges (mu_i + mu_j)`, where `i` and `j` are
+    /// the nodes of an edge. `mu_i` is the square of the largest frequency of node `i` if all other nodes are fixed,
+    /// without the destabilising push of compressed edges. Bars that resist bending add at most the largest `nu_i`, to
+    /// which each angle at node `i` contributes `c |g_i| (|g_i| + |g_j| + |g_k|)`.
     pub fn edge_bound(&self) -> f64 {
         self.with_bars(self.over_edges(&self.node_frequencies()))
     }
 
-    /// The node from which the [bound](Vibration::edge_bound) comes: the faster of the two nodes of its edge.
+    /// The node that determines the [bound](Vibration::edge_bound): the faster node of the edge with the largest sum.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies();
         let (of_bars, node) = self.of_bars();
@@ -93,7 +93,7 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, plus the part of bending.
+    /// A coarser bound, 1/s, from single nodes: `omega^2 <= 2 max over nodes mu_i`, plus the part of bending.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies();
         self.with_bars((2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt())
@@ -104,8 +104,8 @@ impl<'a> Vibration<'a> {
         self.fastest().0
     }
 
-    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that
-    /// moves most in that vibration. Infinite where stiffness over mass overflows.
+    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that moves most in that
+    /// vibration. The frequency is infinite if stiffness divided by mass overflows.
     pub fn fastest(&self) -> (f64, usize) {
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
         let size = 2 * root.len();
@@ -153,12 +153,12 @@ impl<'a> Vibration<'a> {
         product
     }
 
-    /// A bound from the edges, plus the part of bending, 1/s.
+    /// Adds the part of bending to a bound from the edges, 1/s.
     fn with_bars(&self, of_edges: f64) -> f64 {
         of_edges.hypot(self.of_bars().0)
     }
 
-    /// A bound on the frequencies by bending alone, 1/s, and the node from which it comes.
+    /// A bound on the frequencies that bending alone causes, 1/s, and the node that determines the bound.
     fn of_bars(&self) -> (f64, usize) {
         let mut sums = vec![Matrix::zero(); self.lattice.nodes()];
         for Angle { nodes, by } in &self.stiffness.angles {
@@ -173,8 +173,8 @@ impl<'a> Vibration<'a> {
         (square.sqrt(), node)
     }
 
-    /// For each node, the largest eigenvalue of its own stiffness and that of its edges, over its mass. Compressed
-    /// edges count only along themselves.
+    /// `mu_i` for each node: the largest eigenvalue of the sum of its own stiffness and that of its edges, divided by
+    /// its mass. Compressed edges count only with their stiffness along the edge.
     fn node_frequencies(&self) -> Vec<f64> {
         let mut sums = self.stiffness.nodes.clone();
         let parts = self.along.iter().zip(&self.across);
@@ -194,8 +194,8 @@ impl<'a> Vibration<'a> {
             .collect()
     }
 
-    /// A bound on the rates, 1/s, at which forces that depend on velocity dampen a vibration, in addition to the
-    /// scene's `damping`; 0 without such forces.
+    /// A bound on the rate, 1/s, at which forces that depend on velocity dampen a vibration, in addition to
+    /// `physics.damping`; 0 without such forces.
     pub fn damping(&self) -> f64 {
         let mut sums = vec![0.0; self.lattice.nodes()];
         for (&[i, j], damping) in self.lattice.edges.iter().zip(&self.stiffness.bar_damping) {
@@ -209,21 +209,21 @@ impl<'a> Vibration<'a> {
         rates.fold(0.0, f64::max)
     }
 
-    /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
+    /// The square root of the largest `mu_i + mu_j` over all edges with stiffness, 1/s.
     fn over_edges(&self, mu: &[f64]) -> f64 {
         let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
-        // A node without bars vibrates by itself.
+        // A node without bars may still vibrate, by forces on single nodes.
         mu.iter().copied().chain(sums).fold(0.0, f64::max).sqrt()
     }
 
-    /// The edges with any stiffness.
+    /// The nodes of each edge whose stiffness is not 0.
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
         edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
     }
 }
 
-/// The entries of one node in a vector of all nodes.
+/// The two entries of one node in a vector with two entries per node.
 fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
     Vector::from_fn(|k| vector[2 * node + k])
 }
@@ -256,7 +256,7 @@ mod tests {
         matrix.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
-    /// Layouts of a lattice of 4 x 3 nodes. Some have two nearly equal frequencies.
+    /// The largest frequency agrees with a dense eigenvalue solver, also for layouts with two nearly equal frequencies.
     #[test]
     fn the_largest_frequency_is_found_among_close_ones() {
         let physics = PhysicsSettings::default();
@@ -271,10 +271,11 @@ mod tests {
             let off = vibration.largest_frequency() / expected - 1.0;
             worst = if off.abs() > worst.abs() { off } else { worst };
         }
-        assert!(worst.abs() < 1e-9, "off by {worst:e} of itself");
+        assert!(worst.abs() < 1e-9, "relative error {worst:e}");
     }
 
-    /// Two springs without a common node. One is stiffer than the other, by 1e-6 of its stiffness or less.
+    /// Of two separate springs, the stiffer one determines the frequency, even if it is stiffer by a tiny fraction
+    /// only.
     #[test]
     fn the_largest_of_two_nearly_equal_frequencies_is_found() {
         let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
@@ -290,7 +291,7 @@ mod tests {
             let physics = PhysicsSettings::default();
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
             let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
-            // The softening changes a length of 1 m by 5e-13 of it.
+            // The softening changes a length of 1 m by a fraction of 5e-13.
             assert!(
                 off.abs() < 1e-11,
                 "off by {off:e} with an excess of {excess:e}"
