@@ -1,9 +1,9 @@
 //! The value and the derivative of every elementary function, written once.
 //!
-//! A rule of one argument returns `(value, partial)`. A rule of two arguments returns
-//! `(value, [partial by the first, partial by the second])`. Duals and the reverse tape call the same rules with
-//! their inner number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not
-//! exist, the rule follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
+//! A rule of one argument returns `(value, partial)`. A rule of two arguments returns `(value, [partial, partial])`,
+//! with respect to the first and the second argument. Duals and the reverse tape call the same rules with their inner
+//! number type for `R`, so forward, reverse and nested derivatives agree. Where a partial does not exist, the rule
+//! follows the table in [`real`](crate::real). If the value is NaN, so is the partial.
 //!
 //! Partials are always multiplied with [`Real::chain`]. There are no closures here: a closure that is not inlined
 //! would be compiled without the instruction set of the lanes around it.
@@ -16,8 +16,8 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// `a / b`. The value is one division, so it has the bits of plain code. The partial by `b` is a division too,
-/// because the reciprocal of a subnormal number may overflow when the quotient does not.
+/// `a / b`. The value is one division, so it has the bits of plain code. The partial with respect to `b` is a
+/// division too, because the reciprocal of a subnormal number may overflow when the quotient does not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
@@ -130,12 +130,13 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     (value, R::lit(f64::from(exponent)) * one_less)
 }
 
-/// Real power. `chain` makes the partial by `x` zero if the exponent is zero, at any `x`.
+/// Real power. `chain` makes the partial with respect to `x` zero if the exponent is zero, at any `x`.
 ///
-/// The value of that partial is `exponent / x * value` if nothing leaves the range, because a power would multiply
-/// the rounding of `exponent - 1` by `ln x`. Its derivative is that of the power, where `exponent - 1` is a factor.
-/// In the derivative of the quotient it would be a difference. That does no harm near an exponent of 0, where the
-/// power may overflow.
+/// The value of that partial is `exponent / x * value` if no intermediate result over- or underflows. The other form,
+/// `exponent * x^(exponent - 1)`, would multiply the rounding of `exponent - 1` by `ln x`. But the derivative of the
+/// partial is taken from that other form, where `exponent - 1` is a factor: in the derivative of the quotient it
+/// would be a difference, which cancels. Near an exponent of 0 there is no such cancellation and the power may
+/// overflow, so there the quotient is differentiated.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
@@ -146,7 +147,7 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let near_zero = exponent.abs().less(R::lit(0.5)) & (factor * quotient).finite();
     let moves = R::select(in_range & near_zero, quotient, power);
     let by_x = R::select(in_range, quotient, power).straight_through(moves);
-    // Also if the power is zero, because the slope of the logarithm may be infinite.
+    // This also holds where the power is zero, because the slope of the logarithm may be infinite.
     let at_zero = x.abs().less_equal(zero) | value.abs().less_equal(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
     // NaN^0 is 1, and the zeros above hide a NaN. The partials are NaN if the value is.
@@ -157,9 +158,9 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     )
 }
 
-/// `atan2(y, x)` and its partials by `y` and `x`, which are zero at the origin and at infinity. Both arguments are
-/// first divided by the larger magnitude, as a constant, so that the squares neither overflow nor underflow. The
-/// derivative uses its finite [`inverse`].
+/// `atan2(y, x)` and its partials with respect to `y` and `x`, which are zero at the origin and at infinity. Both
+/// arguments are first divided by the larger magnitude, as a constant, so that the squares neither overflow nor
+/// underflow. Derivatives of the partials use the finite [`inverse`] of that magnitude.
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -168,7 +169,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (y, x) = (divided(y, scale), divided(x, scale));
     let (square, inverse) = (x * x + y * y, inverse(scale));
     let denominator = square.detach() * scale;
-    // Zero, or NaN if the value is NaN.
+    // 0, or NaN if the value is NaN.
     let flat = value.detach() * zero;
     let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
     let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
@@ -207,7 +208,7 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     // The longer side is 1 or -1.
     let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
     let of_shorter = ratio * of_longer;
-    // The factor that the derivatives of `divided` leave out.
+    // The factor that the derivatives of [`divided`] leave out.
     let rest = (small::<R>() / scale).max(one);
     let (cosine, sine) = (
         R::select(flat, of_longer, of_shorter),

@@ -451,7 +451,7 @@ fn f32_has_lanes_too() {
 }
 
 #[test]
-#[should_panic(expected = "differ in length")]
+#[should_panic(expected = "must all have the same length")]
 fn data_of_different_lengths_are_refused() {
     Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
 }

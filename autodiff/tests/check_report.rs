@@ -177,7 +177,8 @@ fn a_gradient_that_is_wrong_on_purpose_is_found_out() {
             let report = check_gradient(&Smooth, &point(n), &options);
             assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
             let table = report.to_string();
-            let line = "negative control: the gradient, made wrong by 1 %, is called wrong";
+            let line =
+                "negative control: a gradient that is wrong on purpose, by 1 %, is called wrong";
             assert!(table.contains(line), "{table}");
         }
     }

@@ -89,8 +89,11 @@ fn a_gradient_has_the_shape_of_its_structure() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn numbers_that_do_not_fit_are_refused() {
     let spring = Spring([1.0, 2.0], 0);
-    assert_refused("1 numbers end before `0[1]`", || spring.with(&[1.0]));
-    assert_refused("1 of 3 numbers are left over", || spring.with(&[1.0; 3]));
+    assert_refused(
+        "1 numbers are too few for the structure: none is left for `0[1]`",
+        || spring.with(&[1.0]),
+    );
+    assert_refused("1 of 3 numbers do not fit", || spring.with(&[1.0; 3]));
 }
 
 /// Names that the derive's own code uses or might use, as names of the number type, the struct, fields

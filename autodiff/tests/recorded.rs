@@ -132,10 +132,11 @@ fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
     assert!(error.to_string().contains("primal"), "{error}");
     let mixed = mixed();
     let recorded = Recorded::new(&mixed, 4).expect("no values");
-    assert_refused("3 numbers for a function of 4 arguments", || {
-        recorded.value_and_gradient(&[1.0; 3])
-    });
-    assert_refused("3 columns for a function of 4 arguments", || {
+    assert_refused(
+        "a point has 3 numbers, but the function has 4 arguments",
+        || recorded.value_and_gradient(&[1.0; 3]),
+    );
+    assert_refused("given 3 columns, but the function has 4 arguments", || {
         recorded.total(&[&[1.0] as &[f64]; 3])
     });
 }

@@ -11,12 +11,12 @@ use crate::real::{Mask, Real};
 pub(crate) struct Lu<R: Real> {
     /// `U`, and below its diagonal `L` without the ones on the diagonal.
     rows: Vec<Vec<R>>,
-    /// `(k, i, whether rows k and i were exchanged)`, in the order of the exchanges.
+    /// `(k, i, mask)`, in the order of the exchanges. Rows `k` and `i` were exchanged where the mask is true.
     exchanges: Vec<(usize, usize, R::Mask)>,
 }
 
 impl<R: Real> Lu<R> {
-    /// Factors a matrix given by rows. The error is the first column that depends linearly on earlier
+    /// Factors a matrix given by rows. The error is the index of the first column that depends linearly on earlier
     /// columns, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
@@ -24,7 +24,7 @@ impl<R: Real> Lu<R> {
             let sizes = numbers.iter().map(|x| x.detach().abs());
             sizes.fold(R::zero(), |largest, size| largest.max(size))
         };
-        // 1 for a row of zeros.
+        // The scale of a row of zeros is 1.
         let row_scale = |row: &Vec<R>| {
             let (size, zero) = (largest(row), R::zero());
             R::select(zero.less(size), size, R::one())
@@ -115,7 +115,7 @@ fn swap<R: Real>(b: &mut [R], k: usize, i: usize, mask: R::Mask) {
 mod tests {
     use super::Lu;
 
-    /// The squares of these units leave the range of floats.
+    /// Units whose squares over- or underflow must not change the choice of pivots.
     #[test]
     fn units_of_any_size_leave_the_pivots_alone() {
         for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {

@@ -13,7 +13,7 @@ fn constant<R: Real>(digits: f64, more: f64) -> Element<R> {
     Element(R::lit(digits) + R::lit(more))
 }
 
-/// Each constant as f64, and its rounding error, by mpmath.
+/// Each constant as f64, and its rounding error, computed with mpmath.
 macro_rules! constants {
     ($($name:ident $rest:literal)*) => {
         $(
@@ -24,7 +24,7 @@ macro_rules! constants {
     };
 }
 
-/// To the last digit of each number type.
+/// The constants are exact to the last digit of each number type.
 impl<R: Real> FloatConst for Element<R> {
     constants! {
         E 1.4456468917292502e-16
@@ -57,7 +57,7 @@ mod tests {
 
     use crate::{DoubleDouble, Element, Real, gradient};
 
-    /// The differences between constants and the same constants by functions of others.
+    /// The differences between constants and the values that functions of other constants give for them.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
         let number = |x: f64| F::from(x).unwrap_or_else(F::nan);
         let (two, ten) = (number(2.0), number(10.0));

@@ -2,12 +2,12 @@
 
 use super::slopes::{Quotients, missed};
 
-/// A remainder this many times the noise is clear of it. Then noise changes a local order by at most a
-/// twentieth, with steps half a decade apart.
+/// A remainder is clear of the noise if it is this many times as large. With steps half a decade apart, noise then
+/// changes a local order by at most a twentieth.
 const CLEAR: f64 = 32.0;
 
-/// The number of smallest clear steps that count, by the median, which tolerates two outliers. At the smallest
-/// steps a small error of the slope shows, and a kink beside the point does not.
+/// The number of clear steps, from the smallest on, whose median counts. A median of so many tolerates two outliers.
+/// At the smallest steps a small error of the slope shows, and a kink beside the point does not.
 const LOCAL: usize = 5;
 
 /// The order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
