@@ -7,7 +7,7 @@ use std::time::Instant;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 
-/// The processor and its SIMD registers.
+/// Returns the name of the processor and its SIMD registers.
 pub fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let field = |name: &str| {
@@ -21,7 +21,7 @@ pub fn machine() -> String {
     format!("{name} (family {family}, model {model}), {level:?} lanes")
 }
 
-/// A built-in scene and its first case.
+/// Returns a built-in scene and its first case.
 ///
 /// # Panics
 /// If the scene does not exist.

@@ -20,7 +20,7 @@ pub struct Case {
     pub name: String,
     /// The GradBench module: `gmm`, `ba`, `lstm` or `ht`.
     pub module: String,
-    /// The data.
+    /// The data file.
     pub file: PathBuf,
     /// The reference answer.
     pub reference: Value,
