@@ -38,7 +38,7 @@ fn main() {
     println!("a smooth law, bouncing\n{report}\n");
     assert_eq!(report.verdict, Verdict::Smooth);
 
-    // The linear law has a kink at first contact. One step from there shows it.
+    // The linear law has a kink at first contact. A single step from there shows it.
     struct Touch;
     impl Function for Touch {
         fn eval<R: Real>(&self, x: &[R]) -> R {

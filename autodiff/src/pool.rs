@@ -4,9 +4,9 @@
 use std::any::Any;
 use std::cell::RefCell;
 
-/// The most buffers that a thread keeps, one of each type. Nested modes use a few types.
+/// The largest number of buffers that a thread keeps, one of each type. Nested modes use only a few types.
 const MOST: usize = 6;
-/// The most bytes that a thread keeps in all buffers together.
+/// The largest number of bytes that a thread keeps in all buffers together.
 const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must own no caller data, whose destructor would otherwise run late.
@@ -101,7 +101,7 @@ mod tests {
         pool.keep(Box::new(Bytes::<0>(60)));
         pool.keep(Box::new(Bytes::<1>(40)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 100));
-        // A buffer replaces another of its type. When there are too many bytes, the oldest is dropped.
+        // A buffer replaces another buffer of its type. If there are too many bytes, the oldest buffer is dropped.
         pool.keep(Box::new(Bytes::<1>(30)));
         assert_eq!((pool.buffers.len(), total(&pool)), (2, 90));
         pool.keep(Box::new(Bytes::<2>(50)));

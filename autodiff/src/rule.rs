@@ -178,7 +178,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. The partials are differentiated as a [`direction`].
+/// `sqrt(x^2 + y^2)`. Second derivatives differentiate the partials in the form of a [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
@@ -197,7 +197,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
 
 /// The cosine and the sine of the angle of `(x, y)`, used only for their derivatives. They are functions of the
 /// shorter side over the longer side. In `x / sqrt(x^2 + y^2)` the derivative along the longer side is a small
-/// difference.
+/// difference, which loses digits.
 #[inline(always)]
 fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());

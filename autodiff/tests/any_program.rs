@@ -1,4 +1,4 @@
-//! Steps recorded without their number type, against the same steps written out.
+//! Steps recorded without their number type must agree with the same steps written out.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

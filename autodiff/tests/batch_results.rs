@@ -80,7 +80,7 @@ fn a_term_may_be_any_number_of_its_record() {
             let data: Vec<Vec<f64>> = (0..count).map(datum).collect();
             let total = Total(Sum::new(term, &data));
             let (value, gradient) = value_and_gradient(|x| total.eval(x), &at);
-            // A few hundred terms of order one, summed in another order.
+            // A few hundred terms of order one, summed in a different order.
             let tolerance = 1e-13;
             println!("{term:?}, {count} data");
             assert_close(&[value], &[Function::eval(&total, &at)], tolerance);

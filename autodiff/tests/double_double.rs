@@ -1,4 +1,4 @@
-//! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
+//! Double-double arithmetic, compared with 60-digit values and used as the inner number of every mode.
 
 use crate::common::{Formula, differences, formula, forward_gradient, largest_difference, rows};
 use crate::net::Loss;

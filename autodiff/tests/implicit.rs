@@ -123,7 +123,7 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
     let value = |p: &[f64]| vec![unrolled.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&implicit, &POINT) {
-        // Truncation h^2 and rounding eps / h, 4e-11 each.
+        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each.
         assert_close(&gradient, &slopes, 1e-9);
     }
 }
@@ -258,7 +258,7 @@ fn lanes_may_disagree_about_pivots() {
         let x = |p: &[f64]| vec![2.0 * p[0], 1.0 - p[0] * p[0]];
         let x = |p: &[f64]| x(p).iter().map(|x| x / (p[0] * p[0] + 1.0)).collect();
         let slopes = differences(x, &[p], 0, f64::EPSILON.cbrt());
-        // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
+        // The truncation error is h^2 and the rounding error eps / h, 4e-11 each, times derivatives of order 10.
         assert_close(&[*lane], &[slopes[0] + p * slopes[1]], 1e-8);
     }
 }

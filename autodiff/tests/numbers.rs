@@ -116,7 +116,7 @@ fn check(name: &str, tolerance: f64, values: impl Fn([f64; 3]) -> Vec<f64>) {
     assert!(sound > 1800, "{name}: {sound}");
 }
 
-/// The results of the operations on numbers of some type, as floats.
+/// Returns the results of all operations on numbers of type `R`, as floats.
 fn values<R: Real>(x: [R; 3], value: impl Fn(R) -> f64) -> Vec<f64> {
     let results = operations(x).into_iter();
     results.map(|(_, result)| value(result)).collect()

@@ -118,7 +118,7 @@ fn is_finite(output: &Value) -> bool {
     }
 }
 
-/// Repeats the work until both the number of runs and their total time are reached.
+/// Repeats the work until both the minimum number of runs and the minimum total time are reached.
 fn run(work: &mut dyn Work, effort: &Effort, timings: &mut Vec<Value>) {
     let (mut runs, mut seconds) = (0, 0.0);
     while runs < effort.min_runs.max(1) || seconds < effort.min_seconds {

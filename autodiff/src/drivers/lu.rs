@@ -3,9 +3,9 @@
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
 
-/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its
-/// row, and counts as zero relative to the largest scaled entry of its column. So the units of equations and
-/// unknowns do not decide whether a matrix is singular.
+/// The LU factors of a square matrix, by scaled partial pivoting. A pivot is scaled by the largest entry of its row.
+/// It counts as zero if it is negligible compared with the largest scaled entry of its column. So the units of
+/// equations and unknowns do not decide whether a matrix is singular.
 ///
 /// Rows are exchanged by `select`, because each lane has its own pivots. Duals are compared by their primals.
 pub(crate) struct Lu<R: Real> {
@@ -38,9 +38,10 @@ impl<R: Real> Lu<R> {
         let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
-            // The largest pivot moves to row `k`, one comparison at a time, because lanes may choose other rows.
+            // The largest pivot moves to row `k`, one comparison at a time, because each lane may choose a different
+            // row.
             for i in k + 1..n {
-                // Compared as quotients: products across rows could leave the range of floats.
+                // Quotients are compared, because products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
                 let mask = here.less(there);
                 exchange(&mut rows, k, i, mask);

@@ -238,7 +238,7 @@ impl Pattern {
         }
         assert!(
             rest.iter().all(R::is_zero),
-            "value {i} depends on an argument that its row of the pattern leaves out"
+            "value {i} depends on an argument that its row of the pattern leaves out; add its column to the row"
         );
     }
 

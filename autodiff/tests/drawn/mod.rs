@@ -77,8 +77,8 @@ fn number(i: usize) -> f64 {
 /// A start, and its own first parameter.
 type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
 
-/// Rollouts of a program from several starts. If the program has array parameters, each start has its own first
-/// one.
+/// Rollouts of a program from several starts. If the program has array parameters, each start has its own values for
+/// the first one.
 struct Rollouts {
     rollout: Rollout<Drawn>,
     starts: usize,

@@ -168,9 +168,9 @@ fn every_operation_is_emitted_with_its_derivative() {
                 let at = Pullback::new(&every, point, [y_bar]);
                 let ([expected], [emitted]) = (vjp_by_duals(&every, at), every.vjp(at));
                 for (e, g) in emitted.iter().zip(expected) {
-                    // The formula folds what is zero: where duals meet zero times infinity and
-                    // say NaN, it may know better.
-                    // A few operations in another order, of terms that may cancel.
+                    // The emitted code drops factors that are known to be zero. So it may be finite where duals
+                    // multiply zero by infinity and get NaN. The tolerance is for a few operations in a different
+                    // order, with terms that may cancel.
                     let close = (e - g).abs() <= 1e-14 * (1.0 + g.abs()).min(f64::MAX);
                     assert!(
                         *e == g || close || g.is_nan(),

@@ -35,6 +35,11 @@ fn total(arguments: &[&str], repeats: u64) -> Result<f64, String> {
     // The summary is `==PID== Collected : 123`.
     let count = messages.rsplit_once("Collected : ").map(|(_, rest)| rest);
     let count = count.and_then(|rest| rest.lines().next()?.trim().parse().ok());
-    let failed = || format!("valgrind counted nothing ({}): {messages}", output.status);
+    let failed = || {
+        format!(
+            "valgrind printed no count of instructions ({}): {messages}",
+            output.status
+        )
+    };
     count.filter(|_| output.status.success()).ok_or_else(failed)
 }

@@ -5,7 +5,7 @@ use crate::works::{ComparedTo, CountTable};
 /// Returns all tables, given the counts of all works in order.
 pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
-        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference of two processes \
+        "Counted by callgrind ({valgrind}) on AVX2 lanes. Each count is the difference between two processes \
          that do the work once and more often, so that neither start nor setup is in it.\n"
     );
     let mut counts = counts.iter().copied();

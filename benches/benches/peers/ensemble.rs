@@ -19,8 +19,8 @@ pub(crate) fn task() -> Task {
     let starts: &'static [[f64; 2]] = kept((0..STARTS).map(|i| [number(i), number(i + STARTS)]));
     Task {
         title: format!("Gradient of an ensemble: {STARTS} rollouts of a pendulum under a network"),
-        about: "A network with 16 hidden units (tanh) computes a torque from angle and speed, for 100 steps. The gradient \
-                of the sum of squared final states with respect to all 65 weights, on one thread. Ratios are to the \
+        about: "A network with 16 hidden units (tanh) computes a torque from angle and speed, for 100 steps. The \
+                gradient of the sum of squared final states with respect to all 65 weights, on one thread. Ratios are to the \
                 primal in f64. The tapes of peers run the starts one by one.",
         source: include_str!("ensemble.rs"),
         // Sums of 6400 terms in a different order. Our tanh and the system's differ by a rounding.

@@ -10,8 +10,8 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
         title: format!(
             "Value and gradient of a network's loss, layers of {sizes:?} on {points} points"
         ),
-        about: "Squared errors of a network with tanh between its layers. By hand:  matrix products of ndarray (matrixmultiply), \
-                with the reverse sweep written out. All on one thread.",
+        about: "Squared errors of a network with tanh between its layers. By hand: matrix products of ndarray \
+                (matrixmultiply), with the reverse sweep written out. All on one thread.",
         source: include_str!("network.rs"),
         // Sums of up to 256 terms in a different order, through three layers.
         tolerance: 1e-12,

@@ -68,7 +68,7 @@ impl Task {
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
-            "{}: all answers are zero, so nothing is compared",
+            "{}: all answers are zero, so a comparison would prove nothing",
             self.title
         );
         for (by, how, other) in answers {
@@ -77,7 +77,7 @@ impl Task {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: by {by}, {how}, number {k} is {b}, not {a}",
+                    "{}: number {k} of the answer by {by}, {how}, is {b}, but the first way computes {a}",
                     self.title
                 );
             }
@@ -108,6 +108,6 @@ fn lines(source: &str, module: &str) -> usize {
         .map(str::trim)
         .filter(|line| !line.is_empty() && !line.starts_with("//"));
     let count = code.count();
-    assert!(count > 0, "there is no module {module}");
+    assert!(count > 0, "the file has no module {module}");
     count
 }

@@ -149,7 +149,7 @@ fn weighted(numbers: &[f64]) -> f64 {
     numbers.map(|(i, x)| weight(i) * x).sum()
 }
 
-/// `sum_k (n[k] + 1)((k mod 1009) + 1) mod 2^61`.
+/// Returns `sum_k (n[k] + 1)((k mod 1009) + 1) mod 2^61`.
 fn hash(numbers: &[usize]) -> u64 {
     let numbers = numbers.iter().enumerate();
     let terms = numbers.map(|(k, &n)| (n as u64 + 1) * ((k % 1009) as u64 + 1));

@@ -24,7 +24,7 @@ struct Cloud {
     columns: Vec<Vec<f64>>,
 }
 
-/// A number of lanes that no register exceeds.
+/// Lists are padded to multiples of this number. No register has more lanes.
 const PADDING: usize = 16;
 
 impl Cloud {

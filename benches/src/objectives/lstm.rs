@@ -184,12 +184,12 @@ impl Lstm {
         let mut start = flat(
             &input.state,
             bits,
-            "a row of `state` must have a number for each bit",
+            "each row of `state` must have one number for each bit of a character",
         )?;
         start.push(0.0);
-        let what = "a row of `main_params` must have four numbers for each bit";
+        let what = "each row of `main_params` must have four numbers for each bit of a character";
         let mut parameters = flat(&input.main_params, 4 * bits, what)?;
-        let what = "a row of `extra_params` must have a number for each bit";
+        let what = "each row of `extra_params` must have one number for each bit of a character";
         parameters.extend(flat(&input.extra_params, bits, what)?);
         let inputs = sequence.windows(2).flat_map(|pair| {
             let count = pair[1].iter().sum();

@@ -1,4 +1,4 @@
-//! `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
+//! The ODE `y_0' = x_0`, `y_i' = x_i y_(i-1)` from `y = 0`, solved by a rollout of the classical Runge-Kutta method.
 
 use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
 use serde::Deserialize;

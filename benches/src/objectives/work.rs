@@ -45,7 +45,7 @@ pub enum Error {
     #[error("invalid input: {0}")]
     Shape(String),
     /// The answer is infinite or NaN, which JSON cannot represent.
-    #[error("the answer is not finite")]
+    #[error("the answer is infinite or NaN, which JSON cannot represent")]
     NotFinite,
     /// The function panicked.
     #[error("the function panicked")]

@@ -10,11 +10,11 @@ use crate::drivers::{self, Function};
 pub struct Options {
     /// The number of random directions, each of unit length.
     pub directions: usize,
-    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is
-    /// larger; at least ten times the smallest, and finite.
+    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is larger. It must
+    /// be finite and at least ten times the smallest step.
     pub largest_step: f64,
-    /// The smallest step, in the same unit. The check misses features narrower than a few hundred of these.
-    /// For small variables reduce this step, or change their units.
+    /// The smallest step, as a multiple of the same length. The check misses features that are narrower than a few
+    /// hundred smallest steps. For small variables reduce this step, or change their units.
     pub smallest_step: f64,
     /// The largest error that counts as agreement, relative to the largest of three: the slope, the root mean
     /// square of the gradient, and the change of the slope over the middle step. The uncertainty of the

@@ -1,4 +1,4 @@
-//! The order at which the remainder of the linear approximation falls.
+//! The order at which the remainder of the linear approximation falls with the step.
 
 use super::slopes::{Quotients, missed};
 
@@ -10,11 +10,11 @@ const CLEAR: f64 = 32.0;
 /// At the smallest steps a small error of the slope shows, and a kink beside the point does not.
 const LOCAL: usize = 5;
 
-/// The order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
-/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger of those
-/// ahead and behind, so that a change of sign on one side does not count as a fall. The noise is the larger of the
-/// stated and the observed noise, below the plateau at step `rests`. `None` if no two neighbouring steps are
-/// clear.
+/// Returns the order at which `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
+/// neighbouring steps, over the smallest steps that are clear of the noise. The remainder is the larger one ahead and
+/// behind, so that a change of sign on one side does not count as a fall. The noise is the larger of two: the stated
+/// noise, and the noise observed at steps smaller than `rests`, the step of the plateau. `None` if no two
+/// neighbouring steps are clear.
 pub(super) fn order(sweep: &[Quotients], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);

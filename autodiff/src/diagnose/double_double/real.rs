@@ -154,7 +154,7 @@ impl Real for DoubleDouble {
     /// The system's f64 angle plus a correction: the small angle that is left after turning the point back by it.
     fn atan2(self, x: Self) -> Self {
         let angle = self.high.atan2(x.high);
-        // The sum below would take the sign of a zero.
+        // The sum below would lose the sign of a zero.
         if self.is_zero() && angle == 0.0 {
             return self;
         }

@@ -14,7 +14,7 @@ pub(super) const JOINTS: usize = 4;
 pub(super) const GLOBAL: usize = 6;
 /// The number of pose parameters: the global ones, then four angles per finger.
 pub(super) const THETA: usize = GLOBAL + JOINTS * FINGERS;
-/// A number of lanes that no register exceeds.
+/// Lists are padded to multiples of this number. No register has more lanes.
 const PADDING: usize = 16;
 
 /// The input from GradBench. Correspondences are vertices if `us` is empty, and triangles otherwise.
@@ -125,10 +125,13 @@ impl Input {
         let (count, vertices) = (correspondences.len(), model.base_positions.len());
         require(
             points.len() == count && count > 0,
-            "each correspondence must have a point",
+            "there must be one point for each correspondence, and at least one correspondence",
         )?;
         let places = self.us.is_empty() || self.us.len() == count;
-        require(places, "each correspondence must have its `us`")?;
+        require(
+            places,
+            "`us` must be empty or have one entry for each correspondence",
+        )?;
         let target = |i: usize| {
             let index = correspondences[i];
             let triangle = model.triangles.get(index).copied();
@@ -161,7 +164,7 @@ impl Model {
             let parent = usize::try_from(self.parents[i]).ok();
             require(
                 parent.is_none_or(|parent| parent < i),
-                "a bone must come after its parent",
+                "each bone must come after its parent",
             )?;
             Ok(Bone {
                 parent,

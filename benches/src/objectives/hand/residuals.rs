@@ -6,7 +6,7 @@ use autodiff::{Dual, Real};
 use super::instance::{THETA, Target};
 use super::pose::Skin;
 
-/// A number of lanes that no register exceeds.
+/// The largest number of lanes of any register.
 const WIDEST: usize = 16;
 
 /// Returns one coordinate of the difference between a measured point and the skin.
