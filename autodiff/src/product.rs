@@ -218,8 +218,8 @@ impl<R: Real> Factors<'_, R> {
         sums
     }
 
+    /// # Safety
     /// The promises of [`sums`](Self::sums). Also, `k` must be less than the columns of `a` and the rows of `b`.
-    /// As for [`sums`](Self::sums), with more columns of `a` and rows of `b` than `k`.
     #[inline(always)]
     unsafe fn add_term<L: Lane<R>, const T: usize, const H: usize>(
         &self,
