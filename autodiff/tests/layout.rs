@@ -181,7 +181,7 @@ fn starts_whose_arrays_overflow_are_refused() {
     let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
     let message = panic_message(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
-    // If registers have one lane, one start runs at a time. It is too short, but nothing overflows.
+    // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
     let alone = format!("have {huge} together");
     assert!(
         message.contains("longer than any memory") || message.contains(&alone),
