@@ -10,35 +10,35 @@
 
 use crate::real::{Mask, Real};
 
-/// `a * b`.
+/// The rule of `a * b`.
 #[inline(always)]
 pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// `a / b`. The value is one division, so it has the bits of plain code. The partial with respect to `b` is a
-/// division too, because the reciprocal of a subnormal number may overflow when the quotient does not.
+/// The rule of `a / b`. The value is one division, so it has the bits of plain code. The partial with respect to `b`
+/// is a division too, because the reciprocal of a subnormal number may overflow when the quotient does not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
     (quotient, [b.recip(), -(quotient / b)])
 }
 
-/// `1 / x`.
+/// The rule of `1 / x`.
 #[inline(always)]
 pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
     let value = x.recip();
     (value, -(value * value))
 }
 
-/// Square root. The partial is infinite at a zero of either sign.
+/// The rule of the square root. The partial is infinite at a zero of either sign.
 #[inline(always)]
 pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
     (value, R::lit(0.5) / unsigned_zero(value))
 }
 
-/// `1 / sqrt(x)`.
+/// The rule of `1 / sqrt(x)`.
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
@@ -46,14 +46,14 @@ pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     (value, R::lit(-0.5) * value * value * value.abs())
 }
 
-/// Exponential.
+/// The rule of the exponential.
 #[inline(always)]
 pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
     let value = x.exp();
     (value, value)
 }
 
-/// Natural logarithm. The partial is infinite at zero and NaN below.
+/// The rule of the natural logarithm. The partial is infinite at zero and NaN below.
 #[inline(always)]
 pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
@@ -61,26 +61,27 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
     (value, R::select(x.less(R::zero()), value, partial))
 }
 
-/// Sine.
+/// The rule of the sine.
 #[inline(always)]
 pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
     (x.sin(), x.cos())
 }
 
-/// Cosine.
+/// The rule of the cosine.
 #[inline(always)]
 pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
     (x.cos(), -x.sin())
 }
 
-/// Tangent.
+/// The rule of the tangent.
 #[inline(always)]
 pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     let value = x.tan();
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is `4 e^-2x / (1 + e^-2x)^2`.
+/// The rule of the hyperbolic tangent. Near the value 1, `1 - value^2` loses digits, so the partial is
+/// `4 e^-2x / (1 + e^-2x)^2`.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
@@ -92,8 +93,8 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     (value, partial)
 }
 
-/// Hyperbolic tangent with the slope `1 - value^2`, because a layer's reverse sweep knows only the
-/// result.
+/// The rule of the hyperbolic tangent of a layer. The slope is `1 - value^2`, because a layer's reverse sweep knows
+/// only the result.
 #[inline(always)]
 pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
     let value = x.layer_tanh();
@@ -108,13 +109,13 @@ pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
     R::select(small, one - x * x, (one - x) * (one + x))
 }
 
-/// Absolute value.
+/// The rule of the absolute value.
 #[inline(always)]
 pub(crate) fn abs<R: Real>(x: R) -> (R, R) {
     (x.abs(), x.signum())
 }
 
-/// Integer power.
+/// The rule of an integer power.
 #[inline(always)]
 pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     if exponent == 0 {
@@ -130,7 +131,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     (value, R::lit(f64::from(exponent)) * one_less)
 }
 
-/// Real power. `chain` makes the partial with respect to `x` zero if the exponent is zero, at any `x`.
+/// The rule of a real power. `chain` makes the partial with respect to `x` zero if the exponent is zero, at any `x`.
 ///
 /// The value of that partial is `exponent / x * value` if no intermediate result over- or underflows. The other form,
 /// `exponent * x^(exponent - 1)`, would multiply the rounding of `exponent - 1` by `ln x`. But the derivative of the
@@ -158,9 +159,9 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     )
 }
 
-/// `atan2(y, x)` and its partials with respect to `y` and `x`, which are zero at the origin and at infinity. Both
-/// arguments are first divided by the larger magnitude, as a constant, so that the squares neither overflow nor
-/// underflow. Derivatives of the partials use the finite [`inverse`] of that magnitude.
+/// The rule of `atan2(y, x)`, with partials with respect to `y` and `x`, which are zero at the origin and at
+/// infinity. Both arguments are first divided by the larger magnitude, as a constant, so that the squares neither
+/// overflow nor underflow. Derivatives of the partials use the finite [`inverse`] of that magnitude.
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -178,7 +179,7 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. Second derivatives differentiate the partials in the form of a [`direction`].
+/// The rule of `sqrt(x^2 + y^2)`. Second derivatives differentiate the partials in the form of a [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));

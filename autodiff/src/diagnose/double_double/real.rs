@@ -35,7 +35,7 @@ const SIN_TERMS: u32 = 15;
 /// The number of terms in the series of the logarithm for `s <= 0.172`: `s^44 / 45 = 5e-36`.
 const LN_TERMS: u32 = 22;
 
-/// `x - n * constant`.
+/// Returns `x - n * constant`.
 fn reduced(x: DoubleDouble, n: f64, constant: &[f64]) -> DoubleDouble {
     constant.iter().fold(x, |rest, &part| {
         let (high, low) = two_product(-n, part);
@@ -43,7 +43,7 @@ fn reduced(x: DoubleDouble, n: f64, constant: &[f64]) -> DoubleDouble {
     })
 }
 
-/// `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
+/// Returns `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
 fn reduced_exp_m1(x: DoubleDouble) -> (DoubleDouble, i32) {
     let n = (x.high * std::f64::consts::LOG2_E).round();
     let r = reduced(x, n, &LN_2);
@@ -53,7 +53,7 @@ fn reduced_exp_m1(x: DoubleDouble) -> (DoubleDouble, i32) {
     (r * series, n as i32)
 }
 
-/// `(sin x, cos x)`.
+/// Returns `(sin x, cos x)`.
 fn sin_cos(x: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
     if x.is_zero() {
         return (x, DoubleDouble::one());
